@@ -1,0 +1,86 @@
+# The packages of Trilinos that the adapter of MFS uses, as imported targets:
+#
+#   mfs::trilinos               Amesos2, Tpetra, Teuchos, Kokkos and, where Amesos2 has it, Epetra; MPI
+#   mfs::trilinos_stratimikos   Stratimikos with Thyra       component Stratimikos
+#   mfs::trilinos_nox           NOX with Thyra               component NOX
+#   mfs::trilinos_belos         Belos                        component Belos
+#   mfs::trilinos_ifpack2       Ifpack2                      component Ifpack2
+#
+# Headers and libraries are looked for one by one, under Debian's names (libtrilinos_amesos2) and Trilinos' own
+# (libamesos2): the CMake packages of Trilinos 13 bring their own Kokkos::kokkos into the project, and they fail
+# where the -dev package of any library they were built with is missing.
+include(FindPackageHandleStandardArgs)
+include(CMakeFindDependencyMacro)
+
+function(_mfs_trilinos_package target header)
+  find_path(MfsTrilinos_${target}_INCLUDE ${header} PATH_SUFFIXES trilinos)
+  mark_as_advanced(MfsTrilinos_${target}_INCLUDE)
+  set(found ${MfsTrilinos_${target}_INCLUDE})
+  set(libraries)
+  foreach(name IN LISTS ARGN)
+    find_library(MfsTrilinos_${name}_LIBRARY NAMES trilinos_${name} ${name})
+    mark_as_advanced(MfsTrilinos_${name}_LIBRARY)
+    if(NOT MfsTrilinos_${name}_LIBRARY)
+      set(found FALSE)
+      string(APPEND MfsTrilinos_MISSING " ${name}")
+    endif()
+    list(APPEND libraries ${MfsTrilinos_${name}_LIBRARY})
+  endforeach()
+  set(MfsTrilinos_MISSING "${MfsTrilinos_MISSING}" PARENT_SCOPE)
+  if(found AND NOT TARGET mfs::${target})
+    add_library(mfs::${target} INTERFACE IMPORTED)
+    target_include_directories(mfs::${target} INTERFACE ${MfsTrilinos_${target}_INCLUDE})
+    target_link_libraries(mfs::${target} INTERFACE ${libraries})
+    if(NOT target STREQUAL trilinos)
+      target_link_libraries(mfs::${target} INTERFACE mfs::trilinos)
+    endif()
+  endif()
+endfunction()
+
+_mfs_trilinos_package(trilinos Amesos2.hpp amesos2 tpetra tpetrainout tpetraext kokkoskernels kokkoscore
+  teuchoskokkoscompat teuchoskokkoscomm teuchosremainder teuchosnumerics teuchoscomm teuchosparameterlist
+  teuchoscore)
+if(TARGET mfs::trilinos)
+  set(MfsTrilinos_INCLUDE_DIR ${MfsTrilinos_trilinos_INCLUDE})
+  file(STRINGS ${MfsTrilinos_INCLUDE_DIR}/Teuchos_config.h _mfs_mpi REGEX "^#define HAVE_MPI")
+  if(_mfs_mpi)
+    find_dependency(MPI COMPONENTS CXX)
+    target_link_libraries(mfs::trilinos INTERFACE MPI::MPI_CXX)
+  endif()
+  file(STRINGS ${MfsTrilinos_INCLUDE_DIR}/Amesos2_config.h _mfs_epetra REGEX "^#define HAVE_AMESOS2_EPETRA$")
+  if(_mfs_epetra)
+    find_library(MfsTrilinos_epetra_LIBRARY NAMES trilinos_epetra epetra)
+    mark_as_advanced(MfsTrilinos_epetra_LIBRARY)
+    target_link_libraries(mfs::trilinos INTERFACE ${MfsTrilinos_epetra_LIBRARY})
+    set(MfsTrilinos_EPETRA TRUE)
+  endif()
+  file(STRINGS ${MfsTrilinos_INCLUDE_DIR}/Trilinos_version.h _mfs_version
+    REGEX "^#define TRILINOS_VERSION_STRING")
+  string(REGEX REPLACE ".*\"(.*)\".*" "\\1" MfsTrilinos_VERSION "${_mfs_version}")
+endif()
+
+if("Stratimikos" IN_LIST MfsTrilinos_FIND_COMPONENTS OR "NOX" IN_LIST MfsTrilinos_FIND_COMPONENTS)
+  _mfs_trilinos_package(trilinos_stratimikos Stratimikos_DefaultLinearSolverBuilder.hpp stratimikos
+    stratimikosamesos2 thyratpetra thyracore rtop)
+endif()
+if("NOX" IN_LIST MfsTrilinos_FIND_COMPONENTS AND TARGET mfs::trilinos_stratimikos)
+  _mfs_trilinos_package(trilinos_nox NOX_Thyra.H nox)
+  if(TARGET mfs::trilinos_nox)
+    target_link_libraries(mfs::trilinos_nox INTERFACE mfs::trilinos_stratimikos)
+  endif()
+endif()
+if("Belos" IN_LIST MfsTrilinos_FIND_COMPONENTS)
+  _mfs_trilinos_package(trilinos_belos BelosTpetraAdapter.hpp belostpetra belos)
+endif()
+if("Ifpack2" IN_LIST MfsTrilinos_FIND_COMPONENTS)
+  _mfs_trilinos_package(trilinos_ifpack2 Ifpack2_Factory.hpp ifpack2-adapters ifpack2)
+endif()
+foreach(component IN LISTS MfsTrilinos_FIND_COMPONENTS)
+  string(TOLOWER ${component} _mfs_lower)
+  if(TARGET mfs::trilinos_${_mfs_lower})
+    set(MfsTrilinos_${component}_FOUND TRUE)
+  endif()
+endforeach()
+
+find_package_handle_standard_args(MfsTrilinos REQUIRED_VARS MfsTrilinos_INCLUDE_DIR
+  VERSION_VAR MfsTrilinos_VERSION HANDLE_COMPONENTS REASON_FAILURE_MESSAGE "missing:${MfsTrilinos_MISSING}")

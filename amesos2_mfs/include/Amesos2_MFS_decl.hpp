@@ -1,0 +1,82 @@
+// Amesos2's interface to MFS.
+//
+//   preOrdering              nothing: the ordering is part of the analysis
+//   symbolicFactorization    rows to rank 0, mfs analyze (matching, ordering, symbolic plan)
+//   numericFactorization     values to rank 0, mfs factor; afterwards mfs refactor, without any new memory
+//   solve                    right-hand sides to rank 0, mfs solve, solutions back
+//
+// On one rank the caller's arrays are read and written where they lie.
+//
+// Errors are thrown on every rank: the classes of mfs/error.hpp (all are std::runtime_error), with rows and
+// columns as the caller's global ids, and std::invalid_argument for shapes that do not fit. After a failed
+// numericFactorization, solve throws until another one has succeeded.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include <Amesos2_SolverCore.hpp>
+#include <Amesos2_SolverTraits.hpp>
+
+#include <mfs/report.hpp>
+
+namespace Amesos2 {
+
+/// The parameters of the sublist "MFS" of a list named "Amesos2", with defaults, documentation and
+/// validators: "Backend", "Threads", "Matching", "Scaling", "MaxBlockSize", "LeafSize", "PivotTolerance",
+/// "Tolerance", "MaxRefinementSteps", "Verbosity", "Trans" and "IsContiguous".
+Teuchos::RCP<const Teuchos::ParameterList> mfs_valid_parameters();
+
+/// Made by Amesos2::create<Matrix, Vector>("MFS", ...); see Amesos2_MFS.hpp.
+template <class Matrix, class Vector>
+class MFS : public SolverCore<Amesos2::MFS, Matrix, Vector> {
+  friend class SolverCore<Amesos2::MFS, Matrix, Vector>;
+
+ public:
+  static const char* name;
+
+  using type = MFS<Matrix, Vector>;
+  using super_type = SolverCore<Amesos2::MFS, Matrix, Vector>;
+
+  MFS(Teuchos::RCP<const Matrix> A, Teuchos::RCP<Vector> X, Teuchos::RCP<const Vector> B);
+  ~MFS();
+
+  /// Throws std::invalid_argument where `a` is null or not square, or has other dimensions although a phase
+  /// is to be kept.
+  void setA(const Teuchos::RCP<const Matrix> a, EPhase keep_phase = CLEAN) override;
+  using super_type::setA;
+
+  /// Throws std::invalid_argument where lengths or numbers of columns do not fit, on all ranks.
+  void solve(const Teuchos::Ptr<Vector> X, const Teuchos::Ptr<const Vector> B) const override;
+  using super_type::solve;
+
+  /// What the solver says about its work. Rank 0 has it; on the other ranks all figures are zero.
+  const mfs::Report& report() const;
+
+  std::string description() const override;
+  /// On rank 0. VERB_LOW: sizes and memory; VERB_MEDIUM: also flops, times, accuracy; VERB_HIGH: also
+  /// the parameters; VERB_EXTREME: also the fronts by depth and Amesos2's timers.
+  void describe(Teuchos::FancyOStream& out, const Teuchos::EVerbosityLevel level =
+                                                Teuchos::Describable::verbLevel_default) const override;
+
+ private:
+  int preOrdering_impl();
+  int symbolicFactorization_impl();
+  int numericFactorization_impl();
+  int solve_impl(const Teuchos::Ptr<MultiVecAdapter<Vector>> X,
+                 const Teuchos::Ptr<const MultiVecAdapter<Vector>> B) const;
+  bool matrixShapeOK_impl() const;
+  void setParameters_impl(const Teuchos::RCP<Teuchos::ParameterList>& parameters);
+  Teuchos::RCP<const Teuchos::ParameterList> getValidParameters_impl() const;
+  bool loadA_impl(EPhase current_phase);
+
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+template <>
+struct solver_traits<MFS> {
+  using supported_scalars = Meta::make_list1<double>;
+};
+
+}  // namespace Amesos2

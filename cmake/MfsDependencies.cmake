@@ -1,0 +1,43 @@
+# What MFS stands on. scripts/setup brings everything that is named here; what it builds itself lies under
+# MFS_THIRD_PARTY, outside the source tree. Any of it is overridden by CMAKE_PREFIX_PATH or <name>_ROOT.
+if(DEFINED ENV{MFS_THIRD_PARTY})
+  set(mfs_third_party "$ENV{MFS_THIRD_PARTY}")
+elseif(DEFINED ENV{XDG_CACHE_HOME})
+  set(mfs_third_party "$ENV{XDG_CACHE_HOME}/mfs")
+else()
+  set(mfs_third_party "$ENV{HOME}/.cache/mfs")
+endif()
+set(MFS_THIRD_PARTY "${mfs_third_party}" CACHE PATH "Where scripts/setup put Kokkos and the sources of METIS")
+
+find_package(Threads REQUIRED)
+find_package(OpenMP REQUIRED)
+
+# BLAS and LAPACK: OpenBLAS unless told otherwise (BLA_VENDOR=Intel10_64lp takes oneMKL).
+if(NOT DEFINED BLA_VENDOR)
+  set(BLA_VENDOR OpenBLAS)
+endif()
+find_package(BLAS REQUIRED)
+find_package(LAPACK REQUIRED)
+
+# CAMD of SuiteSparse: a plain library without a CMake package in Debian 12.
+find_path(MFS_CAMD_INCLUDE camd.h PATH_SUFFIXES suitesparse REQUIRED)
+find_library(MFS_CAMD_LIBRARY camd REQUIRED)
+mark_as_advanced(MFS_CAMD_INCLUDE MFS_CAMD_LIBRARY)
+add_library(mfs_camd UNKNOWN IMPORTED GLOBAL)
+set_target_properties(mfs_camd PROPERTIES IMPORTED_LOCATION "${MFS_CAMD_LIBRARY}")
+target_include_directories(mfs_camd SYSTEM INTERFACE "${MFS_CAMD_INCLUDE}")
+
+add_subdirectory(cmake/kokkos)    # target mfs_kokkos
+add_subdirectory(ordering/metis)   # target mfs_metis
+
+# Trilinos, for the adapter: its packages are looked for in amesos2_mfs; here only whether they are there.
+set(MFS_TRILINOS_FOUND OFF)
+if(MFS_TRILINOS)
+  find_path(MFS_AMESOS2_INCLUDE Amesos2.hpp PATH_SUFFIXES trilinos)
+  mark_as_advanced(MFS_AMESOS2_INCLUDE)
+  if(MFS_AMESOS2_INCLUDE)
+    set(MFS_TRILINOS_FOUND ON)
+  else()
+    message(STATUS "Trilinos (Amesos2) not found: mfs::amesos2 is left out")
+  endif()
+endif()

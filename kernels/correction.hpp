@@ -1,0 +1,195 @@
+// The exact inverse in spite of perturbed pivots. Each perturbation added one number to one entry of A, so the
+// factors belong to A' = A + U V^T with k columns, U = [amount_j e_row(j)], V = [e_column(j)], and (Woodbury)
+//
+//   A^-1 = A'^-1 + Z C^-1 V^T A'^-1,    Z = A'^-1 U,    C = I - V^T Z   (k x k, the capacitance matrix).
+//
+// A is singular exactly when C is, and of the same nullity: this is where "singular" is decided. With C q = 0 the
+// null vector of A is Z q: its largest entry names a column that depends on the others.
+// The singular values are those of C between scaled unknowns, D^-1 C D, so that they mean something.
+// For A^T the two ends of each perturbation change places.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <limits>
+#include <vector>
+
+#include "kernels/blas.hpp"
+#include "kernels/factorization.hpp"
+
+namespace mfs {
+
+/// `amount` was added to entry (row, column) of A.
+template <class Scalar>
+struct Perturbation {
+  Vertex row, column;
+  Scalar amount;
+};
+
+/// More perturbed pivots than this are not corrected: Z would outgrow the factors.
+constexpr std::size_t kMostCorrected = 128;
+
+/// The entry of x that is largest in scaled unknowns.
+template <class Scalar>
+Vertex largest_unknown(Vertex n, const Scalar* x, const double* scale) {
+  Vertex best = 0;
+  double most = -1;
+  for (Vertex i = 0; i < n; ++i) {
+    const double size = std::abs(x[i]) / scale[i];
+    if (size > most) {
+      most = size;
+      best = i;
+    }
+  }
+  return best;
+}
+
+template <class Scalar>
+class Correction {
+ public:
+  /// `scale[u]` is the scale of unknown u; `inverse(x, columns)` puts A'^-1 X in the place of
+  /// X, at most kSolveColumns at once; `product(x, y)` gives y = -A x of one column.
+  template <class Inverse, class Product>
+  Correction(Vertex n, std::vector<Perturbation<Scalar>> perturbations, const double* scale, const Inverse& inverse,
+             const Product& product)
+      : n_(n), perturbations_(std::move(perturbations)) {
+    const std::size_t k = perturbations_.size();
+    for (const Perturbation<Scalar>& p : perturbations_) scale_.push_back(static_cast<RealOf<Scalar>>(scale[p.column]));
+    z_.assign(static_cast<std::size_t>(n) * k, Scalar(0));
+    for (std::size_t first = 0; first < k; first += kSolveColumns) {
+      solve_columns(first, std::min<std::size_t>(kSolveColumns, k - first), inverse, product);
+    }
+    decompose();
+  }
+
+  Vertex nullity() const { return nullity_; }
+  int rank() const { return static_cast<int>(perturbations_.size()); }
+
+  /// det C = phase * exp(log_abs): det A = det A' det C.
+  void determinant(std::complex<double>& phase, double& log_abs) const {
+    std::vector<std::complex<double>> c(capacitance_.begin(), capacitance_.end());
+    const std::size_t k = perturbations_.size();
+    phase = 1;
+    log_abs = 0;
+    for (std::size_t j = 0; j < k; ++j) {  // elimination with row interchanges: k is small
+      std::size_t pivot = j;
+      for (std::size_t i = j; i < k; ++i) {
+        if (std::abs(c[i + j * k]) > std::abs(c[pivot + j * k])) pivot = i;
+      }
+      if (pivot != j) {
+        for (std::size_t i = 0; i < k; ++i) std::swap(c[j + i * k], c[pivot + i * k]);
+        phase = -phase;
+      }
+      const std::complex<double> value = c[j + j * k];
+      log_abs += std::log(std::abs(value));
+      phase *= value / std::abs(value);
+      for (std::size_t i = j + 1; i < k; ++i) {
+        const std::complex<double> factor = c[i + j * k] / value;
+        for (std::size_t l = j + 1; l < k; ++l) c[i + l * k] -= factor * c[j + l * k];
+      }
+    }
+  }
+
+  /// x := A^-1 b, given x = A'^-1 b.
+  void apply(Scalar* x) {
+    const std::size_t k = perturbations_.size();
+    for (std::size_t i = 0; i < k; ++i) at_columns_[i] = x[perturbations_[i].column] / scale_[i];
+    // C^-1 = V diag(1 / singular) U^H
+    for (std::size_t i = 0; i < k; ++i) {
+      Wide<Scalar> sum = 0;
+      for (std::size_t j = 0; j < k; ++j) sum += Wide<Scalar>(conjugate(left_[j + i * k])) * Wide<Scalar>(at_columns_[j]);
+      rotated_[i] = sum / singular_[i];
+    }
+    for (std::size_t i = 0; i < k; ++i) {
+      Wide<Scalar> sum = 0;
+      for (std::size_t j = 0; j < k; ++j) sum += Wide<Scalar>(conjugate(right_[j + i * k])) * rotated_[j];
+      const Scalar factor = static_cast<Scalar>(sum) * scale_[i];
+      const Scalar* z = z_.data() + i * static_cast<std::size_t>(n_);
+      for (Vertex row = 0; row < n_; ++row) x[row] += factor * z[row];
+    }
+  }
+
+  /// The unknown with the largest entry, in scaled unknowns, of the null vector that belongs to the smallest singular value.
+  Vertex dependent_unknown(const double* scale) const {
+    const std::size_t k = perturbations_.size();
+    std::vector<Scalar> null_vector(static_cast<std::size_t>(n_), Scalar(0));
+    for (std::size_t i = 0; i < k; ++i) {
+      const Scalar factor = conjugate(right_[k - 1 + i * k]) * scale_[i];
+      const Scalar* z = z_.data() + i * static_cast<std::size_t>(n_);
+      for (Vertex row = 0; row < n_; ++row) null_vector[row] += factor * z[row];
+    }
+    return largest_unknown(n_, null_vector.data(), scale);
+  }
+
+  /// V p with C^T p = 0: A'^-T of it is the null vector of A^T.
+  void left_null_source(Scalar* out) const {
+    const std::size_t k = perturbations_.size();
+    std::fill(out, out + n_, Scalar(0));
+    for (std::size_t i = 0; i < k; ++i) out[perturbations_[i].column] = conjugate(left_[i + (k - 1) * k]) / scale_[i];
+  }
+
+  std::size_t bytes() const { return z_.size() * sizeof(Scalar); }
+
+ private:
+  // Columns of Z with one step of refinement against A' = A + sum of the perturbations.
+  template <class Inverse, class Product>
+  void solve_columns(std::size_t first, std::size_t columns, const Inverse& inverse, const Product& product) {
+    const std::size_t n = static_cast<std::size_t>(n_);
+    Scalar* z = z_.data() + first * n;
+    for (std::size_t j = 0; j < columns; ++j) z[perturbations_[first + j].row + j * n] = perturbations_[first + j].amount;
+    inverse(z, static_cast<Vertex>(columns));
+    std::vector<Scalar> residual(n * columns);
+    for (std::size_t j = 0; j < columns; ++j) {
+      Scalar* r = residual.data() + j * n;
+      product(z + j * n, r);
+      r[perturbations_[first + j].row] += perturbations_[first + j].amount;
+      for (const Perturbation<Scalar>& p : perturbations_) r[p.row] -= p.amount * z[p.column + j * n];
+    }
+    inverse(residual.data(), static_cast<Vertex>(columns));
+    for (std::size_t i = 0; i < residual.size(); ++i) z[i] += residual[i];
+  }
+
+  void decompose() {
+    const std::size_t k = perturbations_.size();
+    std::vector<Scalar> c(k * k);
+    for (std::size_t j = 0; j < k; ++j) {
+      for (std::size_t i = 0; i < k; ++i) {
+        const Scalar entry = z_[j * static_cast<std::size_t>(n_) + perturbations_[i].column];
+        c[i + j * k] = Scalar(i == j ? 1 : 0) - entry * (scale_[j] / scale_[i]);
+      }
+    }
+    singular_.resize(k);
+    left_.resize(k * k);
+    right_.resize(k * k);
+    at_columns_.resize(k);
+    rotated_.resize(k);
+    capacitance_ = c;
+    const int info =
+        blas::singular_values(static_cast<Vertex>(k), c.data(), singular_.data(), left_.data(), right_.data());
+    // C is known to about eps times the condition of A', which is at most 1 / sqrt(eps) beyond that of the rest.
+    const double threshold = 10 * std::sqrt(std::numeric_limits<RealOf<Scalar>>::epsilon());
+    for (const double value : singular_) nullity_ += !(value > threshold * std::max(1.0, singular_.front()));
+    if (info != 0) nullity_ = static_cast<Vertex>(k);
+  }
+
+  static double conjugate(double value) { return value; }
+  static float conjugate(float value) { return value; }
+  template <class Real>
+  static std::complex<Real> conjugate(std::complex<Real> value) {
+    return std::conj(value);
+  }
+
+  Vertex n_;
+  std::vector<Perturbation<Scalar>> perturbations_;
+  std::vector<RealOf<Scalar>> scale_;   // of the unknown of each perturbation
+  std::vector<Scalar> z_;               // n x k
+  std::vector<Scalar> capacitance_;     // C between scaled unknowns, k x k
+  std::vector<double> singular_;        // k, descending
+  std::vector<Scalar> left_, right_;    // U and V^H of C, k x k
+  std::vector<Scalar> at_columns_;      // work
+  std::vector<Wide<Scalar>> rotated_;   // work
+  Vertex nullity_ = 0;
+};
+
+}  // namespace mfs

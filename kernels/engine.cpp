@@ -1,0 +1,110 @@
+#include "kernels/engine.hpp"
+
+#include <sched.h>
+
+#include <chrono>
+#include <condition_variable>
+#include <exception>
+#include <mutex>
+#include <thread>
+
+#include <Kokkos_Core.hpp>
+
+namespace mfs {
+
+struct Engine::State {
+  std::mutex caller;  // one caller at a time
+  std::mutex mutex;   // guards what follows
+  std::condition_variable changed;
+  const std::function<void()>* work = nullptr;
+  int threads = 0;
+  bool done = false;
+  std::exception_ptr error;
+
+  int kokkos_threads = 0;  // 0: OpenMP space not initialized; only the engine's thread looks
+
+  // Another number of threads: only the OpenMP space starts anew. Kokkos::finalize would end all spaces, and Serial
+  // does not survive that in 3.4 (its scratch memory comes back too small, and is overrun).
+  void use_threads(int wanted) {
+    if (kokkos_threads == wanted) return;
+    kokkos_threads = 0;
+#if KOKKOS_VERSION >= 30700
+    const auto settings = Kokkos::InitializationSettings().set_num_threads(wanted).set_disable_warnings(true);
+#else
+    Kokkos::InitArguments settings;
+    settings.num_threads = wanted;
+    settings.disable_warnings = true;
+#endif
+    if (!Kokkos::is_initialized()) {
+      Kokkos::initialize(settings);
+    } else {
+      Kokkos::OpenMP::impl_finalize();
+#if KOKKOS_VERSION >= 30700
+      Kokkos::OpenMP::impl_initialize(settings);
+#else
+      Kokkos::OpenMP::impl_initialize(wanted);
+#endif
+    }
+    kokkos_threads = wanted;
+  }
+
+  void serve() {
+    std::unique_lock<std::mutex> lock(mutex);
+    for (;;) {
+      changed.wait(lock, [this] { return work != nullptr; });
+      const std::function<void()>& task = *work;
+      lock.unlock();
+      try {
+        use_threads(threads);
+        task();
+      } catch (...) {
+        error = std::current_exception();
+      }
+      lock.lock();
+      work = nullptr;
+      done = true;
+      changed.notify_all();
+    }
+  }
+};
+
+Engine& Engine::instance() {
+  static Engine* engine = new Engine;  // never destroyed: its thread may outlive static destructors
+  return *engine;
+}
+
+Engine::Engine() : state_(new State) {
+  std::thread([state = state_] { state->serve(); }).detach();
+}
+
+void Engine::run(int threads, const std::function<void()>& work, const std::function<void()>& idle) {
+  const std::lock_guard<std::mutex> one_caller(state_->caller);
+  std::unique_lock<std::mutex> lock(state_->mutex);
+  state_->threads = threads;
+  state_->done = false;
+  state_->error = nullptr;
+  state_->work = &work;
+  state_->changed.notify_all();
+  while (!state_->done) {
+    if (!idle) {
+      state_->changed.wait(lock, [this] { return state_->done; });
+    } else if (!state_->changed.wait_for(lock, std::chrono::milliseconds(100), [this] { return state_->done; })) {
+      lock.unlock();
+      idle();
+      lock.lock();
+    }
+  }
+  const std::exception_ptr error = std::move(state_->error);
+  state_->error = nullptr;
+  lock.unlock();
+  if (error) std::rethrow_exception(error);
+}
+
+int available_threads() {
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  if (sched_getaffinity(0, sizeof set, &set) != 0) return static_cast<int>(std::thread::hardware_concurrency());
+  return CPU_COUNT(&set);
+}
+
+}  // namespace mfs

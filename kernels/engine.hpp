@@ -1,0 +1,33 @@
+// Where Kokkos runs. With its private Kokkos, MFS owns one thread that initializes Kokkos and starts all of its
+// kernels: Kokkos 3.4's OpenMP accepts only the thread that initialized it, while callers come from any thread,
+// with any OpenMP settings of their own, which then stay as they are. A call hands its work over and waits.
+#pragma once
+
+#include <functional>
+
+namespace mfs {
+
+class Engine {
+ public:
+  /// The engine of this process; started by the first call, alive until the process ends.
+  static Engine& instance();
+
+  /// Runs `work` with `threads` OpenMP threads and returns when it is done; what it throws is thrown here.
+  /// Calls from several threads wait for each other. While it waits, `idle` (if any) is called about ten times
+  /// per second in the calling thread.
+  void run(int threads, const std::function<void()>& work, const std::function<void()>& idle = {});
+
+  Engine(const Engine&) = delete;
+  Engine& operator=(const Engine&) = delete;
+
+ private:
+  Engine();
+  ~Engine() = default;
+  struct State;
+  State* state_;  // lives as long as the engine's thread: as long as the process
+};
+
+/// Processors that this process may use.
+int available_threads();
+
+}  // namespace mfs

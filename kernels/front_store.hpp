@@ -1,0 +1,122 @@
+// What the stages work on: the plan and the arena, as plain pointers that any execution space can follow.
+#pragma once
+
+#include <complex>
+
+#include <Kokkos_Core.hpp>
+
+#include "ordering/types.hpp"
+
+namespace mfs {
+
+template <class Scalar>
+struct RealOfTrait {
+  using type = Scalar;
+};
+template <class Real>
+struct RealOfTrait<std::complex<Real>> {
+  using type = Real;
+};
+/// float for float and complex<float>, double for the others.
+template <class Scalar>
+using RealOf = typename RealOfTrait<Scalar>::type;
+
+template <class Scalar>
+Scalar from_parts(double real, double imaginary) {
+  if constexpr (std::is_same_v<Scalar, RealOf<Scalar>>) {
+    (void)imaginary;
+    return static_cast<Scalar>(real);
+  } else {
+    return Scalar(static_cast<RealOf<Scalar>>(real), static_cast<RealOf<Scalar>>(imaginary));
+  }
+}
+/// The same kind of number, real or complex, in double precision: what sums are taken in.
+template <class Scalar>
+using Wide = std::conditional_t<std::is_same_v<Scalar, RealOf<Scalar>>, double, std::complex<double>>;
+
+/// The same kind of number in single precision: what the factors of mixed precision are.
+template <class Scalar>
+using Narrow = std::conditional_t<std::is_same_v<Scalar, RealOf<Scalar>>, float, std::complex<float>>;
+
+/// One front, where its blocks lie (drawing in ordering/symbolic_plan.hpp).
+template <class Scalar>
+struct Front {
+  Vertex pivots, border;
+  Scalar* lower;         // [P; L], (pivots + border) x pivots
+  Scalar* upper;         // U, pivots x border
+  Scalar* contribution;  // C, border x border
+
+  KOKKOS_INLINE_FUNCTION Vertex rows() const { return pivots + border; }
+};
+
+/// What a factorization says when it is done; zeroed at its begin, read once at its end.
+struct FactorStatus {
+  unsigned long long perturbed;
+  unsigned long long nonfinite;  // pivots that were NaN or infinite
+  double getrf, trsm, gemm;      // floating-point operations done, as the plan counts them
+};
+
+/// The plan (SymbolicPlan has the meaning of each array) and the numbers of one factorization in Scalar of a matrix
+/// whose values are given as Value (the same, or wider: mixed precision).
+template <class Scalar, class Value = Scalar>
+struct FrontStore {
+  Vertex n;
+  Vertex max_block_size;
+  const Vertex* row_of;
+  const Vertex* column_of;
+  const Vertex* pivot_begin;
+  const Offset* border_begin;
+  const Vertex* border;
+  const Vertex* border_in_parent;
+  const Vertex* child_begin;
+  const Vertex* children;
+  const Offset* lower_begin;
+  const Offset* upper_begin;
+  const Offset* contribution_begin;
+  const Offset* entry_begin;
+  const Offset* entry_slot;
+  const Offset* entry_target;
+  const Vertex* entry_row;
+  const Vertex* entry_column;
+
+  const Offset* matrix_offsets;  // n + 1, rows of A
+  const Vertex* matrix_columns;
+
+  Value* matrix_values;   // nnz, in the order of matrix_columns
+  double* row_scale;      // n, by row of A
+  double* column_scale;   // n, by column of A
+  Scalar* factor;         // factor region
+  Scalar* contribution;   // contribution region
+  Vertex* interchange;    // n: row exchanges of each block of a pivot block, as factor_panel gives them
+  Vertex* local_row;      // n: local_row[pivot_begin + i] = row of the pivot block that came to place i
+  Scalar* shift;          // n: what was added to the pivot at each position
+  Scalar* work;           // n
+  FactorStatus* status;
+
+  KOKKOS_INLINE_FUNCTION Front<Scalar> front(Vertex f) const {
+    Front<Scalar> view;
+    view.pivots = pivot_begin[f + 1] - pivot_begin[f];
+    view.border = static_cast<Vertex>(border_begin[f + 1] - border_begin[f]);
+    view.lower = factor + lower_begin[f];
+    view.upper = factor + upper_begin[f];
+    view.contribution = contribution + contribution_begin[f];
+    return view;
+  }
+};
+
+/// First index of a sorted array that is not below `value`.
+KOKKOS_INLINE_FUNCTION Vertex lower_bound(const Vertex* sorted, Vertex count, Vertex value) {
+  Vertex begin = 0;
+  while (count > 0) {
+    const Vertex half = count / 2;
+    if (sorted[begin + half] < value) {
+      begin += half + 1;
+      count -= half + 1;
+    } else {
+      count = half;
+    }
+  }
+  return begin;
+}
+
+}  // namespace mfs

@@ -1,0 +1,245 @@
+// From an approximate inverse to a solution whose componentwise backward error is known: iterative refinement,
+// and, for a column where that stalls (pivots were perturbed), FGMRES with the factors as preconditioner. With k
+// perturbed pivots A differs from the factored matrix by a matrix of rank k, so FGMRES needs about k + 1 steps.
+//
+// Sources: Skeel 1980; Arioli, Demmel, Duff 1989 (refinement and its stopping); Saad 1993 (FGMRES); Arioli, Duff,
+// Gratton, Pralet 2007 (FGMRES on factors with static pivoting).
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "kernels/factorization.hpp"
+#include "kernels/residual.hpp"
+
+namespace mfs {
+
+/// Vectors of a solve in the caller's numbering, n x kSolveColumns each.
+template <class Scalar>
+struct RefinementVectors {
+  Scalar *b, *x, *best, *r, *d;
+};
+
+/// FGMRES keeps this many directions before it restarts, and restarts this often at most.
+constexpr Vertex kKrylovDirections = 40;
+constexpr int kKrylovRestarts = 3;
+
+/// One use: one block of right-hand sides. `Inverse` is called as inverse(from, to, columns), `Residual` as
+/// residual(b or null, x, r) and returns the componentwise backward error.
+template <class Exec, class Scalar, class Inverse, class Residual>
+class Refinement {
+ public:
+  Refinement(const Exec& exec, Vertex n, Vertex columns, const SolveControls& controls, const double* weight,
+             const RefinementVectors<Scalar>& vectors, const Inverse& inverse, const Residual& residual)
+      : exec_(exec),
+        n_(n),
+        columns_(columns),
+        controls_(controls),
+        weight_(weight),
+        at_(vectors),
+        inverse_(inverse),
+        residual_(residual) {}
+
+  /// Leaves the best solution found in vectors.x; adds to `outcome` what it took.
+  void run(std::vector<Scalar>& krylov_space, SolveOutcome& outcome) {
+    inverse_(at_.b, at_.x, columns_);
+    for (Vertex j = 0; j < columns_; ++j) {
+      error_[j] = residual_(column(at_.b, j), column(at_.x, j), column(at_.r, j));
+      open_[j] = error_[j] > controls_.tolerance;
+    }
+    refine();
+    for (Vertex j = 0; j < columns_; ++j) {
+      if (error_[j] > controls_.tolerance && std::isfinite(error_[j]) && controls_.max_steps > 0) {
+        accelerate(j, krylov_space);
+      }
+    }
+    outcome.backward_error = *std::max_element(error_.begin(), error_.begin() + columns_);
+    outcome.refinement_steps = refinement_steps_;
+    outcome.krylov_steps = krylov_steps_;
+  }
+
+ private:
+  // Refines all open columns together; a column is closed when it is good enough or no longer halves its error.
+  void refine() {
+    for (int step = 0; step < controls_.max_steps; ++step) {
+      Vertex open = 0;
+      for (Vertex j = 0; j < columns_; ++j) {
+        if (open_[j]) copy(column(at_.r, j), column(at_.d, open++));
+      }
+      if (open == 0) return;
+      ++refinement_steps_;
+      inverse_(at_.d, at_.d, open);
+      open = 0;
+      for (Vertex j = 0; j < columns_; ++j) {
+        if (open_[j]) improve(j, column(at_.d, open++));
+      }
+    }
+  }
+
+  // x += d, kept only if it is better.
+  void improve(Vertex j, const Scalar* correction) {
+    const double before = error_[j];
+    copy(column(at_.x, j), column(at_.best, j));
+    add(Scalar(1), correction, column(at_.x, j));
+    const double after = residual_(column(at_.b, j), column(at_.x, j), column(at_.r, j));
+    if (after < before) {
+      error_[j] = after;
+    } else {
+      copy(column(at_.best, j), column(at_.x, j));
+    }
+    open_[j] = after > controls_.tolerance && after < 0.5 * before;
+  }
+
+  // FGMRES for one column, the residual weighted by the row scaling.
+  void accelerate(Vertex j, std::vector<Scalar>& space) {
+    space.resize(static_cast<size_t>(n_) * (2 * kKrylovDirections + 1));
+    Scalar* const basis = space.data();
+    Scalar* const directions = basis + static_cast<Offset>(n_) * (kKrylovDirections + 1);
+    for (int restart = 0; restart < kKrylovRestarts && error_[j] > controls_.tolerance; ++restart) {
+      const double before = error_[j];
+      residual_(column(at_.b, j), column(at_.x, j), column(at_.r, j));
+      krylov_cycle(j, basis, directions);
+      for (int step = 0; step < 2 && error_[j] > controls_.tolerance; ++step) {
+        residual_(column(at_.b, j), column(at_.x, j), column(at_.r, j));
+        inverse_(column(at_.r, j), column(at_.d, 0), 1);
+        ++refinement_steps_;
+        improve(j, column(at_.d, 0));
+      }
+      if (!(error_[j] < 0.5 * before)) break;
+    }
+  }
+
+  void krylov_cycle(Vertex j, Scalar* basis, Scalar* directions) {
+    std::vector<std::vector<Scalar>> h;  // columns of the Hessenberg matrix, already rotated
+    std::vector<std::array<Scalar, 2>> rotations;
+    std::vector<Scalar> rhs;
+    multiply_weight(column(at_.r, j), basis, false);
+    const double norm = norm2(basis);
+    if (!(norm > 0) || !std::isfinite(norm)) return;
+    scale(real(1 / norm), basis);
+    rhs.push_back(real(norm));
+    while (static_cast<Vertex>(h.size()) < kKrylovDirections) {
+      const Offset k = static_cast<Offset>(h.size());
+      Scalar *v = basis + k * n_, *z = directions + k * n_, *w = v + n_;
+      multiply_weight(v, column(at_.d, 0), true);
+      inverse_(column(at_.d, 0), z, 1);
+      ++krylov_steps_;
+      residual_(nullptr, z, column(at_.d, 0));  // -A z
+      multiply_weight(column(at_.d, 0), w, false);
+      scale(Scalar(-1), w);
+      std::vector<Scalar> hessenberg(k + 2);
+      for (int pass = 0; pass < 2; ++pass) {  // twice is enough (Giraud et al. 2005)
+        for (Offset i = 0; i <= k; ++i) {
+          const Scalar product = dot(basis + i * n_, w);
+          hessenberg[i] += product;
+          add(-product, basis + i * n_, w);
+        }
+      }
+      const double length = norm2(w);
+      if (!std::isfinite(length)) break;
+      hessenberg[k + 1] = real(length);
+      rotate(hessenberg, rotations, rhs);
+      h.push_back(hessenberg);
+      if (length == 0 || std::abs(rhs.back()) < 0.01 * controls_.tolerance * norm) break;
+      scale(real(1 / length), w);
+    }
+    apply_directions(j, h, rhs, directions);
+  }
+
+  // Givens rotations turn the new column upper triangular (Saad 2003, section 6.5.3).
+  static void rotate(std::vector<Scalar>& column, std::vector<std::array<Scalar, 2>>& rotations,
+                     std::vector<Scalar>& rhs) {
+    const size_t k = column.size() - 2;
+    for (size_t i = 0; i < k; ++i) {
+      const auto [c, s] = rotations[i];
+      const Scalar upper = column[i];
+      column[i] = conjugate(c) * upper + conjugate(s) * column[i + 1];
+      column[i + 1] = -s * upper + c * column[i + 1];
+    }
+    const Scalar size = real(std::hypot(std::abs(column[k]), std::abs(column[k + 1])));
+    if (size == Scalar(0)) {
+      rotations.push_back({Scalar(1), Scalar(0)});
+    } else {
+      rotations.push_back({column[k] / size, column[k + 1] / size});
+    }
+    const auto [c, s] = rotations.back();
+    column[k] = size;
+    column[k + 1] = Scalar(0);
+    rhs.push_back(-s * rhs[k]);
+    rhs[k] = conjugate(c) * rhs[k];
+  }
+
+  template <class Real>
+  static Real conjugate(Real value) {
+    return value;
+  }
+  template <class Real>
+  static std::complex<Real> conjugate(std::complex<Real> value) {
+    return std::conj(value);
+  }
+
+  void apply_directions(Vertex j, const std::vector<std::vector<Scalar>>& h, std::vector<Scalar> y,
+                        const Scalar* directions) {
+    const Offset m = static_cast<Offset>(h.size());
+    for (Offset i = m - 1; i >= 0; --i) {
+      for (Offset k = i + 1; k < m; ++k) y[i] -= h[k][i] * y[k];
+      y[i] = h[i][i] == Scalar(0) ? Scalar(0) : y[i] / h[i][i];
+    }
+    const double before = error_[j];
+    copy(column(at_.x, j), column(at_.best, j));
+    for (Offset k = 0; k < m; ++k) add(y[k], directions + k * n_, column(at_.x, j));
+    error_[j] = residual_(column(at_.b, j), column(at_.x, j), column(at_.r, j));
+    if (!(error_[j] < before)) {
+      copy(column(at_.best, j), column(at_.x, j));
+      error_[j] = before;
+    }
+  }
+
+  static Scalar real(double value) { return Scalar(static_cast<RealOf<Scalar>>(value)); }
+
+  Scalar* column(Scalar* block, Vertex j) const { return block + static_cast<Offset>(j) * n_; }
+
+  void copy(const Scalar* from, Scalar* to) const {
+    for_each_index(exec_, "mfs::copy", n_, KOKKOS_LAMBDA(Offset i) { to[i] = from[i]; });
+  }
+  void add(Scalar factor, const Scalar* from, Scalar* to) const {
+    for_each_index(exec_, "mfs::add", n_, KOKKOS_LAMBDA(Offset i) { to[i] += factor * from[i]; });
+  }
+  void scale(Scalar factor, Scalar* to) const {
+    for_each_index(exec_, "mfs::scale", n_, KOKKOS_LAMBDA(Offset i) { to[i] *= factor; });
+  }
+  void multiply_weight(const Scalar* from, Scalar* to, bool inverse) const {
+    const double* weight = weight_;
+    for_each_index(exec_, "mfs::weight", n_, KOKKOS_LAMBDA(Offset i) {
+      to[i] = inverse ? from[i] / static_cast<RealOf<Scalar>>(weight[i])
+                      : from[i] * static_cast<RealOf<Scalar>>(weight[i]);
+    });
+  }
+  Scalar dot(const Scalar* a, const Scalar* b) const {
+    Kokkos::complex<double> sum(0);
+    Kokkos::parallel_reduce(
+        "mfs::dot", Kokkos::RangePolicy<Exec, Kokkos::IndexType<Offset>>(exec_, 0, n_),
+        KOKKOS_LAMBDA(Offset i, Kokkos::complex<double>& part) {
+          const std::complex<double> product(conjugate(a[i]) * b[i]);
+          part += Kokkos::complex<double>(product.real(), product.imag());
+        },
+        sum);
+    return from_parts<Scalar>(sum.real(), sum.imag());
+  }
+  double norm2(const Scalar* a) const { return std::sqrt(std::abs(dot(a, a))); }
+
+  Exec exec_;
+  Vertex n_, columns_;
+  SolveControls controls_;
+  const double* weight_;
+  RefinementVectors<Scalar> at_;
+  const Inverse& inverse_;
+  const Residual& residual_;
+  std::array<double, kSolveColumns> error_{};
+  std::array<bool, kSolveColumns> open_{};
+  int refinement_steps_ = 0, krylov_steps_ = 0;
+};
+
+}  // namespace mfs

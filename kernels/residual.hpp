@@ -1,0 +1,49 @@
+// Residual and componentwise backward error of A X = B (or A^T X = B), in the caller's numbering, by plain loops
+// over the rows of the original matrix, summed in double precision (Oettli and Prager 1964):
+//
+//   error = max_i |b - A x|_i / (|A| |x| + |b|)_i        0/0 counts as 0; anything not finite as infinity
+#pragma once
+
+#include <cmath>
+#include <limits>
+
+#include "kernels/dispatch.hpp"
+#include "kernels/front_store.hpp"
+
+namespace mfs {
+
+/// Rows of the matrix whose residual is taken: of A itself, or of A^T, whose entry k then is
+/// values[slots[k]] (slots is null for A).
+template <class Scalar>
+struct RowAccess {
+  const Offset* offsets;
+  const Vertex* columns;
+  const Offset* slots;
+  const Scalar* values;
+};
+
+/// r = b - A x for one column (b null: r = -A x); returns its backward error.
+template <class Exec, class Scalar>
+double residual(const Exec& exec, Vertex n, const RowAccess<Scalar>& a, const Scalar* b, const Scalar* x, Scalar* r) {
+  double worst = 0;
+  Kokkos::parallel_reduce(
+      "mfs::residual", Kokkos::RangePolicy<Exec, Kokkos::IndexType<Offset>>(exec, 0, n),
+      KOKKOS_LAMBDA(Offset i, double& most) {
+        Wide<Scalar> sum = b ? Wide<Scalar>(b[i]) : Wide<Scalar>(0);
+        double size = std::abs(sum);
+        for (Offset k = a.offsets[i]; k < a.offsets[i + 1]; ++k) {
+          const Wide<Scalar> product = Wide<Scalar>(a.values[a.slots ? a.slots[k] : k]) * Wide<Scalar>(x[a.columns[k]]);
+          sum -= product;
+          size += std::abs(product);
+        }
+        r[i] = static_cast<Scalar>(sum);
+        const double error = std::abs(sum);
+        const double ratio = error == 0 ? 0 : error / size;
+        // NaN compares false: written so that it counts as infinite.
+        if (!(ratio <= most)) most = ratio <= 1e300 ? ratio : std::numeric_limits<double>::infinity();
+      },
+      Kokkos::Max<double>(worst));
+  return worst;
+}
+
+}  // namespace mfs

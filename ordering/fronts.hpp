@@ -1,0 +1,33 @@
+// From an elimination order to fronts of a useful size.
+//
+//   fundamental supernodes   chains of vertices whose columns have the same structure
+//   amalgamation             a child is merged into its parent where that costs few explicit zeros (Ashcraft
+//   and
+//                            Grimes 1989; the limits are those of CHOLMOD)
+//   bundles                  crowds of tiny siblings with the same border share a front
+//   breadth first            deepest depth first, siblings together
+#pragma once
+
+#include <vector>
+
+#include "ordering/graph.hpp"
+#include "ordering/types.hpp"
+
+namespace mfs {
+
+/// Nodes in any order with children before parents, each with its unknowns in elimination order; no node is
+/// empty.
+struct NodeList {
+  std::vector<Vertex> order;       // unknowns, node after node
+  std::vector<Vertex> node_begin;  // nodes + 1
+  std::vector<Vertex> parent;      // nodes, -1 for a root
+};
+
+/// Renumbers the nodes breadth first: deepest depth first, siblings together, roots last.
+SeparatorTree breadth_first(const NodeList& nodes);
+
+/// The fronts of the vertices of `graph` eliminated in `order`, with the unknowns of `partition` in them.
+SeparatorTree fronts_of_order(const Graph& graph, const Partition& partition,
+                              const std::vector<Vertex>& order);
+
+}  // namespace mfs

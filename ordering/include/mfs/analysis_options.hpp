@@ -1,0 +1,44 @@
+// Options of what is done once per pattern: matching, scaling, ordering, symbolic plan.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace mfs {
+
+/// When rows are matched to columns so that large entries come to the diagonal (or into 2x2 pairs).
+enum class Matching {
+  automatic,  ///< where a cheap test finds the diagonal weak
+  always,
+  never,
+};
+
+/// A separator tree given by the caller: node k holds the elimination positions
+/// [offsets[k], offsets[k+1]) of `permutation`; children come before their parent; -1 for a root.
+struct UserTree {
+  std::vector<std::int64_t> offsets;  ///< nodes + 1
+  std::vector<std::int64_t> parent;   ///< nodes
+};
+
+struct AnalysisOptions {
+  Matching matching = Matching::automatic;
+  bool scaling = true;
+
+  /// Widest block into which a pivot block is divided (rows and columns).
+  std::int32_t max_block_size = 1024;
+  /// Sub-graphs of at most this many unknowns are ordered by CAMD instead of being dissected.
+  std::int32_t leaf_size = 120;
+  /// Separator trials per METIS call (NSEPS) and refinement passes (NITER).
+  std::int32_t separator_trials = 1;
+  std::int32_t separator_refinement = 10;
+  /// A row with more than dense_row * sqrt(n) neighbours is ordered last instead of being dissected.
+  double dense_row = 10.0;
+  std::int32_t seed = 42;
+
+  /// The caller's own elimination order: permutation[position] = row/column; empty: nested dissection.
+  std::vector<std::int64_t> permutation;
+  /// The caller's own tree over `permutation`; empty: the elimination tree of the permutation.
+  UserTree tree;
+};
+
+}  // namespace mfs

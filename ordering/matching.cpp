@@ -1,0 +1,188 @@
+#include "ordering/matching.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <string>
+
+#include <mfs/error.hpp>
+
+#include "ordering/pairing.hpp"
+#include "ordering/product_matching.hpp"
+#include "ordering/scaling.hpp"
+
+namespace mfs {
+namespace {
+
+constexpr double kNearlySymmetric =
+    0.9;                          // share of off-diagonal entries whose mirror image is in the pattern
+constexpr int kLargestEntry = 2;  // exponent that a scaled entry may have under symmetrised scales
+
+/// True where some diagonal entry is missing, zero, or small beside the largest of its row and of its column.
+bool diagonal_is_weak(const Pattern& pattern, const std::vector<Exponent>& exponents,
+                      const PowerScaling& scaling, const LargestEntries& largest) {
+  for (Vertex i = 0; i < pattern.n; ++i) {
+    const std::int32_t diagonal = scaled_exponent(pattern, exponents, scaling, i, i);
+    if (diagonal == kZeroEntry) return true;
+    if (diagonal < std::min(largest.row[i], largest.column[i]) + kWeakExponent) return true;
+  }
+  return false;
+}
+
+/// One cursor per row walks through its entries as the rows before it ask for theirs: linear time.
+bool pattern_is_nearly_symmetric(const Pattern& pattern) {
+  std::vector<Offset> cursor(pattern.offsets.begin(), pattern.offsets.end() - 1);
+  Offset mirrored = 0, diagonal = 0;
+  for (Vertex i = 0; i < pattern.n; ++i) {
+    for (Offset k = pattern.offsets[i]; k < pattern.offsets[i + 1]; ++k) {
+      const Vertex j = pattern.columns[k];
+      diagonal += i == j;
+      Offset& c = cursor[j];
+      while (c < pattern.offsets[j + 1] && pattern.columns[c] < i) ++c;
+      mirrored += i != j && c < pattern.offsets[j + 1] && pattern.columns[c] == i;
+    }
+  }
+  return static_cast<double>(mirrored) >= kNearlySymmetric * static_cast<double>(pattern.nnz() - diagonal);
+}
+
+double magnitude(double value) {
+  return std::abs(value);
+}
+double magnitude(float value) {
+  return std::abs(static_cast<double>(value));
+}
+template <class Real>
+double magnitude(const std::complex<Real>& value) {
+  return std::hypot(static_cast<double>(value.real()), static_cast<double>(value.imag()));
+}
+
+/// -log2 of the scaled entries; 0 for all entries where only the pattern is known. `values` may be null.
+template <class Scalar>
+std::vector<Cost> matching_costs(const Pattern& pattern, const Scalar* values,
+                                 const std::vector<Exponent>& exponents, const PowerScaling& scaling,
+                                 int threads) {
+  std::vector<Cost> costs(pattern.columns.size(), 0);
+  if (values == nullptr) return costs;
+#pragma omp parallel for num_threads(threads) schedule(static)
+  for (Vertex i = 0; i < pattern.n; ++i) {
+    for (Offset k = pattern.offsets[i]; k < pattern.offsets[i + 1]; ++k) {
+      if (exponents[k] == kZeroEntry) {
+        costs[k] = kNoEdge;
+        continue;
+      }
+      // The entry is halved first: hypot of two huge parts would overflow.
+      const double near_one =
+          std::ldexp(magnitude(values[k] * static_cast<decltype(std::abs(values[k]))>(0.5)), -exponents[k]);
+      const int exponent =
+          std::clamp(exponents[k] + scaling.row[i] + scaling.column[pattern.columns[k]], -1000, 1000);
+      const double logarithm = exponent + 1 + std::log2(std::clamp(near_one, 0.25, 1.0));
+      costs[k] = static_cast<Cost>(-std::lround(logarithm * kCostOfTwo));
+    }
+  }
+  return costs;
+}
+
+/// Adds the scales that duals stand for to those that the matching started from.
+void add_duals(const std::vector<std::int64_t>& duals, std::vector<std::int32_t>& exponents) {
+  for (std::size_t i = 0; i < exponents.size(); ++i) {
+    const double sum = exponents[i] + static_cast<double>(duals[i]) / kCostOfTwo;
+    exponents[i] = static_cast<std::int32_t>(std::lround(std::clamp(sum, -1020.0, 1020.0)));
+  }
+}
+
+/// The geometric mean of row and column scale for both, where no entry grows above 2^kLargestEntry by it: a
+/// symmetric matrix stays symmetric.
+void symmetrise(const Pattern& pattern, const std::vector<Exponent>& exponents, int threads,
+                PowerScaling& scaling) {
+  PowerScaling mean(pattern.n);
+  for (Vertex i = 0; i < pattern.n; ++i) {
+    mean.row[i] = mean.column[i] =
+        static_cast<std::int32_t>(std::floor(0.5 * (scaling.row[i] + scaling.column[i])));
+  }
+  const LargestEntries largest = largest_entries(pattern, exponents, mean, threads);
+  const std::int32_t worst = *std::max_element(largest.row.begin(), largest.row.end());
+  if (worst <= kLargestEntry) scaling = std::move(mean);
+}
+
+[[noreturn]] void throw_structurally_singular(const ProductMatching& matching) {
+  const auto unmatched = [](const std::vector<Vertex>& partner) {
+    return std::find(partner.begin(), partner.end(), -1) - partner.begin();
+  };
+  throw SingularMatrix(SingularMatrix::Kind::structural, unmatched(matching.column_of_row),
+                       unmatched(matching.row_of_column), matching.unmatched,
+                       "no permutation gives a diagonal without zeros; " +
+                           std::to_string(matching.unmatched) + " dependent rows, one of them");
+}
+
+/// The matched rows by column, with `scaling` improved where values are given.
+template <class Scalar>
+std::vector<Vertex> matched_rows(const Pattern& pattern, const Scalar* values,
+                                 const std::vector<Exponent>& exponents, int threads, PowerScaling& scaling) {
+  ProductMatching matching =
+      maximum_product_matching(pattern, matching_costs(pattern, values, exponents, scaling, threads));
+  if (matching.unmatched > 0) throw_structurally_singular(matching);
+  if (values != nullptr) {
+    add_duals(matching.row_dual, scaling.row);
+    add_duals(matching.column_dual, scaling.column);
+    equilibrate(pattern, exponents, threads, scaling);  // changes something only where scales were clamped
+  }
+  return std::move(matching.row_of_column);
+}
+
+std::vector<double> powers_of_two(const std::vector<std::int32_t>& exponents) {
+  std::vector<double> scales(exponents.size());
+  std::transform(exponents.begin(), exponents.end(), scales.begin(),
+                 [](int e) { return std::ldexp(1.0, e); });
+  return scales;
+}
+
+bool is_identity(const std::vector<Vertex>& permutation) {
+  for (std::size_t i = 0; i < permutation.size(); ++i) {
+    if (permutation[i] != static_cast<Vertex>(i)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+template <class Scalar>
+MatchedScaling match_and_scale(const Pattern& pattern, const Scalar* slot_values,
+                               const AnalysisOptions& options, int threads) {
+  const bool has_values = slot_values != nullptr;
+  const auto exponents = has_values ? exponents_of(slot_values, pattern.nnz(), threads)
+                                    : std::vector<Exponent>(static_cast<std::size_t>(pattern.nnz()), 0);
+  PowerScaling scaling(pattern.n);
+  const LargestEntries largest = has_values ? equilibrate(pattern, exponents, threads, scaling)
+                                            : largest_entries(pattern, exponents, scaling, threads);
+
+  MatchedScaling result;
+  const bool wanted =
+      options.matching == Matching::always ||
+      (options.matching == Matching::automatic && diagonal_is_weak(pattern, exponents, scaling, largest));
+  if (wanted) {
+    result.matched = true;
+    std::vector<Vertex> rows = matched_rows(pattern, slot_values, exponents, threads, scaling);
+    if (pattern_is_nearly_symmetric(pattern)) {
+      result.pair = pair_unknowns(pattern, exponents, scaling, rows);
+    }
+    if (!result.pair.empty()) {
+      if (is_identity(result.pair)) result.pair.clear();
+      symmetrise(pattern, exponents, threads, scaling);
+    } else if (!is_identity(rows)) {
+      result.row_order = std::move(rows);
+    }
+  }
+  const bool scaled = has_values && options.scaling;
+  result.row_scale = scaled ? powers_of_two(scaling.row) : std::vector<double>(pattern.n, 1.0);
+  result.column_scale = scaled ? powers_of_two(scaling.column) : std::vector<double>(pattern.n, 1.0);
+  return result;
+}
+
+template MatchedScaling match_and_scale(const Pattern&, const float*, const AnalysisOptions&, int);
+template MatchedScaling match_and_scale(const Pattern&, const double*, const AnalysisOptions&, int);
+template MatchedScaling match_and_scale(const Pattern&, const std::complex<float>*, const AnalysisOptions&,
+                                        int);
+template MatchedScaling match_and_scale(const Pattern&, const std::complex<double>*, const AnalysisOptions&,
+                                        int);
+
+}  // namespace mfs

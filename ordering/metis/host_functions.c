@@ -1,0 +1,90 @@
+/* What METIS gets in place of the C library's rand, printf, signal, raise, exit and abort (CMakeLists.txt
+ * renames them while METIS is compiled).
+ *
+ * Random numbers: one state per thread, seeded by METIS at each call, so that a result depends on the graph and
+ * the seed alone and the caller's rand() is left alone.
+ *
+ * Errors: METIS raises a signal, and its entry points set a handler that jumps back into them. Handlers belong
+ * to the whole process; here raise jumps by itself to where the thread's entry point waits, and signal does
+ * nothing. Memory taken by the failed call is given back by METIS' own bookkeeping (gk_malloc_cleanup).
+ * METIS_ComputeVertexSeparator alone has no such guard in METIS 5.1.0; it gets the one of METIS_NodeND here. */
+#include <GKlib.h>
+#include <metis.h>
+#include <stdarg.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+/* xorshift64* (Vigna, "An experimental exploration of Marsaglia's xorshift generators", ACM TOMS 42, 2016). */
+static __thread uint64_t random_state = 1;
+
+void mfs_metis_srand(unsigned int seed) {
+  random_state = (uint64_t)seed * 0x9E3779B97F4A7C15u + 1u; /* never 0 for a 32-bit seed */
+}
+
+int mfs_metis_rand(void) {
+  random_state ^= random_state >> 12;
+  random_state ^= random_state << 25;
+  random_state ^= random_state >> 27;
+  return (int)((random_state * 0x2545F4914F6CDD1Du) >> 33); /* 0 ... RAND_MAX = 2^31 - 1 */
+}
+
+int mfs_metis_printf(const char* format, ...) {
+  (void)format;
+  return 0;
+}
+
+int mfs_metis_fprintf(FILE* stream, const char* format, ...) {
+  (void)stream;
+  (void)format;
+  return 0;
+}
+
+int mfs_metis_vfprintf(FILE* stream, const char* format, va_list arguments) {
+  (void)stream;
+  (void)format;
+  (void)arguments;
+  return 0;
+}
+
+void (*mfs_metis_signal(int number, void (*handler)(int)))(int) {
+  (void)number;
+  (void)handler;
+  return SIG_DFL;
+}
+
+int mfs_metis_raise(int number) {
+  if (gk_cur_jbufs < 0) __builtin_trap(); /* every entry point of METIS sets a return point first */
+  longjmp(gk_jbufs[gk_cur_jbufs], number);
+}
+
+void mfs_metis_exit(int status) {
+  (void)status;
+  mfs_metis_raise(SIGERR);
+  __builtin_unreachable();
+}
+
+void mfs_metis_abort(void) {
+  mfs_metis_raise(SIGERR);
+  __builtin_unreachable();
+}
+
+int mfs_metis_vertex_separator_untrapped(idx_t* nvtxs, idx_t* xadj, idx_t* adjncy, idx_t* vwgt,
+                                         idx_t* options, idx_t* separator_size, idx_t* part);
+
+int METIS_ComputeVertexSeparator(idx_t* nvtxs, idx_t* xadj, idx_t* adjncy, idx_t* vwgt, idx_t* options,
+                                 idx_t* separator_size, idx_t* part) {
+  if (!gk_malloc_init()) return METIS_ERROR_MEMORY;
+  volatile int status = METIS_ERROR;
+  if (gk_sigtrap()) {
+    const int raised = gk_sigcatch();
+    if (raised == 0) {
+      status = mfs_metis_vertex_separator_untrapped(nvtxs, xadj, adjncy, vwgt, options, separator_size, part);
+    } else {
+      status = raised == SIGMEM ? METIS_ERROR_MEMORY : METIS_ERROR;
+    }
+    gk_siguntrap();
+  }
+  gk_malloc_cleanup(0);
+  return status;
+}

@@ -1,0 +1,168 @@
+#include "ordering/nested_dissection.hpp"
+
+#include <omp.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <exception>
+#include <memory>
+#include <numeric>
+#include <utility>
+
+#include "ordering/subgraph.hpp"
+
+namespace mfs {
+namespace {
+
+/// Sub-graphs below this many unknowns are done by the task that made them.
+constexpr Offset kTaskWeight = 2000;
+/// No row with fewer neighbours than this is called dense (as in AMD).
+constexpr double kLeastDense = 16;
+
+class Dissection {
+ public:
+  Dissection(const Graph& graph, const AnalysisOptions& options, const OrderingProgress& progress)
+      : graph_(graph),
+        options_(options),
+        progress_(progress),
+        unknowns_(std::accumulate(graph.weight.begin(), graph.weight.end(), Offset(0))),
+        levels_(1 + static_cast<int>(std::log2(1 + static_cast<double>(unknowns_) / options_.leaf_size))),
+        dense_(graph.n, false),
+        order_(graph.n) {}
+
+  std::vector<Vertex> run(int threads) {
+    order_dense_last();
+    SubGraph rest = whole_graph(graph_, dense_);
+    if (rest.size() > 0) {
+#pragma omp parallel num_threads(threads)
+#pragma omp master
+      attempt([&] { dissect(std::move(rest), 0, 0); });
+    }
+    if (error_) std::rethrow_exception(error_);
+    return std::move(order_);
+  }
+
+ private:
+  /// The dense vertices take the last positions, the densest the very last.
+  void order_dense_last() {
+    const double limit =
+        std::max(kLeastDense, options_.dense_row * std::sqrt(static_cast<double>(unknowns_)));
+    std::vector<std::pair<Offset, Vertex>> dense;
+    for (Vertex v = 0; v < graph_.n; ++v) {
+      Offset degree = graph_.weight[v] - 1;
+      for (Offset k = graph_.offsets[v]; k < graph_.offsets[v + 1]; ++k)
+        degree += graph_.weight[graph_.neighbors[k]];
+      if (static_cast<double>(degree) <= limit) continue;
+      dense.emplace_back(degree, v);
+      dense_[v] = true;
+    }
+    std::sort(dense.begin(), dense.end());
+    std::transform(dense.begin(), dense.end(), order_.end() - static_cast<std::ptrdiff_t>(dense.size()),
+                   [](const auto& d) { return d.second; });
+  }
+
+  /// Orders `sub` into the positions from `begin` on.
+  void dissect(SubGraph sub, Vertex begin, int level) {
+    if (sub.weight <= options_.leaf_size) {
+      order_leaf(sub, begin, level);
+      return;
+    }
+    std::vector<idx_t> part_of;
+    const Components components = find_components(sub, options_.leaf_size, part_of);
+    if (components.large + components.any_small > 1) {
+      std::vector<SubGraph> parts = split(sub, part_of, components.large + components.any_small);
+      sub = SubGraph();
+      if (components.any_small) {
+        begin = order_leaf(parts.back(), begin, level);
+        parts.pop_back();
+      }
+      return dissect_parts(std::move(parts), begin, level);
+    }
+    if (components.any_small || !find_separator(sub, options_, part_of)) {
+      order_leaf(sub, begin, level);
+      return;
+    }
+    place_separator(sub, begin, part_of);
+    std::vector<SubGraph> sides = split(sub, part_of, 2);
+    advance(static_cast<double>(sub.weight));
+    sub = SubGraph();
+    dissect_parts(std::move(sides), begin, level + 1);
+  }
+
+  /// The separator (part 2) takes the last positions of its sub-graph and leaves it.
+  void place_separator(const SubGraph& sub, Vertex begin, std::vector<idx_t>& part_of) {
+    Vertex next = begin + sub.size();
+    for (Vertex v = sub.size() - 1; v >= 0; --v) {
+      if (part_of[v] != 2) continue;
+      order_[--next] = sub.vertices[v];
+      part_of[v] = -1;
+    }
+  }
+
+  void dissect_parts(std::vector<SubGraph> parts, Vertex begin, int level) {
+    for (SubGraph& part : parts) {
+      const Vertex part_begin = begin;
+      begin += part.size();
+      if (part.weight <= kTaskWeight) {
+        dissect(std::move(part), part_begin, level);
+        continue;
+      }
+      auto* owned = new SubGraph(std::move(part));
+#pragma omp task firstprivate(owned, part_begin, level)
+      {
+        const std::unique_ptr<SubGraph> guard(owned);
+        attempt([&] { dissect(std::move(*guard), part_begin, level); });
+      }
+    }
+  }
+
+  /// Returns the position behind the leaf.
+  Vertex order_leaf(const SubGraph& sub, Vertex begin, int level) {
+    const std::vector<Vertex> inner = minimum_degree(graph_, dense_, sub);
+    std::copy(inner.begin(), inner.end(), order_.begin() + begin);
+    advance(static_cast<double>(sub.weight) * std::max(levels_ - level, 1));
+    return begin + sub.size();
+  }
+
+  /// Counts work in unknowns per level of the dissection; the thread that called tells the caller.
+  void advance(double work) {
+    double done = work_done_.load();
+    while (!work_done_.compare_exchange_weak(done, done + work)) {
+    }
+    if (progress_ && omp_get_thread_num() == 0) {
+      progress_(std::min(1.0, (done + work) / (static_cast<double>(unknowns_) * levels_)));
+    }
+  }
+
+  /// No exception may leave a task: the first is kept, and what has not begun yet is dropped.
+  template <class Work>
+  void attempt(const Work& work) {
+    if (failed_) return;
+    try {
+      work();
+    } catch (...) {
+      if (!failed_.exchange(true)) error_ = std::current_exception();
+    }
+  }
+
+  const Graph& graph_;
+  const AnalysisOptions& options_;
+  const OrderingProgress& progress_;
+  const Offset unknowns_;
+  const int levels_;         // expected
+  std::vector<bool> dense_;  // taken out, ordered last
+  std::vector<Vertex> order_;
+  std::atomic<double> work_done_{0};
+  std::atomic<bool> failed_{false};
+  std::exception_ptr error_;
+};
+
+}  // namespace
+
+std::vector<Vertex> nested_dissection(const Graph& graph, const AnalysisOptions& options, int threads,
+                                      const OrderingProgress& progress) {
+  return Dissection(graph, options, progress).run(threads);
+}
+
+}  // namespace mfs

@@ -1,0 +1,23 @@
+// From a matched pattern to the tree of fronts: the whole ordering phase, as its steps.
+#pragma once
+
+#include <functional>
+
+#include <mfs/analysis_options.hpp>
+
+#include "ordering/types.hpp"
+
+namespace mfs {
+
+/// Receives the fraction of the ordering that is done (0 to 1, increasing), in the thread that called.
+using OrderingProgress = std::function<void(double)>;
+
+/// Graph of Ahat + Ahat^T, compression, nested dissection (or the caller's permutation or tree),
+/// amalgamation. The tree is the same for any number of threads. Unknowns joined by `matched.pair` share a
+/// tree node. Throws InvalidInput (the name of an option: "permutation", "tree", "leaf_size", ...),
+/// OutOfMemory, BackendError (METIS, CAMD).
+SeparatorTree order_matrix(const Pattern& pattern, const MatchedScaling& matched,
+                           const AnalysisOptions& options, int threads,
+                           const OrderingProgress& progress = {});
+
+}  // namespace mfs

@@ -1,0 +1,31 @@
+// Pairs of unknowns from a matching of rows to columns (Duff and Pralet 2005).
+//
+// On a nearly symmetric pattern a matched entry off the diagonal is not moved to the diagonal. The matching's
+// cycles are cut into pairs instead, and a pair is eliminated inside one pivot block:
+//
+//   cycle of four        0 -> 1 -> 2 -> 3 -> 0         pairs (0 1) (2 3)   or   (1 2) (3 0), the better of
+//   the two cycle of three       0 -> 1 -> 2 -> 0              pair (1 2) and 0 alone where its diagonal is
+//   fine,
+//                                                      otherwise all three together
+//
+// Two unknowns with a good diagonal each need no pair and stay alone.
+#pragma once
+
+#include <vector>
+
+#include "ordering/scaling.hpp"
+#include "ordering/types.hpp"
+
+namespace mfs {
+
+/// A diagonal entry is weak where its exponent, scaled, is below the largest of its row and column by this
+/// much: where it is smaller by a factor of about 100.
+constexpr int kWeakExponent = -7;
+
+/// MatchedScaling::pair for the matching `row_of_column` of a matrix scaled so that matched entries are
+/// about 1. Empty where pairs would be poor (values far from symmetric): then rows should be permuted
+/// instead.
+std::vector<Vertex> pair_unknowns(const Pattern& pattern, const std::vector<Exponent>& exponents,
+                                  const PowerScaling& scaling, const std::vector<Vertex>& row_of_column);
+
+}  // namespace mfs

@@ -1,0 +1,220 @@
+#include "ordering/product_matching.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "ordering/scaling.hpp"
+
+namespace mfs {
+namespace {
+
+using Distance = std::int64_t;
+constexpr Distance kFar = std::numeric_limits<Distance>::max();
+
+class Matcher {
+ public:
+  Matcher(const Pattern& pattern, const std::vector<Cost>& costs)
+      : pattern_(pattern),
+        costs_(costs),
+        dead_(pattern.n, false),
+        distance_(pattern.n, kFar),
+        reached_from_(pattern.n) {
+    matching_.row_of_column.assign(pattern.n, -1);
+    matching_.column_of_row.assign(pattern.n, -1);
+    matching_.row_dual.assign(pattern.n, 0);
+    matching_.column_dual.assign(pattern.n, kFar);
+  }
+
+  ProductMatching run() {
+    start_duals();
+    match_diagonal();
+    match_tight_entries();
+    for (Vertex i = 0; i < pattern_.n; ++i) {
+      if (matching_.column_of_row[i] < 0 && !augment(i)) ++matching_.unmatched;
+    }
+    return std::move(matching_);
+  }
+
+ private:
+  /// Cost above the duals; never negative, 0 ("tight") for matched entries.
+  Distance slack(Vertex row, Offset slot) const {
+    return costs_[slot] - matching_.row_dual[row] - matching_.column_dual[pattern_.columns[slot]];
+  }
+
+  template <class Visit>
+  void for_entries(Vertex row, const Visit& visit) const {
+    for (Offset k = pattern_.offsets[row]; k < pattern_.offsets[row + 1]; ++k) {
+      if (costs_[k] != kNoEdge) visit(k, pattern_.columns[k]);
+    }
+  }
+
+  void match(Vertex row, Vertex column) {
+    matching_.column_of_row[row] = column;
+    matching_.row_of_column[column] = row;
+  }
+
+  /// The largest feasible column duals, then the largest row duals: every row gets a tight entry.
+  void start_duals() {
+    for (Vertex i = 0; i < pattern_.n; ++i) {
+      for_entries(i, [&](Offset k, Vertex j) {
+        matching_.column_dual[j] = std::min<Distance>(matching_.column_dual[j], costs_[k]);
+      });
+    }
+    for (Distance& dual : matching_.column_dual) dual = dual == kFar ? 0 : dual;
+    for (Vertex i = 0; i < pattern_.n; ++i) {
+      Distance least = kFar;
+      for_entries(i, [&](Offset k, Vertex) { least = std::min(least, slack(i, k)); });
+      matching_.row_dual[i] = least == kFar ? 0 : least;
+    }
+  }
+
+  void match_diagonal() {
+    for (Vertex i = 0; i < pattern_.n; ++i) {
+      const Offset k = find_slot(pattern_, i, i);
+      if (k >= 0 && costs_[k] != kNoEdge && slack(i, k) == 0) match(i, i);
+    }
+  }
+
+  /// Each free row takes a free column through a tight entry, or makes one free by moving the row that has it
+  /// to another tight entry. `cursor` sees to it that no row is searched twice.
+  void match_tight_entries() {
+    std::vector<Offset> cursor(pattern_.offsets.begin(), pattern_.offsets.end() - 1);
+    const auto free_tight_column = [&](Vertex row) {
+      for (Offset& k = cursor[row]; k < pattern_.offsets[row + 1]; ++k) {
+        const Vertex j = pattern_.columns[k];
+        if (costs_[k] != kNoEdge && matching_.row_of_column[j] < 0 && slack(row, k) == 0) return j;
+      }
+      return Vertex(-1);
+    };
+    for (Vertex i = 0; i < pattern_.n; ++i) {
+      if (matching_.column_of_row[i] >= 0) continue;
+      const Vertex free = free_tight_column(i);
+      if (free >= 0) {
+        match(i, free);
+        continue;
+      }
+      for (Offset k = pattern_.offsets[i]; k < pattern_.offsets[i + 1]; ++k) {
+        if (costs_[k] == kNoEdge || slack(i, k) != 0) continue;
+        const Vertex column = pattern_.columns[k], holder = matching_.row_of_column[column];
+        const Vertex other = free_tight_column(holder);
+        if (other < 0) continue;
+        match(holder, other);
+        match(i, column);
+        break;
+      }
+    }
+  }
+
+  /// Dijkstra from a free row over alternating paths to the nearest free column; false where there is none.
+  bool augment(Vertex root) {
+    reached_.clear();
+    heap_.clear();
+    nearest_.clear();
+    target_ = -1;
+    target_distance_ = kFar;
+    settled_.clear();
+    Vertex row = root;
+    Distance now = 0;
+    while (true) {
+      scan(row, now);
+      const Vertex column = next_column(now);
+      if (column < 0) break;
+      row = matching_.row_of_column[column];
+    }
+    const bool found = target_ >= 0;
+    if (found) {
+      update_duals(root);
+      flip_path(root);
+    } else {
+      // No free column can be reached from anywhere that this search has seen, now or later: never look
+      // again.
+      for (const Vertex j : reached_) dead_[j] = true;
+    }
+    for (const Vertex j : reached_) distance_[j] = kFar;
+    return found;
+  }
+
+  void scan(Vertex row, Distance now) {
+    for_entries(row, [&](Offset k, Vertex j) {
+      if (dead_[j]) return;
+      const Distance there = now + slack(row, k);
+      if (there >= target_distance_ || there >= distance_[j]) return;
+      reached_from_[j] = row;
+      if (matching_.row_of_column[j] < 0) {
+        target_ = j;
+        target_distance_ = there;
+        return;
+      }
+      if (distance_[j] == kFar) reached_.push_back(j);
+      distance_[j] = there;
+      if (there == now) {
+        nearest_.push_back(j);  // nothing can be nearer: no need of the heap
+      } else {
+        heap_.emplace_back(-there, j);
+        std::push_heap(heap_.begin(), heap_.end());
+      }
+    });
+  }
+
+  /// The nearest column that is not settled yet, with `now` moved on to it; -1 where the target is as near.
+  Vertex next_column(Distance& now) {
+    if (now >= target_distance_) return -1;
+    if (!nearest_.empty()) {
+      settled_.push_back(nearest_.back());
+      nearest_.pop_back();
+      return settled_.back();
+    }
+    while (!heap_.empty()) {
+      const auto [minus_distance, column] = heap_.front();
+      std::pop_heap(heap_.begin(), heap_.end());
+      heap_.pop_back();
+      if (-minus_distance != distance_[column]) continue;  // was reached on a shorter way since
+      if (-minus_distance >= target_distance_) return -1;
+      now = -minus_distance;
+      settled_.push_back(column);
+      return column;
+    }
+    return -1;
+  }
+
+  /// Afterwards all entries on the path are tight, and no slack has become negative.
+  void update_duals(Vertex root) {
+    matching_.row_dual[root] += target_distance_;
+    for (const Vertex j : settled_) {
+      const Distance shift = target_distance_ - distance_[j];
+      matching_.column_dual[j] -= shift;
+      matching_.row_dual[matching_.row_of_column[j]] += shift;
+    }
+  }
+
+  void flip_path(Vertex root) {
+    Vertex column = target_;
+    while (true) {
+      const Vertex row = reached_from_[column];
+      const Vertex next = matching_.column_of_row[row];
+      match(row, column);
+      if (row == root) return;
+      column = next;
+    }
+  }
+
+  const Pattern& pattern_;
+  const std::vector<Cost>& costs_;
+  ProductMatching matching_;
+  std::vector<bool> dead_;
+  std::vector<Distance> distance_;    // by column, kFar where not reached
+  std::vector<Vertex> reached_from_;  // column -> row
+  std::vector<Vertex> reached_, nearest_, settled_;
+  std::vector<std::pair<Distance, Vertex>> heap_;  // (-distance, column): the nearest on top
+  Vertex target_ = -1;
+  Distance target_distance_ = kFar;
+};
+
+}  // namespace
+
+ProductMatching maximum_product_matching(const Pattern& pattern, const std::vector<Cost>& costs) {
+  return Matcher(pattern, costs).run();
+}
+
+}  // namespace mfs

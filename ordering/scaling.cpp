@@ -1,0 +1,110 @@
+#include "ordering/scaling.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <cstdlib>
+
+namespace mfs {
+namespace {
+
+constexpr int kSmallest = -1020;     // exponents below count as this
+constexpr int kLargestScale = 1020;  // no scale leaves 2^-1020 ... 2^1020
+constexpr int kSweeps = 12;          // each halves the deviation: 2^11 covers all doubles
+
+template <class Real>
+double magnitude(Real value) {
+  return std::abs(static_cast<double>(value));
+}
+template <class Real>
+double magnitude(const std::complex<Real>& value) {
+  return std::max(magnitude(value.real()), magnitude(value.imag()));
+}
+
+Exponent exponent_of(double magnitude) {
+  if (magnitude == 0.0) return kZeroEntry;
+  return static_cast<Exponent>(std::max(std::ilogb(magnitude), kSmallest));
+}
+
+/// target = max(target, value) while other threads do the same: the result does not depend on their order.
+void raise_to(std::int32_t& target, std::int32_t value) {
+  std::int32_t now = __atomic_load_n(&target, __ATOMIC_RELAXED);
+  while (now < value &&
+         !__atomic_compare_exchange_n(&target, &now, value, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
+  }
+}
+
+/// Moves the scales against half of the excess; tells whether any scale changed.
+bool shift_half(const std::vector<std::int32_t>& largest, std::vector<std::int32_t>& scale) {
+  bool changed = false;
+  for (std::size_t i = 0; i < scale.size(); ++i) {
+    if (largest[i] == kZeroEntry) continue;
+    const std::int32_t shifted = std::clamp(scale[i] - largest[i] / 2, -kLargestScale, kLargestScale);
+    changed |= shifted != scale[i];
+    scale[i] = shifted;
+  }
+  return changed;
+}
+
+}  // namespace
+
+template <class Scalar>
+std::vector<Exponent> exponents_of(const Scalar* values, Offset count, int threads) {
+  std::vector<Exponent> exponents(static_cast<std::size_t>(count));
+#pragma omp parallel for num_threads(threads) schedule(static)
+  for (Offset k = 0; k < count; ++k) exponents[k] = exponent_of(magnitude(values[k]));
+  return exponents;
+}
+
+LargestEntries largest_entries(const Pattern& pattern, const std::vector<Exponent>& exponents,
+                               const PowerScaling& scaling, int threads) {
+  LargestEntries largest;
+  largest.row.assign(pattern.n, kZeroEntry);
+  largest.column.assign(pattern.n, kZeroEntry);
+#pragma omp parallel for num_threads(threads) schedule(static)
+  for (Vertex i = 0; i < pattern.n; ++i) {
+    std::int32_t row_largest = kZeroEntry;
+    for (Offset k = pattern.offsets[i]; k < pattern.offsets[i + 1]; ++k) {
+      if (exponents[k] == kZeroEntry) continue;
+      const Vertex j = pattern.columns[k];
+      const std::int32_t scaled = exponents[k] + scaling.row[i] + scaling.column[j];
+      row_largest = std::max(row_largest, scaled);
+      raise_to(largest.column[j], scaled);
+    }
+    largest.row[i] = row_largest;
+  }
+  return largest;
+}
+
+LargestEntries equilibrate(const Pattern& pattern, const std::vector<Exponent>& exponents, int threads,
+                           PowerScaling& scaling) {
+  LargestEntries largest = largest_entries(pattern, exponents, scaling, threads);
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    const bool rows_changed = shift_half(largest.row, scaling.row);
+    const bool columns_changed = shift_half(largest.column, scaling.column);
+    if (!rows_changed && !columns_changed) break;
+    largest = largest_entries(pattern, exponents, scaling, threads);
+  }
+  return largest;
+}
+
+Offset find_slot(const Pattern& pattern, Vertex row, Vertex column) {
+  const auto begin = pattern.columns.begin() + pattern.offsets[row];
+  const auto end = pattern.columns.begin() + pattern.offsets[row + 1];
+  const auto found = std::lower_bound(begin, end, column);
+  return found != end && *found == column ? found - pattern.columns.begin() : -1;
+}
+
+std::int32_t scaled_exponent(const Pattern& pattern, const std::vector<Exponent>& exponents,
+                             const PowerScaling& scaling, Vertex row, Vertex column) {
+  const Offset slot = find_slot(pattern, row, column);
+  if (slot < 0 || exponents[slot] == kZeroEntry) return kZeroEntry;
+  return exponents[slot] + scaling.row[row] + scaling.column[column];
+}
+
+template std::vector<Exponent> exponents_of(const float*, Offset, int);
+template std::vector<Exponent> exponents_of(const double*, Offset, int);
+template std::vector<Exponent> exponents_of(const std::complex<float>*, Offset, int);
+template std::vector<Exponent> exponents_of(const std::complex<double>*, Offset, int);
+
+}  // namespace mfs

@@ -1,0 +1,47 @@
+// Sub-graphs of the dissection, in the form that METIS reads, and what is done to a single one of them.
+#pragma once
+
+#include <metis.h>
+
+#include <vector>
+
+#include <mfs/analysis_options.hpp>
+
+#include "ordering/types.hpp"
+
+namespace mfs {
+
+struct SubGraph {
+  std::vector<Vertex> vertices;  // of the whole graph, ascending
+  std::vector<idx_t> offsets;    // vertices + 1
+  std::vector<idx_t> neighbors;  // numbers within this sub-graph, ascending in each row
+  std::vector<idx_t> weights;    // unknowns in each vertex
+  Offset weight = 0;             // their sum
+  Vertex size() const { return static_cast<Vertex>(vertices.size()); }
+};
+
+/// The sub-graph of all vertices that are not left out. Throws BackendError where it is too large for METIS.
+SubGraph whole_graph(const Graph& graph, const std::vector<bool>& left_out);
+
+/// part_of[v] in [0, parts) sends vertex v to a part; edges between parts are dropped, and so are vertices
+/// with -1.
+std::vector<SubGraph> split(const SubGraph& sub, const std::vector<idx_t>& part_of, int parts);
+
+/// Connected components: part_of[v] in [0, large) for those heavier than `small`; all lighter ones share part
+/// `large`.
+struct Components {
+  int large = 0;
+  bool any_small = false;
+};
+Components find_components(const SubGraph& sub, Offset small, std::vector<idx_t>& part_of);
+
+/// part_of[v] = 0 or 1 for the two sides, 2 for the separator. False where METIS finds nothing that is worth
+/// it: a side empty or tiny, or a separator of half of the sub-graph.
+bool find_separator(SubGraph& sub, const AnalysisOptions& options, std::vector<idx_t>& part_of);
+
+/// The vertices of `sub` in the order of constrained minimum degree. `graph` is the whole graph; its vertices
+/// that are `left_out` do not count as boundary.
+std::vector<Vertex> minimum_degree(const Graph& graph, const std::vector<bool>& left_out,
+                                   const SubGraph& sub);
+
+}  // namespace mfs

@@ -1,0 +1,249 @@
+#include "ordering/symbolic_plan.hpp"
+
+#include <algorithm>
+#include <string>
+
+#include "ordering/transpose.hpp"
+#include <mfs/error.hpp>
+
+namespace mfs {
+
+BlockFlops block_flops(double s, double rest) {
+  return {s * (s - 1) * (4 * s + 1) / 6, 2.0 * (s * s * rest) - s * rest, 2.0 * s * rest * rest};
+}
+
+Vertex SymbolicPlan::block_width(Vertex pivots) const {
+  const Vertex blocks = (pivots + max_block_size - 1) / max_block_size;
+  return (pivots + blocks - 1) / blocks;
+}
+
+BlockFlops SymbolicPlan::flops_of(Vertex f) const {
+  BlockFlops sum{0, 0, 0};
+  const Vertex p = pivots(f), width = block_width(p);
+  for (Vertex begin = 0; begin < p; begin += width) {
+    const Vertex s = std::min(width, p - begin);
+    const BlockFlops block = block_flops(s, p - begin - s + border_rows(f));
+    sum.getrf += block.getrf;
+    sum.trsm += block.trsm;
+    sum.gemm += block.gemm;
+  }
+  return sum;
+}
+
+namespace {
+
+Offset aligned(Offset entries) { return (entries + kBlockAlignment - 1) / kBlockAlignment * kBlockAlignment; }
+
+// Builds one plan in the order of its public steps and is thrown away.
+class PlanBuilder {
+ public:
+  PlanBuilder(const Pattern& pattern, const std::vector<Vertex>& row_order, const SeparatorTree& tree)
+      : pattern_(pattern), tree_(tree), row_order_(row_order) {}
+
+  SymbolicPlan build(Vertex max_block_size) {
+    plan_.max_block_size = max_block_size;
+    number_unknowns();
+    link_fronts();
+    distribute_entries();
+    find_borders();
+    place_fronts();
+    map_children_and_entries();
+    count_flops();
+    return std::move(plan_);
+  }
+
+ private:
+  void number_unknowns() {
+    plan_.n = pattern_.n;
+    plan_.nnz = pattern_.nnz();
+    plan_.column_of = tree_.order;
+    plan_.row_of.resize(plan_.n);
+    position_of_row_.resize(plan_.n);
+    position_of_column_.resize(plan_.n);
+    for (Vertex p = 0; p < plan_.n; ++p) {
+      const Vertex unknown = tree_.order[p];
+      plan_.row_of[p] = row_order_.empty() ? unknown : row_order_[unknown];
+      position_of_row_[plan_.row_of[p]] = p;
+      position_of_column_[unknown] = p;
+    }
+  }
+
+  void link_fronts() {
+    const Vertex fronts = tree_.num_nodes();
+    plan_.num_fronts = fronts;
+    plan_.pivot_begin = tree_.node_begin;
+    plan_.parent = tree_.parent;
+    std::vector<Vertex> depth(fronts, 0);
+    for (Vertex f = fronts - 1; f >= 0; --f) {
+      if (plan_.parent[f] >= 0) depth[f] = depth[plan_.parent[f]] + 1;
+    }
+    plan_.num_depths = fronts ? *std::max_element(depth.begin(), depth.end()) + 1 : 0;
+    plan_.depth_begin.assign(plan_.num_depths + 1, 0);
+    for (Vertex f = 0; f < fronts; ++f) ++plan_.depth_begin[plan_.num_depths - depth[f]];
+    for (Vertex k = 0; k < plan_.num_depths; ++k) plan_.depth_begin[k + 1] += plan_.depth_begin[k];
+
+    plan_.child_begin.assign(fronts + 1, 0);
+    for (Vertex f = 0; f < fronts; ++f) {
+      if (plan_.parent[f] >= 0) ++plan_.child_begin[plan_.parent[f] + 1];
+    }
+    for (Vertex f = 0; f < fronts; ++f) plan_.child_begin[f + 1] += plan_.child_begin[f];
+    plan_.children.resize(plan_.child_begin[fronts]);
+    std::vector<Vertex> next(plan_.child_begin.begin(), plan_.child_begin.end() - 1);
+    for (Vertex f = 0; f < fronts; ++f) {
+      if (plan_.parent[f] >= 0) plan_.children[next[plan_.parent[f]]++] = f;
+    }
+    front_of_.resize(plan_.n);
+    for (Vertex f = 0; f < fronts; ++f) {
+      std::fill(front_of_.begin() + plan_.pivot_begin[f], front_of_.begin() + plan_.pivot_begin[f + 1], f);
+    }
+  }
+
+  // Each entry goes to the front that eliminates the earlier of its row and column.
+  void distribute_entries() {
+    by_column_ = transpose(pattern_);
+    plan_.entry_begin.assign(plan_.num_fronts + 1, 0);
+    for_each_entry([&](Vertex owner, Offset, Vertex, Vertex) { ++plan_.entry_begin[owner + 1]; });
+    for (Vertex f = 0; f < plan_.num_fronts; ++f) plan_.entry_begin[f + 1] += plan_.entry_begin[f];
+    plan_.entry_slot.resize(plan_.nnz);
+    plan_.entry_row.resize(plan_.nnz);
+    plan_.entry_column.resize(plan_.nnz);
+    std::vector<Offset> next(plan_.entry_begin.begin(), plan_.entry_begin.end() - 1);
+    for_each_entry([&](Vertex owner, Offset slot, Vertex row, Vertex column) {
+      const Offset e = next[owner]++;
+      plan_.entry_slot[e] = slot;
+      plan_.entry_row[e] = row;
+      plan_.entry_column[e] = column;
+    });
+  }
+
+  // Visits the entries column by column in elimination order: so those of each front come sorted by column.
+  template <class Visit>
+  void for_each_entry(Visit&& visit) const {
+    for (Vertex column_position = 0; column_position < plan_.n; ++column_position) {
+      const Vertex column = plan_.column_of[column_position];
+      for (Offset k = by_column_.offsets[column]; k < by_column_.offsets[column + 1]; ++k) {
+        const Vertex row = by_column_.columns[k];
+        visit(front_of_[std::min(position_of_row_[row], column_position)], by_column_.slots[k], row, column);
+      }
+    }
+  }
+
+  // border(f) = rows and columns beyond f's pivots that its own entries or its children's borders reach.
+  void find_borders() {
+    plan_.border_begin.assign(plan_.num_fronts + 1, 0);
+    std::vector<Vertex> seen_by(plan_.n, -1), found;
+    for (Vertex f = 0; f < plan_.num_fronts; ++f) {
+      const Vertex pivots_end = plan_.pivot_begin[f + 1];
+      found.clear();
+      auto reach = [&](Vertex position) {
+        if (position >= pivots_end && seen_by[position] != f) {
+          seen_by[position] = f;
+          found.push_back(position);
+        }
+      };
+      for (Offset e = plan_.entry_begin[f]; e < plan_.entry_begin[f + 1]; ++e) {
+        reach(std::max(position_of_row_[plan_.entry_row[e]], position_of_column_[plan_.entry_column[e]]));
+      }
+      for (Vertex c = plan_.child_begin[f]; c < plan_.child_begin[f + 1]; ++c) {
+        const Vertex child = plan_.children[c];
+        for (Offset b = plan_.border_begin[child]; b < plan_.border_begin[child + 1]; ++b) {
+          reach(plan_.border[b]);
+        }
+      }
+      std::sort(found.begin(), found.end());
+      check_branch(f, found);
+      plan_.border.insert(plan_.border.end(), found.begin(), found.end());
+      plan_.border_begin[f + 1] = static_cast<Offset>(plan_.border.size());
+    }
+  }
+
+  // The border of a front begins in its parent at the earliest, and a root has none.
+  void check_branch(Vertex f, const std::vector<Vertex>& border) const {
+    const Vertex parent = plan_.parent[f];
+    if (border.empty() || (parent >= 0 && border.front() >= plan_.pivot_begin[parent])) return;
+    throw InvalidInput("tree", "an entry joins two branches of the tree", plan_.row_of[border.front()],
+                       plan_.column_of[plan_.pivot_begin[f]]);
+  }
+
+  void place_fronts() {
+    const Vertex fronts = plan_.num_fronts;
+    plan_.lower_begin.resize(fronts);
+    plan_.upper_begin.resize(fronts);
+    plan_.contribution_begin.resize(fronts);
+    Offset next = 0;
+    std::vector<Offset> contribution(plan_.num_depths + 1, 0);
+    for (Vertex k = 0; k < plan_.num_depths; ++k) {
+      for (Vertex f = plan_.depth_begin[k]; f < plan_.depth_begin[k + 1]; ++f) {
+        const Offset p = plan_.pivots(f), b = plan_.border_rows(f);
+        plan_.lower_begin[f] = next;
+        next += aligned(p * (p + b));
+        plan_.upper_begin[f] = next;
+        next += aligned(p * b);
+        contribution[k] += aligned(b * b);
+        plan_.nnz_factor += p * p + 2 * p * b;
+        plan_.max_front = std::max(plan_.max_front, static_cast<Vertex>(p + b));
+      }
+    }
+    plan_.factor_entries = next;
+    for (Vertex k = 0; k < plan_.num_depths; ++k) {
+      plan_.contribution_entries = std::max(plan_.contribution_entries, contribution[k] + contribution[k + 1]);
+    }
+    for (Vertex k = 0; k < plan_.num_depths; ++k) {
+      Offset place = k % 2 == 0 ? 0 : plan_.contribution_entries - contribution[k];
+      for (Vertex f = plan_.depth_begin[k]; f < plan_.depth_begin[k + 1]; ++f) {
+        plan_.contribution_begin[f] = place;
+        place += aligned(static_cast<Offset>(plan_.border_rows(f)) * plan_.border_rows(f));
+      }
+    }
+  }
+
+  void map_children_and_entries() {
+    plan_.border_in_parent.resize(plan_.border.size());
+    plan_.entry_target.resize(plan_.nnz);
+    std::vector<Vertex> local(plan_.n);
+    for (Vertex f = 0; f < plan_.num_fronts; ++f) {
+      const Vertex p = plan_.pivots(f), front_rows = p + plan_.border_rows(f);
+      for (Vertex i = 0; i < p; ++i) local[plan_.pivot_begin[f] + i] = i;
+      for (Vertex i = p; i < front_rows; ++i) local[plan_.border[plan_.border_begin[f] + i - p]] = i;
+      for (Vertex c = plan_.child_begin[f]; c < plan_.child_begin[f + 1]; ++c) {
+        const Vertex child = plan_.children[c];
+        for (Offset b = plan_.border_begin[child]; b < plan_.border_begin[child + 1]; ++b) {
+          plan_.border_in_parent[b] = local[plan_.border[b]];
+        }
+      }
+      for (Offset e = plan_.entry_begin[f]; e < plan_.entry_begin[f + 1]; ++e) {
+        const Offset i = local[position_of_row_[plan_.entry_row[e]]];
+        const Offset j = local[position_of_column_[plan_.entry_column[e]]];
+        plan_.entry_target[e] =
+            j < p ? plan_.lower_begin[f] + i + j * front_rows : plan_.upper_begin[f] + i + (j - p) * p;
+      }
+    }
+  }
+
+  void count_flops() {
+    plan_.front_flops.resize(plan_.num_fronts);
+    for (Vertex f = 0; f < plan_.num_fronts; ++f) {
+      const BlockFlops flops = plan_.flops_of(f);
+      plan_.front_flops[f] = flops.getrf + flops.trsm + flops.gemm;
+      plan_.flops.getrf += flops.getrf;
+      plan_.flops.trsm += flops.trsm;
+      plan_.flops.gemm += flops.gemm;
+    }
+  }
+
+  const Pattern& pattern_;
+  const SeparatorTree& tree_;
+  const std::vector<Vertex>& row_order_;
+  std::vector<Vertex> position_of_row_, position_of_column_, front_of_;
+  TransposedPattern by_column_;
+  SymbolicPlan plan_;
+};
+
+}  // namespace
+
+SymbolicPlan make_symbolic_plan(const Pattern& pattern, const std::vector<Vertex>& row_order,
+                                const SeparatorTree& tree, Vertex max_block_size) {
+  return PlanBuilder(pattern, row_order, tree).build(max_block_size);
+}
+
+}  // namespace mfs

@@ -1,0 +1,89 @@
+// The symbolic plan: every front, row list, child-to-parent map, offset, flop and byte of the factorization,
+// known before any number is computed. It is made once per pattern by make_symbolic_plan, never changed, and
+// may be shared by several factorizations.
+//
+// Fronts are numbered in the order in which they are done: deepest depth first, root last. All arrays that
+// belong to fronts are indexed by that number; positions are places in the elimination order, so that the
+// pivots of front f are the positions [pivot_begin[f], pivot_begin[f+1]).
+//
+// Storage of front f with p pivots and b border rows, column-major:
+//
+//              p            b                factors:        [ P ]  (p+b) x p at lower_begin[f], ld p+b
+//          +-------+-----------------+                       [ L ]
+//        p |   P   |        U        |                        U     p x b     at upper_begin[f], ld p
+//          +-------+-----------------+       contribution blocks (their own region):
+//        b |   L   |        C        |                        C     b x b     at contribution_begin[f], ld b
+//          +-------+-----------------+
+//
+// A contribution block lives from its own depth to the next one. So two regions that grow towards each other
+// hold them all, even depths from the left, odd depths from the right:
+//
+//        | depth 4 |  depth 2  ... -->        <-- ...  depth 3 | depth 5 |
+//
+#pragma once
+
+#include <vector>
+
+#include "ordering/types.hpp"
+#include <mfs/analysis_options.hpp>
+
+namespace mfs {
+
+/// Multiplications and additions of each kind of operation on a block of `pivots` columns with `rest` rows and
+/// columns beyond it (real arithmetic; LAPACK Working Note 41 for the lower-order terms of getrf).
+struct BlockFlops {
+  double getrf, trsm, gemm;
+};
+BlockFlops block_flops(double pivots, double rest);
+
+struct SymbolicPlan {
+  Vertex n = 0;
+  Offset nnz = 0;
+  Vertex num_fronts = 0;
+  Vertex num_depths = 0;
+  Vertex max_block_size = 0;
+
+  std::vector<Vertex> row_of;     // n: position -> row of A
+  std::vector<Vertex> column_of;  // n: position -> column of A
+
+  std::vector<Vertex> pivot_begin;       // num_fronts + 1
+  std::vector<Offset> border_begin;      // num_fronts + 1, into border and border_in_parent
+  std::vector<Vertex> border;            // positions, ascending in each front
+  std::vector<Vertex> border_in_parent;  // row of the parent's front that each border row is added to
+  std::vector<Vertex> parent;            // num_fronts, -1 for a root
+  std::vector<Vertex> child_begin;       // num_fronts + 1, into children
+  std::vector<Vertex> children;          // ascending in each front: the fixed order of extend-add
+  std::vector<Vertex> depth_begin;       // num_depths + 1: step k holds the fronts of depth num_depths - 1 - k
+
+  std::vector<Offset> lower_begin, upper_begin, contribution_begin;  // num_fronts, entries
+  Offset factor_entries = 0;        // length of the factor region, alignment included
+  Offset contribution_entries = 0;  // length of the contribution region
+
+  // Original entries by front: the value in slot entry_slot[e] of the pattern goes to entry_target[e] of the
+  // factor region (every original entry lies in P, L or U of the front of the earlier of its row and column).
+  // Within a front they ascend by column, and so do their targets' columns.
+  std::vector<Offset> entry_begin;  // num_fronts + 1
+  std::vector<Offset> entry_slot, entry_target;
+  std::vector<Vertex> entry_row, entry_column;  // of A
+
+  std::vector<double> front_flops;  // num_fronts: all operations, what the schedule balances
+  BlockFlops flops{0, 0, 0};
+  Offset nnz_factor = 0;  // entries of L and U, the diagonal once
+  Vertex max_front = 0;
+
+  Vertex pivots(Vertex f) const { return pivot_begin[f + 1] - pivot_begin[f]; }
+  Vertex border_rows(Vertex f) const { return static_cast<Vertex>(border_begin[f + 1] - border_begin[f]); }
+  /// Blocks into which the pivot block of a front is divided: ceil(p / max_block_size), as equal as can be.
+  Vertex block_width(Vertex pivots) const;
+  BlockFlops flops_of(Vertex f) const;
+};
+
+/// Entries to which every block of the factor and contribution regions is aligned (64 bytes of doubles).
+constexpr Offset kBlockAlignment = 8;
+
+/// Makes the plan of `pattern` with its rows permuted by `row_order` (empty: identity) for the given tree.
+/// Throws InvalidInput("tree", row, column) when an entry joins two branches of the tree.
+SymbolicPlan make_symbolic_plan(const Pattern& pattern, const std::vector<Vertex>& row_order,
+                                const SeparatorTree& tree, Vertex max_block_size);
+
+}  // namespace mfs

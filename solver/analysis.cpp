@@ -1,0 +1,79 @@
+#include "solver/analysis.hpp"
+
+#include <complex>
+
+#include "ordering/matching.hpp"
+#include "ordering/matrix_check.hpp"
+#include "ordering/order_matrix.hpp"
+#include "solver/stopwatch.hpp"
+
+namespace mfs {
+
+namespace {
+
+template <class Scalar>
+void keep_caller_order(const CsrView<Scalar>& matrix, const Pattern& pattern, Analysis& analysis) {
+  if (pattern.slot_of_entry.empty()) return;
+  analysis.caller_offsets.resize(static_cast<size_t>(pattern.n) + 1);
+  for (Offset i = 0; i <= pattern.n; ++i) analysis.caller_offsets[i] = matrix.row_offsets[i];
+  analysis.caller_columns.reserve(pattern.slot_of_entry.size());
+  for (const Offset slot : pattern.slot_of_entry) analysis.caller_columns.push_back(pattern.columns[slot]);
+}
+
+// A small graph is ordered before other threads are awake.
+int ordering_threads(Vertex n, int threads) {
+  constexpr Vertex kSmallMatrix = 5000;
+  return n < kSmallMatrix ? 1 : threads;
+}
+
+}  // namespace
+
+template <class Scalar>
+void reanalyze(Analysis& analysis, const Scalar* slot_values, const AnalysisOptions& options, int threads,
+               const PhaseProgress& progress) {
+  const Stopwatch order_watch;
+  const Pattern& pattern = *analysis.pattern;
+  MatchedScaling matched = match_and_scale(pattern, slot_values, options);
+  progress("ordering", 0.0);
+  const SeparatorTree tree = order_matrix(pattern, matched, options, ordering_threads(pattern.n, threads),
+                                          [&](double fraction) { progress("ordering", fraction); });
+  const double time_order = order_watch.seconds();
+
+  const Stopwatch symbolic_watch;
+  progress("symbolic", 0.0);
+  analysis.plan = std::make_shared<SymbolicPlan>(
+      make_symbolic_plan(pattern, matched.row_order, tree, options.max_block_size));
+  analysis.matched = std::move(matched);
+  analysis.time_order = time_order;
+  analysis.time_symbolic = symbolic_watch.seconds();
+}
+
+template <class Scalar>
+Analysis analyze_matrix(const CsrView<Scalar>& matrix, const AnalysisOptions& options, int threads,
+                        const PhaseProgress& progress) {
+  Analysis analysis;
+  const Stopwatch door_watch;
+  progress("matching", 0.0);
+  analysis.pattern = std::make_shared<Pattern>(check_pattern(matrix, threads));
+  keep_caller_order(matrix, *analysis.pattern, analysis);
+  std::vector<Scalar> slot_values;
+  if (matrix.values) {
+    check_values(matrix, threads);
+    slot_values.resize(static_cast<std::size_t>(analysis.pattern->nnz()));
+    sum_into_slots(*analysis.pattern, matrix, slot_values.data(), threads);
+  }
+  const double time_door = door_watch.seconds();
+  reanalyze(analysis, matrix.values ? slot_values.data() : nullptr, options, threads, progress);
+  analysis.time_order += time_door;
+  return analysis;
+}
+
+#define MFS_INSTANTIATE(S) \
+  template Analysis analyze_matrix<S>(const CsrView<S>&, const AnalysisOptions&, int, const PhaseProgress&); \
+  template void reanalyze<S>(Analysis&, const S*, const AnalysisOptions&, int, const PhaseProgress&);
+MFS_INSTANTIATE(float)
+MFS_INSTANTIATE(double)
+MFS_INSTANTIATE(std::complex<float>)
+MFS_INSTANTIATE(std::complex<double>)
+
+}  // namespace mfs

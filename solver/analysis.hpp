@@ -1,0 +1,46 @@
+// What is known once per pattern: made by analyze_matrix from the caller's matrix, never changed.
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include <mfs/analysis_options.hpp>
+#include <mfs/csr_view.hpp>
+
+#include "ordering/symbolic_plan.hpp"
+
+namespace mfs {
+
+struct Analysis {
+  std::shared_ptr<const Pattern> pattern;
+  MatchedScaling matched;
+  std::shared_ptr<const SymbolicPlan> plan;
+  /// Offsets and columns of the caller's matrix where they are not the pattern's own (unsorted or repeated).
+  std::vector<Offset> caller_offsets;
+  std::vector<Vertex> caller_columns;
+  double time_order = 0;     // s: check, matching, ordering
+  double time_symbolic = 0;  // s
+
+  /// `values`, in the order of the caller's entries, as the matrix that was analysed.
+  template <class Scalar>
+  CsrView<Scalar> caller_view(const Scalar* values) const {
+    const bool own = !pattern->slot_of_entry.empty();
+    return {pattern->n, pattern->n, own ? caller_offsets.data() : pattern->offsets.data(),
+            own ? caller_columns.data() : pattern->columns.data(), values};
+  }
+};
+
+/// Receives the name of a phase and the fraction of it that is done.
+using PhaseProgress = std::function<void(const char*, double)>;
+
+/// Check at the door, matching and scaling, ordering, symbolic plan. Throws as BasicSolver::analyze does.
+template <class Scalar>
+Analysis analyze_matrix(const CsrView<Scalar>& matrix, const AnalysisOptions& options, int threads,
+                        const PhaseProgress& progress);
+
+/// Matching, scaling, ordering and plan anew for other values (one per slot of the pattern); the pattern stays.
+template <class Scalar>
+void reanalyze(Analysis& analysis, const Scalar* slot_values, const AnalysisOptions& options, int threads,
+               const PhaseProgress& progress);
+
+}  // namespace mfs

@@ -1,0 +1,9 @@
+// The one header a user includes.
+#pragma once
+
+#include <mfs/csr_view.hpp>
+#include <mfs/error.hpp>
+#include <mfs/options.hpp>
+#include <mfs/report.hpp>
+#include <mfs/solver.hpp>
+#include <mfs/version.hpp>

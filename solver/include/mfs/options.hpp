@@ -1,0 +1,57 @@
+// What a caller may choose, grouped by phase. The defaults are meant for everybody.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include <mfs/analysis_options.hpp>
+
+namespace mfs {
+
+enum class Backend { serial, openmp, cuda };
+
+/// Precision of the factors. With `single` a double precision solver takes half the memory and less time; every
+/// solution is refined to the asked accuracy all the same, and where that is not reached, the matrix is factored
+/// again in full precision.
+enum class Precision { full, single };
+
+struct FactorOptions {
+  Precision precision = Precision::full;
+
+  /// A pivot below pivot_tolerance times the largest entry of the scaled matrix is replaced by that bound,
+  /// counted and remembered; 0 takes sqrt(machine epsilon).
+  double pivot_tolerance = 0.0;
+  /// Where the first factorization perturbs pivots, fronts that had to are merged into their parents, so that
+  /// pivots are searched in larger blocks, and the matrix is factored again: at most this often.
+  int max_reanalyses = 6;
+};
+
+struct SolveOptions {
+  /// Componentwise backward error max_i |b - Ax|_i / (|A||x| + |b|)_i that every solution must reach; 0 takes
+  /// 1e-12 in double precision, 1e-6 in single.
+  double tolerance = 0.0;
+  int max_refinement_steps = 10;
+};
+
+/// Where the solver is: phase ("matching", "ordering", "symbolic", "factor", "solve") and the fraction done.
+struct Progress {
+  const char* phase;
+  double fraction;
+};
+
+struct Options {
+  AnalysisOptions analysis;
+  FactorOptions factor;
+  SolveOptions solve;
+  Backend backend = Backend::openmp;
+  /// Threads of every phase, BLAS included; 0 takes what the machine offers this process.
+  int threads = 0;
+  /// Called from the thread that called the solver; must not call the solver. Empty: nobody is told.
+  std::function<void(const Progress&)> progress;
+  /// Receives one line of text per event at this level or below: 0 none, 1 phases, 2 details. The library
+  /// itself never prints.
+  int verbosity = 0;
+  std::function<void(const std::string&)> log;
+};
+
+}  // namespace mfs

@@ -1,0 +1,74 @@
+// What the solver says about its work. Predicted figures are exact: the plan knows every front before any
+// number is computed.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <mfs/options.hpp>
+
+namespace mfs {
+
+/// Floating-point operations by kind of operation (complex operations count their real ones).
+struct Flops {
+  double getrf = 0;  ///< LU of the diagonal blocks
+  double trsm = 0;   ///< triangular solves of their row and column blocks
+  double gemm = 0;   ///< matrix products of the variable update
+  double total() const { return getrf + trsm + gemm; }
+};
+
+/// The fronts of one depth of the tree (0 is the root).
+struct DepthSummary {
+  std::int32_t depth = 0;
+  std::int64_t fronts = 0;
+  std::int64_t pivots = 0;            ///< unknowns eliminated at this depth
+  std::int64_t max_front = 0;         ///< largest front (pivots + border), rows
+  std::int64_t factor_entries = 0;    ///< entries of L and U stored
+  std::int64_t contribution_entries = 0;
+  Flops flops;
+};
+
+/// A determinant as phase * exp(log_abs), |phase| = 1 (0 with log_abs = -infinity for a singular matrix): the
+/// number itself would overflow.
+template <class Scalar>
+struct Determinant {
+  Scalar phase;
+  double log_abs;
+};
+
+struct Report {
+  std::int64_t n = 0;
+  std::int64_t nnz = 0;  ///< entries of A after duplicates are summed
+  Backend backend = Backend::openmp;
+  int threads = 0;
+
+  bool matched = false;  ///< a matching was computed (rows permuted, or unknowns paired)
+  std::int64_t nnz_factor = 0;
+  Flops flops;       ///< predicted by the plan
+  Flops flops_used;  ///< counted by the kernels in the last factorization
+  std::int64_t fronts = 0;
+  std::int64_t depths = 0;
+  std::int64_t max_front = 0;
+
+  std::int64_t bytes_factor = 0;  ///< predicted bytes of the factors alone
+  std::int64_t bytes_peak = 0;    ///< predicted bytes of factors, contribution blocks, plan copy and workspace
+  std::int64_t bytes_used = 0;    ///< bytes that the numeric phases really took
+
+  double time_order = 0;  ///< s, matrix check, matching, graph, separators
+  double time_symbolic = 0;
+  double time_factor = 0;    ///< s, first factorization (memory included)
+  double time_refactor = 0;  ///< s, last refactorization
+  double time_solve = 0;     ///< s, last solve, refinement included
+
+  std::int64_t perturbed_pivots = 0;
+  bool single_precision = false;  ///< the factors in use are of single precision
+  int reanalyses = 0;  ///< times that the tree was changed because pivots failed
+  // What the last solve needed to reach the tolerance (all 0: the factors alone were good enough).
+  int refinement_steps = 0;
+  int krylov_steps = 0;                ///< of FGMRES, where refinement stalled
+  std::int64_t corrected_pivots = 0;   ///< perturbed pivots taken back by an exact low-rank correction
+  double backward_error = 0;  ///< componentwise, the worst of the last solve's right-hand sides
+};
+
+}  // namespace mfs

@@ -1,0 +1,29 @@
+// Version of the library and of what it stands on.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <mfs/export.hpp>
+#include <mfs/options.hpp>
+
+#define MFS_VERSION_MAJOR 0
+#define MFS_VERSION_MINOR 1
+#define MFS_VERSION_PATCH 0
+#define MFS_VERSION "0.1.0"
+
+namespace mfs {
+
+struct LibraryInfo {
+  std::string name;
+  std::string version;
+};
+
+/// Version of the loaded libmfs (compare with MFS_VERSION of the headers).
+MFS_API const char* version();
+/// Backends compiled into this library and usable on this machine.
+MFS_API std::vector<Backend> backends();
+/// Kokkos, METIS, CAMD, BLAS, ... with their versions as far as they tell.
+MFS_API std::vector<LibraryInfo> libraries();
+
+}  // namespace mfs

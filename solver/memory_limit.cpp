@@ -1,0 +1,54 @@
+#include "solver/memory_limit.hpp"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstring>
+#include <limits>
+
+namespace mfs {
+
+namespace {
+
+constexpr std::size_t kUnlimited = std::numeric_limits<std::size_t>::max();
+
+// The first number in a file, or after `key` at a line's begin; `otherwise` when it is not there.
+std::size_t read_number(const char* path, const char* key, std::size_t otherwise) {
+  std::FILE* file = std::fopen(path, "r");
+  if (!file) return otherwise;
+  char line[256];
+  std::size_t value = otherwise;
+  const std::size_t key_length = std::strlen(key);
+  while (std::fgets(line, sizeof line, file)) {
+    unsigned long long number = 0;
+    if (std::strncmp(line, key, key_length) == 0 && std::sscanf(line + key_length, "%llu", &number) == 1) {
+      value = static_cast<std::size_t>(number);
+      break;
+    }
+  }
+  std::fclose(file);
+  return value;
+}
+
+std::size_t difference(std::size_t limit, std::size_t used) {
+  if (limit == kUnlimited) return kUnlimited;
+  return limit > used ? limit - used : 0;
+}
+
+}  // namespace
+
+std::size_t available_host_memory() {
+  const std::size_t kilobytes = read_number("/proc/meminfo", "MemAvailable:", kUnlimited / 1024);
+  const std::size_t machine = kilobytes * 1024;
+  const std::size_t group = difference(read_number("/sys/fs/cgroup/memory.max", "", kUnlimited),
+                                       read_number("/sys/fs/cgroup/memory.current", "", 0));
+  rlimit address_space{};
+  std::size_t process = kUnlimited;
+  if (getrlimit(RLIMIT_AS, &address_space) == 0 && address_space.rlim_cur != RLIM_INFINITY) {
+    process = difference(address_space.rlim_cur, read_number("/proc/self/statm", "", 0) * 4096);
+  }
+  return std::min({machine, group, process});
+}
+
+}  // namespace mfs

@@ -1,0 +1,21 @@
+// The program's own judgement of a solution: plain loops over the matrix that was read, apart from anything
+// the solver computes.
+#pragma once
+
+#include <vector>
+
+#include "solver/program/matrix_market.hpp"
+
+namespace mfs::program {
+
+/// Componentwise backward error of column `j` of x as solution of A x = b (A^T x = b with `transpose`):
+/// max_i |b - A x|_i / (|A| |x| + |b|)_i, 0/0 = 0 (Oettli and Prager, Numer. Math. 6, 1964). Sums are taken
+/// in long double. Infinite if x is not finite.
+double backward_error(const io::CsrMatrix<double>& a, bool transpose, const io::DenseMatrix<double>& x,
+                      const io::DenseMatrix<double>& b, std::int64_t j);
+
+/// The worst over all columns.
+double backward_error(const io::CsrMatrix<double>& a, bool transpose, const io::DenseMatrix<double>& x,
+                      const io::DenseMatrix<double>& b);
+
+}  // namespace mfs::program

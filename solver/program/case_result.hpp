@@ -1,0 +1,39 @@
+// What is known about one matrix after `mfs solve` or `mfs bench` went through it, or as far as it came.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include <mfs/options.hpp>
+#include <mfs/report.hpp>
+
+#include "solver/program/exit_code.hpp"
+
+namespace mfs::program {
+
+struct CaseResult {
+  std::string name;
+  std::int64_t n = 0;
+  std::int64_t entries = 0;  ///< as read, both triangles, duplicates apart
+  Backend backend = Backend::openmp;
+  int threads = 0;  ///< as asked for; the report knows better once the solver ran
+  std::int64_t right_hand_sides = 0;
+  int refactorizations = 0;
+  double tolerance = 0;
+
+  double time_read = 0;      ///< s
+  double time_refactor = 0;  ///< s, the least of all refactorizations; 0 without any
+  /// The solver's report, once the matrix was analysed; its later figures are 0 until their phase is through.
+  std::optional<Report> report;
+  /// The program's own figure for the x that was returned.
+  std::optional<double> backward_error;
+
+  ExitCode code = ExitCode::solved;
+  std::string message;
+};
+
+/// "serial", "openmp", "cuda".
+const char* backend_name(Backend backend);
+
+}  // namespace mfs::program

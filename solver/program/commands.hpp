@@ -1,0 +1,33 @@
+// What the subcommands do, once the command line is understood.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "solver/program/exit_code.hpp"
+#include "solver/program/solve_case.hpp"
+
+namespace mfs::program {
+
+struct Command {
+  SolveRequest request;
+  std::string matrix;              ///< solve, analyze: the file
+  std::vector<std::string> cases;  ///< bench: FAMILY:SIZE
+  std::string json;                ///< file or "-"; empty: a summary instead
+};
+
+/// Each prints its result to standard output, a fault as one line "mfs: ..." to standard error, and gives the
+/// exit code. They throw only what concerns no case: output that cannot be written.
+ExitCode run_solve(const Command& command);
+ExitCode run_bench(const Command& command);  ///< goes on after a case that failed; the first fault counts
+ExitCode run_analyze(const Command& command);
+ExitCode run_info();
+
+/// "elas3d:20" -> name and size. Throws InvalidInput for what is not of this form or no family.
+struct BenchCase {
+  std::string family;
+  std::int64_t size;
+};
+BenchCase parse_bench_case(const std::string& text);
+
+}  // namespace mfs::program

@@ -1,0 +1,70 @@
+#include "solver/program/json_report.hpp"
+
+#include <cerrno>
+#include <cstring>
+
+#include <nlohmann/json.hpp>
+
+#include <mfs/error.hpp>
+
+namespace mfs::program {
+
+const char* backend_name(Backend backend) {
+  switch (backend) {
+    case Backend::serial:
+      return "serial";
+    case Backend::openmp:
+      return "openmp";
+    case Backend::cuda:
+      return "cuda";
+  }
+  return "unknown";
+}
+
+std::string json_line(const CaseResult& result) {
+  const Report report = result.report.value_or(Report());
+  nlohmann::ordered_json json;
+  json["name"] = result.name;
+  json["n"] = result.n;
+  json["nnz"] = result.report ? report.nnz : result.entries;
+  json["backend"] = backend_name(result.backend);
+  json["threads"] = result.report ? report.threads : result.threads;
+  json["nnz_factor"] = report.nnz_factor;
+  json["flops"] = report.flops.total();
+  json["flops_getrf"] = report.flops.getrf;
+  json["flops_trsm"] = report.flops.trsm;
+  json["flops_gemm"] = report.flops.gemm;
+  json["bytes_factor"] = report.bytes_factor;
+  json["bytes_peak"] = report.bytes_peak;
+  json["fronts"] = report.fronts;
+  json["depths"] = report.depths;
+  json["max_front"] = report.max_front;
+  json["time_order"] = report.time_order;
+  json["time_symbolic"] = report.time_symbolic;
+  json["time_factor"] = report.time_factor;
+  json["time_refactor"] = result.time_refactor;
+  json["time_solve"] = report.time_solve;
+  json["refinement_steps"] = report.refinement_steps;
+  json["perturbed_pivots"] = report.perturbed_pivots;
+  json["backward_error"] = nullptr;
+  if (result.backward_error) json["backward_error"] = *result.backward_error;  // infinite: null as well
+  json["status"] = status_word(result.code);
+  json["message"] = result.message;
+  // A path need not be UTF-8; JSON must be.
+  return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+JsonFile::JsonFile(const std::string& path)
+    : path_(path), file_(path == "-" ? stdout : std::fopen(path.c_str(), "w")) {
+  if (!file_) throw InvalidInput(path_, std::string("cannot be opened for writing: ") + std::strerror(errno));
+}
+
+void JsonFile::write(const CaseResult& result) {
+  const std::string line = json_line(result) + "\n";
+  const bool complete = std::fwrite(line.data(), 1, line.size(), file_.get()) == line.size();
+  if (!complete || std::fflush(file_.get()) != 0)
+    throw InvalidInput(path_ == "-" ? "standard output" : path_,
+                       std::string("cannot be written: ") + std::strerror(errno));
+}
+
+}  // namespace mfs::program

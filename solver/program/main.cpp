@@ -1,0 +1,146 @@
+// mfs: the solver on the command line. This file is the command line; commands.hpp is what it leads to.
+#include <csignal>
+#include <cstdio>
+#include <map>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include <mfs/error.hpp>
+#include <mfs/version.hpp>
+
+#include "solver/program/commands.hpp"
+
+namespace {
+
+using mfs::program::Command;
+using mfs::program::ExitCode;
+
+const std::map<std::string, mfs::Backend> kBackends{
+    {"serial", mfs::Backend::serial}, {"openmp", mfs::Backend::openmp}, {"cuda", mfs::Backend::cuda}};
+
+constexpr const char* kExitCodes =
+    "Exit codes: 0 solved, 2 usage, 3 invalid input (or output that cannot be written), 4 singular,\n"
+    "5 out of memory, 6 accuracy not reached, 7 backend.\n"
+    "Messages count the lines of a file, and rows and columns in them, from 1; messages about the matrix\n"
+    "itself count rows and columns from 0, as the library does, and say so.";
+
+CLI::Validator open_interval() {
+  return CLI::Validator(
+      [](std::string& text) {
+        double value = 0;
+        const bool number = CLI::detail::lexical_cast(text, value);
+        return number && value > 0 && value < 1 ? std::string() : "'" + text + "' is not between 0 and 1";
+      },
+      "0..1");
+}
+
+CLI::Validator bench_case() {
+  return CLI::Validator(
+      [](std::string& text) {
+        try {
+          mfs::program::parse_bench_case(text);
+          return std::string();
+        } catch (const mfs::InvalidInput& e) {
+          return std::string(e.what());
+        }
+      },
+      "");
+}
+
+void add_analysis_options(CLI::App& app, Command& command) {
+  app.add_option("--threads", command.request.options.threads, "threads of every phase; by default all cores")
+      ->type_name("T")
+      ->check(CLI::Range(1, 4096));
+  app.add_option("--max-block", command.request.options.analysis.max_block_size,
+                 "widest block of a pivot block")
+      ->type_name("B")
+      ->check(CLI::Range(1, 65536))
+      ->capture_default_str();
+}
+
+void add_solve_options(CLI::App& app, Command& command) {
+  mfs::program::SolveRequest& request = command.request;
+  app.add_option("--rhs", request.rhs,
+                 "right-hand sides b: 'ones' (every component 1), 'random' (uniform in [-1, 1), seed " +
+                     std::to_string(mfs::program::kRandomSeed) + "), or a Matrix Market array file")
+      ->type_name("ones|random|FILE")
+      ->capture_default_str();
+  app.add_option("--nrhs", request.nrhs, "number of right-hand sides; 1, or what the file holds")
+      ->type_name("K")
+      ->check(CLI::Range(std::int64_t{1}, std::int64_t{2147483647}));
+  app.add_flag("--transpose", request.transpose, "solve A^T x = b");
+  add_analysis_options(app, command);
+  app.add_option_function<std::string>(
+         "--backend", [&request](const std::string& name) { request.options.backend = kBackends.at(name); },
+         "serial, openmp (default) or cuda")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"serial", "openmp", "cuda"}).description(""));
+  app.add_option("--refactor", request.refactor, "factor again K times and report the least time")
+      ->type_name("K")
+      ->check(CLI::Range(0, 1000000));
+  app.add_option("--tol", request.tolerance,
+                 "componentwise backward error max |b - Ax| / (|A||x| + |b|) that x must reach")
+      ->type_name("TOL")
+      ->check(open_interval().description(""))
+      ->capture_default_str();
+  app.add_option("--json", command.json, "write a JSON object per matrix there ('-': standard output)")
+      ->type_name("FILE|-");
+}
+
+void add_commands(CLI::App& app, Command& command) {
+  app.require_subcommand(1);
+  app.set_version_flag("--version", std::string("mfs ") + mfs::version());
+  app.footer(kExitCodes);
+
+  CLI::App* solve = app.add_subcommand("solve", "Solve A x = b for a Matrix Market file, plain or gzip");
+  solve->add_option("A.mtx", command.matrix, "square, real or integer, any symmetry")->required();
+  add_solve_options(*solve, command);
+  solve->add_option("-o", command.request.output, "write X as a Matrix Market array file")
+      ->type_name("X.mtx");
+
+  CLI::App* analyze = app.add_subcommand("analyze", "Order the matrix and predict fronts, flops and memory");
+  analyze->add_option("A.mtx", command.matrix, "square; the values of a complex or pattern file are not used")
+      ->required();
+  add_analysis_options(*analyze, command);
+
+  CLI::App* bench = app.add_subcommand("bench", "Solve benchmark matrices");
+  bench
+      ->add_option("FAMILY:SIZE", command.cases,
+                   "of elas3d, beam3d, kkt, convdiff3d, poisson2d, circuit; elas3d:20 say")
+      ->required()
+      ->check(bench_case());
+  add_solve_options(*bench, command);
+
+  app.add_subcommand("info", "Show version, backends and libraries");
+}
+
+ExitCode run(const CLI::App& app, const Command& command) {
+  if (app.got_subcommand("solve")) return mfs::program::run_solve(command);
+  if (app.got_subcommand("bench")) return mfs::program::run_bench(command);
+  if (app.got_subcommand("analyze")) return mfs::program::run_analyze(command);
+  return mfs::program::run_info();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);  // a reader that went away is an error of writing, and reported as one
+  CLI::App app{"MFS: sparse direct solver, multifrontal LU over breadth-first nested dissection"};
+  Command command;
+  try {
+    add_commands(app, command);
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    if (e.get_exit_code() == 0) return app.exit(e);  // --help, --version
+    std::fprintf(stderr, "mfs: %s (mfs --help tells more)\n", e.what());
+    return static_cast<int>(ExitCode::usage);
+  }
+  try {
+    return static_cast<int>(run(app, command));
+  } catch (...) {
+    const mfs::program::Failure failure = mfs::program::describe_current_exception();
+    std::fprintf(stderr, "mfs: %s\n", failure.message.c_str());
+    return static_cast<int>(failure.code);
+  }
+}

@@ -1,0 +1,189 @@
+#include "solver/program/solve_case.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <random>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include <mfs/error.hpp>
+#include <mfs/solver.hpp>
+#include <mfs/version.hpp>
+
+#include "solver/program/backward_error.hpp"
+
+namespace mfs::program {
+namespace {
+
+class Stopwatch {
+ public:
+  double seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+// Known before a large file is read.
+void check_backend(Backend wanted) {
+  const std::vector<Backend> usable = backends();
+  if (std::find(usable.begin(), usable.end(), wanted) != usable.end()) return;
+  std::string names;
+  for (const Backend backend : usable)
+    names += (names.empty() ? "" : ", ") + std::string(backend_name(backend));
+  throw std::runtime_error(
+      fmt::format("backend {} cannot be used here, only {}", backend_name(wanted), names));
+}
+
+// Uniform in [-1, 1) with 53 random bits, the same on every machine.
+double uniform(std::mt19937_64& random) {
+  return static_cast<double>(random() >> 11) * 0x1p-52 - 1.0;
+}
+
+// Before hours of work: can the file of -o be made at all?
+void check_output(const std::string& path) {
+  if (path.empty()) return;
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  const std::string target = access(path.c_str(), F_OK) == 0 ? path : folder.empty() ? "." : folder;
+  if (access(target.c_str(), W_OK) != 0)
+    throw InvalidInput(path, std::string("cannot be opened for writing: ") + std::strerror(errno));
+}
+
+class CaseRun {
+ public:
+  CaseRun(CaseResult& result, const SolveRequest& request, ProgressDisplay& display)
+      : result_(result), request_(request), display_(display) {}
+
+  void run(const std::function<io::CsrMatrix<double>()>& load) {
+    check_backend(request_.options.backend);
+    check_output(request_.output);
+    load_matrix(load);
+    prepare_right_hand_sides();
+    Options options = request_.options;
+    options.solve.tolerance = request_.tolerance;
+    options.progress = display_.callback();
+    Solver solver(options);
+    factor(solver);
+    refactor(solver);
+    solve(solver);
+    judge();
+    if (!request_.output.empty()) write();
+  }
+
+ private:
+  void load_matrix(const std::function<io::CsrMatrix<double>()>& load) {
+    display_.show("read", 0);
+    const Stopwatch watch;
+    a_ = load();
+    result_.time_read = watch.seconds();
+    result_.n = a_.rows;
+    result_.entries = a_.entries();
+  }
+
+  void prepare_right_hand_sides() {
+    if (request_.rhs != "ones" && request_.rhs != "random") {
+      b_ = io::read_right_hand_sides(request_.rhs, a_.rows, request_.options.threads);
+      if (request_.nrhs && *request_.nrhs != b_.columns)
+        throw InvalidInput("--nrhs", fmt::format("{} holds {} right-hand sides", request_.rhs, b_.columns));
+    } else {
+      b_.rows = a_.rows;
+      b_.columns = request_.nrhs.value_or(1);
+      b_.values.assign(static_cast<std::size_t>(b_.rows * b_.columns), 1.0);
+      std::mt19937_64 random(kRandomSeed);
+      if (request_.rhs == "random")
+        for (double& value : b_.values) value = uniform(random);
+    }
+    result_.right_hand_sides = b_.columns;
+  }
+
+  void factor(Solver& solver) {
+    const Keeper keep(*this, solver);
+    solver.analyze(a_.view());
+    solver.factor(a_.view());
+  }
+
+  void refactor(Solver& solver) {
+    const Keeper keep(*this, solver);
+    for (int k = 0; k < request_.refactor; ++k) {
+      solver.refactor(a_.view());
+      const double time = solver.report().time_refactor;
+      result_.time_refactor = k == 0 ? time : std::min(result_.time_refactor, time);
+      result_.refactorizations = k + 1;
+    }
+  }
+
+  void solve(Solver& solver) {
+    const Keeper keep(*this, solver);
+    x_ = {b_.rows, b_.columns, {}};
+    x_.values.resize(b_.values.size());
+    if (request_.transpose)
+      solver.solve_transpose(b_.values.data(), x_.values.data(), b_.columns);
+    else
+      solver.solve(b_.values.data(), x_.values.data(), b_.columns);
+  }
+
+  void judge() {
+    const double error = backward_error(a_, request_.transpose, x_, b_);
+    result_.backward_error = error;
+    if (!(error <= request_.tolerance)) throw AccuracyNotReached(error, request_.tolerance);
+  }
+
+  void write() const {
+    io::write_matrix_market(request_.output, x_,
+                            fmt::format("solution of {}x = b, backward error {:.2e}",
+                                        request_.transpose ? "A^T " : "A ", *result_.backward_error));
+  }
+
+  // Takes the solver's report when a phase ends, be it by an exception.
+  class Keeper {
+   public:
+    Keeper(CaseRun& run, const Solver& solver) : run_(run), solver_(solver) {}
+    ~Keeper() {
+      run_.display_.clear();
+      if (solver_.analyzed()) run_.result_.report = solver_.report();
+    }
+    Keeper(const Keeper&) = delete;
+    Keeper& operator=(const Keeper&) = delete;
+
+   private:
+    CaseRun& run_;
+    const Solver& solver_;
+  };
+
+  CaseResult& result_;
+  const SolveRequest& request_;
+  ProgressDisplay& display_;
+  io::CsrMatrix<double> a_;
+  io::DenseMatrix<double> b_, x_;
+};
+
+}  // namespace
+
+CaseResult solve_case(const std::string& name, const std::function<io::CsrMatrix<double>()>& load,
+                      const SolveRequest& request, ProgressDisplay& display) {
+  CaseResult result;
+  result.name = name;
+  result.backend = request.options.backend;
+  result.threads = request.options.threads;
+  result.tolerance = request.tolerance;
+  try {
+    CaseRun(result, request, display).run(load);
+  } catch (...) {
+    const Failure failure = describe_current_exception();
+    result.code = failure.code;
+    // Faults of a file name it themselves.
+    result.message = result.n > 0 ? name + ": " + failure.message : failure.message;
+  }
+  display.clear();
+  return result;
+}
+
+}  // namespace mfs::program

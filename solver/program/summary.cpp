@@ -1,0 +1,113 @@
+#include "solver/program/summary.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <thread>
+
+#include <fmt/format.h>
+
+#include <mfs/version.hpp>
+
+namespace mfs::program {
+namespace {
+
+using Text = fmt::memory_buffer;
+
+template <class... Arguments>
+void line(Text& text, const char* label, fmt::format_string<Arguments...> format, Arguments&&... arguments) {
+  fmt::format_to(std::back_inserter(text), "{:<15} ", label);
+  fmt::format_to(std::back_inserter(text), format, std::forward<Arguments>(arguments)...);
+  text.push_back('\n');
+}
+
+std::string count(std::int64_t number, const char* one, const char* many) {
+  return fmt::format("{} {}", number, number == 1 ? one : many);
+}
+
+std::string rate(double flops, double seconds) {
+  return seconds > 0 ? with_unit(flops / seconds, "flop/s") : std::string("-");
+}
+
+void matrix_lines(Text& text, const CaseResult& r) {
+  line(text, "matrix", "{}: n = {}, {}", r.name, r.n, count(r.entries, "entry", "entries"));
+  const Report& report = *r.report;
+  line(text, "backend", "{}, {}", backend_name(r.backend), count(report.threads, "thread", "threads"));
+  line(text, "ordering", "{:.3f} s{}", report.time_order, report.matched ? ", rows matched to columns" : "");
+  line(text, "symbolic", "{:.3f} s, {} in {}, largest front {}", report.time_symbolic,
+       count(report.fronts, "front", "fronts"), count(report.depths, "depth", "depths"), report.max_front);
+  line(text, "factor size", "{} entries, {}; peak of all {}", report.nnz_factor,
+       with_unit(static_cast<double>(report.bytes_factor), "B"),
+       with_unit(static_cast<double>(report.bytes_peak), "B"));
+}
+
+void flop_lines(Text& text, const Flops& flops) {
+  const auto share = [&](double part) { return flops.total() > 0 ? 100 * part / flops.total() : 0.0; };
+  line(text, "flops", "{}", with_unit(flops.total(), "flop"));
+  line(text, "  getrf", "{} ({:.1f} %)", with_unit(flops.getrf, "flop"), share(flops.getrf));
+  line(text, "  trsm", "{} ({:.1f} %)", with_unit(flops.trsm, "flop"), share(flops.trsm));
+  line(text, "  gemm", "{} ({:.1f} %)", with_unit(flops.gemm, "flop"), share(flops.gemm));
+}
+
+void depth_table(Text& text, const std::vector<DepthSummary>& depths) {
+  auto out = std::back_inserter(text);
+  fmt::format_to(out, "\n{:>5} {:>9} {:>10} {:>9} {:>14} {:>14} {:>13} {:>13} {:>13}\n", "depth", "fronts",
+                 "pivots", "max front", "factor", "contribution", "getrf", "trsm", "gemm");
+  for (const DepthSummary& d : depths)
+    fmt::format_to(out, "{:>5} {:>9} {:>10} {:>9} {:>14} {:>14} {:>13} {:>13} {:>13}\n", d.depth, d.fronts,
+                   d.pivots, d.max_front, d.factor_entries, d.contribution_entries,
+                   with_unit(d.flops.getrf, "flop"), with_unit(d.flops.trsm, "flop"),
+                   with_unit(d.flops.gemm, "flop"));
+}
+
+}  // namespace
+
+std::string with_unit(double value, const char* unit) {
+  static constexpr const char* prefixes[] = {"", "k", "M", "G", "T", "P", "E"};
+  std::size_t k = 0;
+  for (; value >= 999.5 && k + 1 < std::size(prefixes); ++k) value /= 1000;
+  const int digits = k == 0 || value >= 99.95 ? 0 : value >= 9.995 ? 1 : 2;
+  return fmt::format("{:.{}f} {}{}", value, digits, prefixes[k], unit);
+}
+
+std::string solve_summary(const CaseResult& r) {
+  if (!r.report) return "";
+  const Report& report = *r.report;
+  Text text;
+  if (r.time_read > 0) line(text, "read", "{:.3f} s", r.time_read);
+  matrix_lines(text, r);
+  if (report.time_factor > 0)
+    line(text, "factor", "{:.3f} s, {} at {}, {}", report.time_factor,
+         with_unit(report.flops.total(), "flop"), rate(report.flops.total(), report.time_factor),
+         count(report.perturbed_pivots, "perturbed pivot", "perturbed pivots"));
+  if (r.time_refactor > 0)
+    line(text, "refactor", "{:.3f} s at {}, the least of {}", r.time_refactor,
+         rate(report.flops.total(), r.time_refactor), r.refactorizations);
+  if (!r.backward_error) return fmt::to_string(text);
+  line(text, "solve", "{:.3f} s, {}, {}", report.time_solve,
+       count(r.right_hand_sides, "right-hand side", "right-hand sides"),
+       count(report.refinement_steps, "refinement step", "refinement steps"));
+  line(text, "backward error", "{:.2e} (componentwise, asked {:.0e})", *r.backward_error, r.tolerance);
+  return fmt::to_string(text);
+}
+
+std::string analysis_summary(const CaseResult& r, const std::vector<DepthSummary>& depths) {
+  Text text;
+  matrix_lines(text, r);
+  flop_lines(text, r.report->flops);
+  depth_table(text, depths);
+  return fmt::to_string(text);
+}
+
+std::string library_summary() {
+  Text text;
+  line(text, "mfs", "{}", version());
+  std::string names;
+  for (const Backend backend : backends())
+    names += (names.empty() ? "" : ", ") + std::string(backend_name(backend));
+  line(text, "backends", "{}", names);
+  line(text, "threads", "{}", std::max(1u, std::thread::hardware_concurrency()));
+  for (const LibraryInfo& library : libraries()) line(text, library.name.c_str(), "{}", library.version);
+  return fmt::to_string(text);
+}
+
+}  // namespace mfs::program

@@ -1,0 +1,25 @@
+// The reports for people.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <mfs/report.hpp>
+
+#include "solver/program/case_result.hpp"
+
+namespace mfs::program {
+
+/// What `mfs solve` and `mfs bench` print without --json: a few lines, as far as the case came.
+std::string solve_summary(const CaseResult& result);
+
+/// What `mfs analyze` prints: the tree, the fronts by depth, flops by operation, memory.
+std::string analysis_summary(const CaseResult& result, const std::vector<DepthSummary>& depths);
+
+/// What `mfs info` prints.
+std::string library_summary();
+
+/// A number with its unit's prefix: 1234567, "flop" -> "1.23 Mflop".
+std::string with_unit(double value, const char* unit);
+
+}  // namespace mfs::program

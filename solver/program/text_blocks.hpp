@@ -1,0 +1,49 @@
+// Text in blocks of whole lines, from a plain file, a gzip file or memory.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+namespace mfs::io {
+
+/// What is wrong with the text and where: `line` counts from 1, 0 while the place is not known.
+class TextError : public std::runtime_error {
+ public:
+  explicit TextError(const std::string& reason, std::int64_t line = 0)
+      : std::runtime_error(reason), line_(line) {}
+  std::int64_t line() const { return line_; }
+
+ private:
+  std::int64_t line_;
+};
+
+class TextSource {
+ public:
+  virtual ~TextSource() = default;
+  /// Up to `bytes` bytes into `to`; 0 at the end. Throws TextError.
+  virtual std::size_t read(char* to, std::size_t bytes) = 0;
+};
+
+/// Throws TextError if the file cannot be opened.
+std::unique_ptr<TextSource> open_file(const std::string& path);
+/// `text` must outlive the source.
+std::unique_ptr<TextSource> open_memory(std::string_view text);
+
+/// Cuts a source into blocks that end at a line end (the last one perhaps not).
+class BlockReader {
+ public:
+  BlockReader(TextSource& source, std::size_t block_bytes) : source_(source), block_bytes_(block_bytes) {}
+  /// False at the end. Throws TextError for a line that is longer than one MiB.
+  bool next(std::string& block);
+
+ private:
+  TextSource& source_;
+  std::size_t block_bytes_;
+  std::string rest_;  // the beginning of a line that the last block did not finish
+};
+
+}  // namespace mfs::io

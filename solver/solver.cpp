@@ -1,0 +1,480 @@
+#include <mfs/solver.hpp>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <new>
+#include <optional>
+#include <string>
+
+#include "kernels/engine.hpp"
+#include "kernels/factorization.hpp"
+#include "ordering/matrix_check.hpp"
+#include "ordering/merge_fronts.hpp"
+#include "solver/analysis.hpp"
+#include "solver/memory_limit.hpp"
+#include "solver/stopwatch.hpp"
+
+namespace mfs {
+
+namespace {
+
+// Where a running phase is; written by the engine's thread, told to the caller's callback by the caller's thread.
+struct ProgressState {
+  std::atomic<const char*> phase{nullptr};
+  std::atomic<double> fraction{0};
+};
+
+template <class Scalar>
+double default_pivot_tolerance() {
+  return std::sqrt(static_cast<double>(std::numeric_limits<RealOf<Scalar>>::epsilon()));
+}
+
+template <class Scalar>
+double default_tolerance() {
+  return std::is_same_v<RealOf<Scalar>, double> ? 1e-12 : 1e-6;
+}
+
+void check_options(const Options& options) {
+  const auto refuse = [](const char* name, const char* what) { throw InvalidInput(name, what); };
+  if (options.analysis.max_block_size < 1) refuse("max_block_size", "must be at least 1");
+  if (options.analysis.leaf_size < 1) refuse("leaf_size", "must be at least 1");
+  if (options.analysis.separator_trials < 1) refuse("separator_trials", "must be at least 1");
+  if (options.analysis.separator_refinement < 1) refuse("separator_refinement", "must be at least 1");
+  if (!(options.analysis.dense_row > 0)) refuse("dense_row", "must be positive");
+  if (options.threads < 0) refuse("threads", "must not be negative");
+  if (!(options.factor.pivot_tolerance >= 0 && options.factor.pivot_tolerance < 1)) {
+    refuse("pivot_tolerance", "must be in [0, 1)");
+  }
+  if (options.factor.max_reanalyses < 0) refuse("max_reanalyses", "must not be negative");
+  if (!(options.solve.tolerance >= 0)) refuse("tolerance", "must not be negative");
+  if (options.solve.max_refinement_steps < 0) refuse("max_refinement_steps", "must not be negative");
+  if (options.backend == Backend::cuda) throw BackendError("CUDA", 0, "this build of MFS has no CUDA backend");
+}
+
+}  // namespace
+
+template <class Scalar>
+class BasicSolver<Scalar>::Impl {
+ public:
+  explicit Impl(Options options) : options_(std::move(options)) {
+    check_options(options_);
+    tolerance_ = options_.solve.tolerance > 0 ? options_.solve.tolerance : default_tolerance<Scalar>();
+    threads_ = options_.backend == Backend::serial ? 1 : options_.threads ? options_.threads : available_threads();
+    report_.backend = options_.backend;
+    report_.threads = threads_;
+    report_.single_precision = mixed();
+  }
+
+  void analyze(const CsrView<Scalar>& a) {
+    forget();
+    run("matching", [&] {
+      analysis_ = analyze_matrix(a, options_.analysis, threads_, [this](const char* phase, double fraction) {
+        tell(phase, fraction);
+      });
+    });
+    analyzed_with_values_ = a.values != nullptr;
+    report_analysis();
+  }
+
+  // The first factorization also takes the memory; later ones only fill it.
+  void factor(const CsrView<Scalar>& a) {
+    if (!analysis_) {
+      analyze(a);
+    } else {
+      check_same_pattern(*analysis_->pattern, a, threads_);
+      if (!analyzed_with_values_) analyze(a);  // the values decide about matching and scaling
+    }
+    check_values(a, threads_);
+    const Stopwatch watch;
+    const bool first = !numeric_;
+    if (first) make_numeric();
+    refactored_ = !first;
+    run_factor(a);
+    if (first) enlarge_pivot_blocks();
+    report_.time_factor = watch.seconds();
+  }
+
+  void refactor(const CsrView<Scalar>& a) {
+    if (!numeric_) throw StateError("refactor: the matrix has not been factored");
+    const Stopwatch watch;
+    check_same_pattern(*analysis_->pattern, a, threads_);
+    refactor_known(a, watch);
+  }
+
+  void refactor(const Scalar* values) {
+    if (!numeric_) throw StateError("refactor: the matrix has not been factored");
+    refactor_known(analysis_->caller_view(values), Stopwatch());
+  }
+
+  void solve(const Scalar* b, Scalar* x, Offset nrhs, Offset ldb, Offset ldx, bool transposed) {
+    if (!factored_) throw StateError("solve: the matrix has not been factored");
+    const Offset n = analysis_->pattern->n;
+    if (ldb == 0) ldb = n;
+    if (ldx == 0) ldx = n;
+    check_vectors(b, x, nrhs, ldb, ldx);
+    const Stopwatch watch;
+    report_.refinement_steps = 0;
+    report_.krylov_steps = 0;
+    report_.corrected_pivots = 0;
+    report_.backward_error = 0;
+    for (Offset first = 0; first < nrhs; first += kSolveColumns) {
+      const Vertex columns = static_cast<Vertex>(std::min<Offset>(kSolveColumns, nrhs - first));
+      solve_block(b + first * ldb, ldb, x + first * ldx, ldx, columns, transposed);
+      tell("solve", static_cast<double>(first + columns) / static_cast<double>(nrhs));
+    }
+    report_.time_solve = watch.seconds();
+  }
+
+  double condition_estimate() {
+    if (!factored_) throw StateError("condition_estimate: the matrix has not been factored");
+    double condition = 0;
+    run("solve", [&] {
+      make_transposed();
+      condition = numeric_->condition_estimate(*transposed_pattern_);
+    });
+    return condition;
+  }
+
+  Determinant<Scalar> determinant() {
+    if (!factored_) throw StateError("determinant: the matrix has not been factored");
+    Determinant<Scalar> result{};
+    bool known = false;
+    run("solve", [&] { known = numeric_->determinant(result.phase, result.log_abs); });
+    if (!known) throw AccuracyNotReached(std::numeric_limits<double>::infinity(), tolerance_);
+    return result;
+  }
+
+  bool analyzed() const { return analysis_.has_value(); }
+  bool factored() const { return factored_; }
+  const Report& report() const { return report_; }
+  const Options& options() const { return options_; }
+
+  std::vector<DepthSummary> depths() const {
+    std::vector<DepthSummary> table;
+    if (!analysis_) return table;
+    const SymbolicPlan& plan = *analysis_->plan;
+    for (Vertex depth = 0; depth < plan.num_depths; ++depth) {
+      const Vertex step = plan.num_depths - 1 - depth;
+      DepthSummary& row = table.emplace_back();
+      row.depth = depth;
+      for (Vertex f = plan.depth_begin[step]; f < plan.depth_begin[step + 1]; ++f) {
+        const std::int64_t p = plan.pivots(f), border = plan.border_rows(f);
+        const BlockFlops flops = plan.flops_of(f);
+        ++row.fronts;
+        row.pivots += p;
+        row.max_front = std::max(row.max_front, p + border);
+        row.factor_entries += p * p + 2 * p * border;
+        row.contribution_entries += border * border;
+        row.flops.getrf += flops.getrf;
+        row.flops.trsm += flops.trsm;
+        row.flops.gemm += flops.gemm;
+      }
+    }
+    return table;
+  }
+
+ private:
+  void make_transposed() {
+    if (!transposed_pattern_) transposed_pattern_ = transpose(*analysis_->pattern);
+  }
+
+  void refactor_known(const CsrView<Scalar>& a, const Stopwatch& watch) {
+    check_values(a, threads_);
+    refactored_ = true;
+    run_factor(a);
+    report_.time_refactor = watch.seconds();
+  }
+
+  // Runs work on the engine's thread. What it throws comes out here as one of ours.
+  template <class Work>
+  void run(const char* phase, Work&& work) {
+    tell(phase, 0.0);
+    log(1, phase);
+    try {
+      if (options_.progress) {
+        Engine::instance().run(threads_, std::ref(work), [this] { report_progress(); });
+        report_progress();
+      } else {
+        Engine::instance().run(threads_, std::ref(work));
+      }
+    } catch (const std::bad_alloc&) {
+      throw OutOfMemory(MemorySpace::host, 0, available_host_memory());
+    }
+  }
+
+  void tell(const char* phase, double fraction) {
+    progress_.phase = phase;
+    progress_.fraction = fraction;
+  }
+  void report_progress() { options_.progress(Progress{progress_.phase, progress_.fraction}); }
+
+  void log(int level, const std::string& line) {
+    if (options_.log && options_.verbosity >= level) options_.log(line);
+  }
+
+  void forget() {
+    factored_ = refactored_ = false;
+    numeric_.reset();
+    transposed_pattern_.reset();
+    analysis_.reset();
+    const Report empty;
+    report_ = empty;
+    report_.backend = options_.backend;
+    report_.threads = threads_;
+    report_.single_precision = mixed();
+  }
+
+  bool mixed() const {
+    return options_.factor.precision == Precision::single && !std::is_same_v<Scalar, Narrow<Scalar>>;
+  }
+
+  NumericBytes factor_bytes(const SymbolicPlan& plan) const {
+    return numeric_bytes(plan, report_.single_precision ? sizeof(Narrow<Scalar>) : sizeof(Scalar), sizeof(Scalar));
+  }
+
+  void make_numeric() {
+    const Offset bytes = factor_bytes(*analysis_->plan).total();
+    const std::size_t available = available_host_memory();
+    if (static_cast<std::size_t>(bytes) > available) {
+      throw OutOfMemory(MemorySpace::host, static_cast<std::size_t>(bytes), available);
+    }
+    // Below about a millisecond of work, waking other threads costs more than they save.
+    constexpr double kSerialFlops = 2e7;
+    const double flops = report_.flops.total();
+    const HostSpace space =
+        options_.backend == Backend::serial || flops < kSerialFlops ? HostSpace::serial : HostSpace::openmp;
+    std::unique_ptr<Factorization<Scalar>> made;
+    run("factor", [&] {
+      made = make_factorization<Scalar>(space, report_.single_precision, analysis_->plan, analysis_->pattern, threads_);
+      std::copy(analysis_->matched.row_scale.begin(), analysis_->matched.row_scale.end(), made->row_scale());
+      std::copy(analysis_->matched.column_scale.begin(), analysis_->matched.column_scale.end(), made->column_scale());
+    });
+    numeric_ = std::move(made);
+  }
+
+  void run_factor(const CsrView<Scalar>& a) {
+    factored_ = false;
+    run("factor", [&] { sum_into_slots(*analysis_->pattern, a, numeric_->matrix_values(), threads_); });
+    factor_values();
+  }
+
+  // Factors what is in matrix_values().
+  void factor_values() {
+    const double tolerance = options_.factor.pivot_tolerance > 0 ? options_.factor.pivot_tolerance
+                             : report_.single_precision          ? default_pivot_tolerance<Narrow<Scalar>>()
+                                                                 : default_pivot_tolerance<Scalar>();
+    FactorStatus status{};
+    const auto factor_progress = [this](double fraction) { tell("factor", fraction); };
+    run("factor", [&] { status = numeric_->factor(tolerance, std::ref(factor_progress)); });
+    factored_ = true;
+    report_.flops_used = {status.getrf, status.trsm, status.gemm};
+    report_.perturbed_pivots = static_cast<std::int64_t>(status.perturbed);
+    report_.bytes_used = numeric_->bytes();
+    nonfinite_ = status.nonfinite > 0;
+  }
+
+  // Merges fronts whose pivots failed into their parents while that helps and costs little.
+  void enlarge_pivot_blocks() {
+    constexpr double kGrowth = 1.5, kFree = 1e8;
+    const double allowed = kGrowth * report_.flops.total() + kFree;
+    for (int round = 0; round < options_.factor.max_reanalyses && report_.perturbed_pivots > 0; ++round) {
+      std::shared_ptr<const SymbolicPlan> plan;
+      run("symbolic", [&] {
+        const SeparatorTree tree = merge_into_parents(*analysis_->plan, numeric_->failed_fronts(*analysis_->plan));
+        plan = std::make_shared<SymbolicPlan>(make_symbolic_plan(*analysis_->pattern, analysis_->matched.row_order,
+                                                                 tree, options_.analysis.max_block_size));
+      });
+      const double flops = plan->flops.getrf + plan->flops.trsm + plan->flops.gemm;
+      if (plan->num_fronts == analysis_->plan->num_fronts || flops > allowed) break;
+      analysis_->plan = std::move(plan);
+      ++report_.reanalyses;
+      replace_numeric();
+    }
+  }
+
+  // Makes the factorization anew for the same values, after the plan or the precision has changed.
+  void replace_numeric() {
+    const Scalar* old = numeric_->matrix_values();
+    const std::vector<Scalar> values(old, old + analysis_->plan->nnz);
+    factored_ = false;
+    numeric_.reset();
+    report_analysis();
+    make_numeric();
+    std::copy(values.begin(), values.end(), numeric_->matrix_values());
+    factor_values();
+  }
+
+  // The next rung after all that can be done with the present factors: full precision, then a new matching and tree
+  // for values that have changed since the analysis. False when there is none.
+  bool climb() {
+    if (report_.single_precision) {
+      report_.single_precision = false;
+      replace_numeric();
+      return true;
+    }
+    if (!refactored_ || (report_.perturbed_pivots == 0 && !nonfinite_)) return false;
+    refactored_ = false;
+    run("ordering", [&] {
+      reanalyze(*analysis_, numeric_->matrix_values(), options_.analysis, threads_,
+                [this](const char* phase, double fraction) { tell(phase, fraction); });
+    });
+    ++report_.reanalyses;
+    replace_numeric();
+    enlarge_pivot_blocks();
+    return true;
+  }
+
+  void solve_block(const Scalar* b, Offset ldb, Scalar* x, Offset ldx, Vertex columns, bool transposed) {
+    const Offset n = analysis_->pattern->n;
+    const SolveControls controls{tolerance_, options_.solve.max_refinement_steps};
+    SolveOutcome outcome;
+    do {
+      run("solve", [&] {
+        if (transposed) make_transposed();
+        Scalar* rhs = numeric_->rhs(columns);
+        for (Vertex j = 0; j < columns; ++j) std::copy(b + j * ldb, b + j * ldb + n, rhs + j * n);
+        outcome = numeric_->solve(columns, transposed ? &*transposed_pattern_ : nullptr, controls);
+      });
+      report_.refinement_steps = std::max(report_.refinement_steps, outcome.refinement_steps);
+      report_.krylov_steps = std::max(report_.krylov_steps, outcome.krylov_steps);
+      report_.corrected_pivots = std::max<std::int64_t>(report_.corrected_pivots, outcome.corrected_pivots);
+    } while (!(outcome.backward_error <= tolerance_) && climb());
+    report_.bytes_used = numeric_->bytes();
+    if (!(outcome.backward_error <= tolerance_)) refuse(outcome);
+    report_.backward_error = std::max(report_.backward_error, outcome.backward_error);
+    const Scalar* solution = numeric_->solution();
+    for (Vertex j = 0; j < columns; ++j) std::copy(solution + j * n, solution + (j + 1) * n, x + j * ldx);
+  }
+
+  // The tolerance was missed: because A is singular, because pivots vanished, or in spite of sound pivots.
+  [[noreturn]] void refuse(const SolveOutcome& outcome) const {
+    constexpr const char* kWhat = "the matrix is singular to working precision";
+    if (outcome.dependent_rows > 0) {
+      throw SingularMatrix(SingularMatrix::Kind::numerical, outcome.row, outcome.column, outcome.dependent_rows, kWhat);
+    }
+    if (report_.perturbed_pivots == 0 && !nonfinite_) {
+      throw AccuracyNotReached(outcome.backward_error, tolerance_);
+    }
+    const SymbolicPlan& plan = *analysis_->plan;
+    Vertex position = 0;
+    while (position + 1 < plan.n && numeric_->pivot_shift(position) == Scalar(0)) ++position;
+    throw SingularMatrix(SingularMatrix::Kind::numerical, numeric_->pivot_row(position), plan.column_of[position],
+                         std::max<std::int64_t>(report_.perturbed_pivots, 1), kWhat);
+  }
+
+  void check_vectors(const Scalar* b, const Scalar* x, Offset nrhs, Offset ldb, Offset ldx) const {
+    const Offset n = analysis_->pattern->n;
+    if (nrhs < 1) throw InvalidInput("nrhs", "must be at least 1");
+    if (!b) throw InvalidInput("b", "null pointer");
+    if (!x) throw InvalidInput("x", "null pointer");
+    if (ldb < n) throw InvalidInput("ldb", "must be at least the number of rows");
+    if (ldx < n) throw InvalidInput("ldx", "must be at least the number of rows");
+    for (Offset j = 0; j < nrhs; ++j) {
+      for (Offset i = 0; i < n; ++i) {
+        if (!std::isfinite(std::abs(b[i + j * ldb]))) throw InvalidInput("b", "NaN or infinity", i, j);
+      }
+    }
+  }
+
+  void report_analysis() {
+    const SymbolicPlan& plan = *analysis_->plan;
+    const NumericBytes bytes = factor_bytes(plan);
+    report_.n = plan.n;
+    report_.nnz = plan.nnz;
+    report_.matched = analysis_->matched.matched;
+    report_.nnz_factor = plan.nnz_factor;
+    report_.flops = {plan.flops.getrf, plan.flops.trsm, plan.flops.gemm};
+    report_.fronts = plan.num_fronts;
+    report_.depths = plan.num_depths;
+    report_.max_front = plan.max_front;
+    report_.bytes_factor = bytes.factor;
+    report_.bytes_peak = bytes.total();
+    report_.time_order = analysis_->time_order;
+    report_.time_symbolic = analysis_->time_symbolic;
+  }
+
+  Options options_;
+  int threads_ = 1;
+  double tolerance_ = 0;
+  Report report_;
+  std::optional<Analysis> analysis_;
+  bool analyzed_with_values_ = false;
+  std::unique_ptr<Factorization<Scalar>> numeric_;
+  std::optional<TransposedPattern> transposed_pattern_;
+  bool factored_ = false;
+  bool refactored_ = false;  // the values are not those of the analysis any more
+  bool nonfinite_ = false;
+  ProgressState progress_;
+};
+
+template <class Scalar>
+BasicSolver<Scalar>::BasicSolver(Options options) : impl_(std::make_unique<Impl>(std::move(options))) {}
+template <class Scalar>
+BasicSolver<Scalar>::~BasicSolver() = default;
+template <class Scalar>
+BasicSolver<Scalar>::BasicSolver(BasicSolver&&) noexcept = default;
+template <class Scalar>
+BasicSolver<Scalar>& BasicSolver<Scalar>::operator=(BasicSolver&&) noexcept = default;
+
+template <class Scalar>
+void BasicSolver<Scalar>::analyze(const CsrView<Scalar>& a) {
+  impl_->analyze(a);
+}
+template <class Scalar>
+void BasicSolver<Scalar>::factor(const CsrView<Scalar>& a) {
+  impl_->factor(a);
+}
+template <class Scalar>
+void BasicSolver<Scalar>::refactor(const CsrView<Scalar>& a) {
+  impl_->refactor(a);
+}
+template <class Scalar>
+void BasicSolver<Scalar>::refactor(const Scalar* values) {
+  impl_->refactor(values);
+}
+template <class Scalar>
+void BasicSolver<Scalar>::solve(const Scalar* b, Scalar* x, std::int64_t nrhs, std::int64_t ldb, std::int64_t ldx) {
+  impl_->solve(b, x, nrhs, ldb, ldx, false);
+}
+template <class Scalar>
+void BasicSolver<Scalar>::solve_transpose(const Scalar* b, Scalar* x, std::int64_t nrhs, std::int64_t ldb,
+                                          std::int64_t ldx) {
+  impl_->solve(b, x, nrhs, ldb, ldx, true);
+}
+template <class Scalar>
+double BasicSolver<Scalar>::condition_estimate() {
+  return impl_->condition_estimate();
+}
+template <class Scalar>
+Determinant<Scalar> BasicSolver<Scalar>::determinant() {
+  return impl_->determinant();
+}
+template <class Scalar>
+bool BasicSolver<Scalar>::analyzed() const {
+  return impl_->analyzed();
+}
+template <class Scalar>
+bool BasicSolver<Scalar>::factored() const {
+  return impl_->factored();
+}
+template <class Scalar>
+const Report& BasicSolver<Scalar>::report() const {
+  return impl_->report();
+}
+template <class Scalar>
+const Options& BasicSolver<Scalar>::options() const {
+  return impl_->options();
+}
+template <class Scalar>
+std::vector<DepthSummary> BasicSolver<Scalar>::depths() const {
+  return impl_->depths();
+}
+
+template class BasicSolver<float>;
+template class BasicSolver<double>;
+template class BasicSolver<std::complex<float>>;
+template class BasicSolver<std::complex<double>>;
+
+}  // namespace mfs

@@ -1,0 +1,31 @@
+#include <mfs/version.hpp>
+
+#include <camd.h>
+#include <metis.h>
+
+#include <Kokkos_Core.hpp>
+
+#include "kernels/blas.hpp"
+
+namespace mfs {
+
+namespace {
+
+std::string dotted(int major, int minor, int patch) {
+  return std::to_string(major) + "." + std::to_string(minor) + "." + std::to_string(patch);
+}
+
+}  // namespace
+
+const char* version() { return MFS_VERSION; }
+
+std::vector<Backend> backends() { return {Backend::serial, Backend::openmp}; }
+
+std::vector<LibraryInfo> libraries() {
+  return {{"Kokkos", dotted(KOKKOS_VERSION / 10000, KOKKOS_VERSION / 100 % 100, KOKKOS_VERSION % 100)},
+          {"METIS", dotted(METIS_VER_MAJOR, METIS_VER_MINOR, METIS_VER_SUBMINOR)},
+          {"CAMD", dotted(CAMD_MAIN_VERSION, CAMD_SUB_VERSION, CAMD_SUBSUB_VERSION)},
+          {"BLAS", blas::library_name()}};
+}
+
+}  // namespace mfs

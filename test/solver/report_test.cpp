@@ -1,0 +1,125 @@
+// What the solver says about its work, and that it does the same work every time.
+#include <string>
+
+#include "test/reference/generators.hpp"
+#include "test/solver/systems.hpp"
+
+namespace mfs::test {
+namespace {
+
+TEST(Report, FiguresFitTogether) {
+  for (const int threads : {1, 2}) {
+    const SparseMatrix a = grid_2d(60, 61);
+    Solver solver(with_threads(threads));
+    solver.analyze(a.view());
+    const Report analysed = solver.report();
+    EXPECT_EQ(analysed.n, a.n);
+    EXPECT_EQ(analysed.nnz, a.entries());
+    EXPECT_EQ(analysed.threads, threads);
+    EXPECT_FALSE(analysed.matched);
+    EXPECT_GE(analysed.nnz_factor, a.entries());
+    EXPECT_GE(analysed.bytes_factor, analysed.nnz_factor * 8);
+    EXPECT_GT(analysed.bytes_peak, analysed.bytes_factor);
+    EXPECT_EQ(analysed.bytes_used, 0);
+    EXPECT_GT(analysed.time_order, 0);
+    EXPECT_GT(analysed.time_symbolic, 0);
+
+    const std::vector<DepthSummary> depths = solver.depths();
+    ASSERT_EQ(static_cast<std::int64_t>(depths.size()), analysed.depths);
+    std::int64_t pivots = 0, fronts = 0, entries = 0, largest = 0;
+    Flops flops;
+    for (std::size_t d = 0; d < depths.size(); ++d) {
+      EXPECT_EQ(depths[d].depth, static_cast<std::int32_t>(d));
+      pivots += depths[d].pivots;
+      fronts += depths[d].fronts;
+      entries += depths[d].factor_entries;
+      largest = std::max(largest, depths[d].max_front);
+      flops.getrf += depths[d].flops.getrf;
+      flops.trsm += depths[d].flops.trsm;
+      flops.gemm += depths[d].flops.gemm;
+    }
+    EXPECT_EQ(pivots, a.n);
+    EXPECT_EQ(fronts, analysed.fronts);
+    EXPECT_EQ(entries, analysed.nnz_factor);
+    EXPECT_EQ(largest, analysed.max_front);
+    EXPECT_NEAR(flops.total(), analysed.flops.total(), 1e-9 * flops.total());
+
+    solver.factor(a.view());
+    const Report& factored = solver.report();
+    EXPECT_NEAR(factored.flops_used.getrf, analysed.flops.getrf, 1e-12 * analysed.flops.getrf);
+    EXPECT_NEAR(factored.flops_used.trsm, analysed.flops.trsm, 1e-12 * analysed.flops.trsm);
+    EXPECT_NEAR(factored.flops_used.gemm, analysed.flops.gemm, 1e-12 * analysed.flops.gemm);
+    EXPECT_EQ(factored.bytes_used, analysed.bytes_peak) << "predicted exactly";
+    EXPECT_EQ(factored.perturbed_pivots, 0);
+    EXPECT_GT(factored.time_factor, 0);
+    expect_solves(solver, a);
+    EXPECT_EQ(solver.report().bytes_used, analysed.bytes_peak);
+    EXPECT_GT(solver.report().time_solve, 0);
+    solver.refactor(a.values.data());
+    EXPECT_GT(solver.report().time_refactor, 0);
+  }
+}
+
+TEST(Report, IsEmptyBeforeAnalyze) {
+  const Solver solver(with_threads(1));
+  EXPECT_EQ(solver.report().n, 0);
+  EXPECT_TRUE(solver.depths().empty());
+  EXPECT_FALSE(solver.analyzed());
+  EXPECT_FALSE(solver.factored());
+  EXPECT_EQ(solver.options().threads, 1);
+}
+
+/// Solutions with one and with many right-hand sides, plain and transposed, after factor and after refactor.
+std::vector<double> all_solutions(const NamedMatrix& named, Solver& solver) {
+  const SparseMatrix& a = named.matrix;
+  const SparseMatrix at = transposed(a);
+  std::vector<double> all;
+  for (int round = 0; round < 2; ++round) {
+    if (round == 0) {
+      solver.factor(a.view());
+    } else {
+      solver.refactor(a.view());
+    }
+    for (const std::int64_t nrhs : {1, 18}) {
+      std::vector<double> b = right_hand_sides(a, nrhs, a.n, 5, named.solution_sizes);
+      std::vector<double> x(b.size());
+      solver.solve(b.data(), x.data(), nrhs);
+      all.insert(all.end(), x.begin(), x.end());
+      b = right_hand_sides(at, nrhs, a.n, 5, named.transposed_solution_sizes);
+      solver.solve_transpose(b.data(), x.data(), nrhs);
+      all.insert(all.end(), x.begin(), x.end());
+    }
+  }
+  return all;
+}
+
+TEST(Repeatability, SameBitsFromRunToRunAndFromObjectToObject) {
+  std::vector<NamedMatrix> matrices = adversarial_matrices(3);
+  matrices.push_back({"large grid", grid_2d(110, 110)});
+  for (const NamedMatrix& named : matrices) {
+    SCOPED_TRACE(named.name);
+    for (const int threads : {1, 2}) {
+      Solver first(with_threads(threads)), second(with_threads(threads));
+      const std::vector<double> expected = all_solutions(named, first);
+      EXPECT_EQ(all_solutions(named, first), expected);
+      EXPECT_EQ(all_solutions(named, second), expected);
+    }
+    Options serial = with_threads(1);
+    serial.backend = Backend::serial;
+    Solver first(with_threads(1)), second(serial);
+    EXPECT_EQ(all_solutions(named, second), all_solutions(named, first)) << "serial and one thread";
+  }
+}
+
+TEST(Version, AgreesWithTheHeaders) {
+  EXPECT_STREQ(version(), MFS_VERSION);
+  const std::vector<Backend> known = backends();
+  EXPECT_NE(std::find(known.begin(), known.end(), Backend::openmp), known.end());
+  for (const LibraryInfo& library : libraries()) {
+    EXPECT_FALSE(library.name.empty());
+    EXPECT_FALSE(library.version.empty());
+  }
+}
+
+}  // namespace
+}  // namespace mfs::test

@@ -1,0 +1,168 @@
+// Whole factorizations through kernels/factorization.hpp: the bytes and operations that the plan promised, the same
+// bits from run to run, solutions as good as the reference's.
+#include <cstring>
+#include <string>
+
+#include <mfs/analysis_options.hpp>
+
+#include "ordering/order_matrix.hpp"
+#include "test/reference/generators.hpp"
+#include "test/stages/stage_bench.hpp"
+
+namespace mfs::test {
+namespace {
+
+/// Deep enough for several depths, with fronts that two threads share (more than 2e7 operations) in the last one.
+std::vector<StageProblem<double>> problems() {
+  std::vector<StageProblem<double>> made{artificial_problem(mixed_tree(), {21, 0.6, 64}),
+                                 artificial_problem(leaf_and_root(330, 200), {22, 1.0, 128}),
+                                 artificial_problem(broom(), {23})};
+  for (const SparseMatrix& matrix : {grid_2d(40, 37), random_diagonally_dominant(500, 4, 5)}) {
+    Pattern pattern;
+    pattern.n = static_cast<Vertex>(matrix.n);
+    pattern.offsets = matrix.offsets;
+    pattern.columns = matrix.columns;
+    pattern.num_entries = matrix.entries();
+    made.push_back(matrix_problem(matrix, order_matrix(pattern, MatchedScaling(), AnalysisOptions(), 1), 64));
+  }
+  return made;
+}
+
+std::unique_ptr<Factorization<double>> factorization(const StageProblem<double>& problem, HostSpace space, int threads) {
+  auto made = make_factorization<double>(space, false, problem.plan, problem.pattern, threads);
+  std::copy(problem.values.begin(), problem.values.end(), made->matrix_values());
+  std::copy(problem.row_scale.begin(), problem.row_scale.end(), made->row_scale());
+  std::copy(problem.column_scale.begin(), problem.column_scale.end(), made->column_scale());
+  return made;
+}
+
+/// Solutions with one and with five right-hand sides, plain and transposed, one after another.
+std::vector<double> solutions(const StageProblem<double>& problem, Factorization<double>& numeric) {
+  std::vector<double> all;
+  const TransposedPattern transposed = transpose(*problem.pattern);
+  const Offset n = problem.plan->n;
+  for (const Vertex columns : {1, 5}) {
+    for (const TransposedPattern* pattern : {static_cast<const TransposedPattern*>(nullptr), &transposed}) {
+      const std::vector<double> b = Random(5).vector(n * columns);
+      std::copy(b.begin(), b.end(), numeric.rhs(columns));
+      const SolveOutcome outcome = numeric.solve(columns, pattern, SolveControls());
+      EXPECT_LT(outcome.backward_error, 1e-13);
+      all.insert(all.end(), numeric.solution(), numeric.solution() + n * columns);
+    }
+  }
+  return all;
+}
+
+struct Run {
+  FactorStatus status;
+  std::vector<double> solutions;
+};
+
+Run run(const StageProblem<double>& problem, HostSpace space, int threads, int repetitions = 1) {
+  Run result{};
+  in_engine(threads, [&] {
+    const auto numeric = factorization(problem, space, threads);
+    for (int k = 0; k < repetitions; ++k) {
+      result.status = numeric->factor(1e-8, {});
+      result.solutions = solutions(problem, *numeric);
+    }
+  });
+  return result;
+}
+
+TEST(Factorization, SolvesAsTheReferenceDoes) {
+  for (const StageProblem<double>& problem : problems()) {
+    const auto fronts = factor(*problem.plan, problem.scaled(), ReferenceRule());
+    const Vertex n = problem.plan->n;
+    const std::vector<double> b = Random(5).vector(n);
+    std::vector<double> v(n), x(n);
+    for (Vertex p = 0; p < n; ++p) v[p] = b[problem.plan->row_of[p]] * problem.row_scale[problem.plan->row_of[p]];
+    solve_forward(fronts, false, v);
+    solve_backward(fronts, false, v);
+    for (Vertex p = 0; p < n; ++p) {
+      x[problem.plan->column_of[p]] = v[p] * problem.column_scale[problem.plan->column_of[p]];
+    }
+    std::vector<double> first = run(problem, HostSpace::openmp, 2).solutions;
+    first.resize(n);
+    EXPECT_LT(difference(first, x), 1e-10);
+  }
+}
+
+TEST(Factorization, TakesExactlyThePredictedBytes) {
+  for (const StageProblem<double>& problem : problems()) {
+    in_engine(2, [&] {
+      for (const HostSpace space : {HostSpace::serial, HostSpace::openmp}) {
+        const auto numeric = factorization(problem, space, 2);
+        const NumericBytes bytes = numeric_bytes(*problem.plan, sizeof(double), sizeof(double));
+        EXPECT_EQ(numeric->bytes(), bytes.total());
+        EXPECT_EQ(bytes.factor, problem.plan->factor_entries * static_cast<Offset>(sizeof(double)));
+        EXPECT_GE(problem.plan->factor_entries, problem.plan->nnz_factor);
+        numeric->factor(1e-8, {});
+        numeric->rhs(1);
+        EXPECT_EQ(numeric->bytes(), bytes.total());
+        numeric->rhs(16);
+        EXPECT_EQ(numeric->bytes(),
+                  bytes.total() - bytes.solve + SolveLayout(*problem.plan, sizeof(double), sizeof(double), 16).arena.total());
+      }
+    });
+  }
+}
+
+TEST(Factorization, DoesExactlyThePredictedOperations) {
+  for (const StageProblem<double>& problem : problems()) {
+    for (const int threads : {1, 3}) {
+      const FactorStatus status = run(problem, HostSpace::openmp, threads).status;
+      const BlockFlops& plan = problem.plan->flops;
+      EXPECT_NEAR(status.getrf, plan.getrf, 1e-12 * plan.getrf);
+      EXPECT_NEAR(status.trsm, plan.trsm, 1e-12 * plan.trsm);
+      EXPECT_NEAR(status.gemm, plan.gemm, 1e-12 * plan.gemm);
+      EXPECT_EQ(status.perturbed, 0u);
+      EXPECT_EQ(status.nonfinite, 0u);
+    }
+  }
+}
+
+TEST(Factorization, GivesTheSameBitsFromRunToRun) {
+  for (const StageProblem<double>& problem : problems()) {
+    const std::vector<double> serial = run(problem, HostSpace::serial, 1).solutions;
+    EXPECT_EQ(run(problem, HostSpace::serial, 2).solutions, serial);
+    EXPECT_EQ(run(problem, HostSpace::openmp, 1).solutions, serial);
+    for (const int threads : {2, 3}) {
+      const std::vector<double> first = run(problem, HostSpace::openmp, threads).solutions;
+      for (int k = 0; k < 3; ++k) EXPECT_EQ(run(problem, HostSpace::openmp, threads).solutions, first);
+      EXPECT_EQ(run(problem, HostSpace::openmp, threads, 3).solutions, first) << "factored again";
+    }
+  }
+}
+
+TEST(Factorization, TellsItsProgress) {
+  const StageProblem<double> problem = artificial_problem(mixed_tree(), {21, 0.6, 64});
+  std::vector<double> told;
+  in_engine(2, [&] {
+    factorization(problem, HostSpace::openmp, 2)->factor(1e-8, [&](double fraction) { told.push_back(fraction); });
+  });
+  ASSERT_EQ(told.size(), static_cast<std::size_t>(problem.plan->num_depths));
+  EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
+  EXPECT_NEAR(told.back(), 1.0, 1e-12);
+}
+
+// Row exchanges inside a pivot block: which row of A became which pivot.
+TEST(Factorization, NamesRowsAndShiftsOfPivots) {
+  SparseMatrix a = from_entries_summed(3, {{0, 0, 1.0}, {0, 1, 2.0}, {1, 0, 4.0}, {1, 1, 8.0}, {2, 2, 1.0}});
+  SeparatorTree tree{{0, 1, 2}, {0, 2, 3}, {-1, -1}};
+  const StageProblem<double> problem = matrix_problem(a, tree, 64);
+  in_engine(1, [&] {
+    const auto numeric = factorization(problem, HostSpace::serial, 1);
+    const double tolerance = 0x1p-20;
+    EXPECT_EQ(numeric->factor(tolerance, {}).perturbed, 1u);
+    EXPECT_EQ(numeric->pivot_row(0), 1);
+    EXPECT_EQ(numeric->pivot_row(1), 0);
+    EXPECT_EQ(numeric->pivot_row(2), 2);
+    EXPECT_EQ(numeric->pivot_shift(0), 0.0);
+    EXPECT_EQ(numeric->pivot_shift(1), 8 * tolerance);  // times the largest entry
+    EXPECT_EQ(numeric->pivot_shift(2), 0.0);
+  });
+}
+
+}  // namespace
+}  // namespace mfs::test

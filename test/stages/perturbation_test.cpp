@@ -1,0 +1,311 @@
+// Pivots that are too small: which are replaced, by what, and that the factors are then exactly those of the matrix
+// with the noted shifts added (rule in kernels/panel_lu.hpp).
+#include <string>
+
+#include "test/stages/reference_stages.hpp"
+
+namespace mfs::test {
+namespace {
+
+constexpr double kBound = 0x1p-26, kTiny = 0x1p-47;
+
+/// Fronts, exchanges and shifts after a whole factorization.
+struct Factored {
+  std::vector<FrontBlocks<double>> fronts;
+  std::vector<std::vector<Vertex>> row_at;
+  std::vector<std::vector<double>> shift;
+  FactorStatus status{};
+};
+
+template <class Exec>
+Factored factored(const StageProblem<double>& problem, Path path, int threads, const PivotRule& rule) {
+  Factored result;
+  in_engine(threads, [&] {
+    StageBench<Exec, double> bench(problem);
+    const SymbolicPlan& plan = *problem.plan;
+    for (Vertex step = 0; step < plan.num_depths; ++step) {
+      bench.factor_depth(forced_schedule(plan, step, path), rule, Stages());
+    }
+    for (Vertex f = 0; f < plan.num_fronts; ++f) {
+      result.fronts.push_back(bench.front(f));
+      result.row_at.push_back(bench.row_at(f));
+      result.shift.push_back(bench.shift(f));
+    }
+    result.status = bench.status();
+  });
+  return result;
+}
+
+std::vector<double> all_shifts(const Factored& result) {
+  std::vector<double> shifts;
+  for (const auto& front : result.shift) shifts.insert(shifts.end(), front.begin(), front.end());
+  return shifts;
+}
+
+/// A problem of one front of `pivots` and a root that its border lies in, with the entries given by position.
+StageProblem<double> two_fronts(Vertex pivots, Vertex border, const std::vector<Entry>& entries, Vertex max_block_size) {
+  SeparatorTree tree;
+  for (Vertex p = 0; p < pivots + border; ++p) tree.order.push_back(p);
+  tree.node_begin = {0, pivots};
+  tree.parent = {-1};
+  if (border > 0) {
+    tree.node_begin.push_back(pivots + border);
+    tree.parent = {1, -1};
+  }
+  return matrix_problem(from_entries_summed(pivots + border, entries), tree, max_block_size);
+}
+
+/// Sum over all fronts of (rows exchanged back) [L_P; L] [U_P U], by position: what the factors multiply out to, and
+/// the same of absolute values: what rounding is measured by.
+struct Product {
+  std::vector<std::vector<double>> value, size;
+};
+
+Product multiplied_out(const SymbolicPlan& plan, const Factored& result) {
+  Product product;
+  product.value.assign(plan.n, std::vector<double>(plan.n, 0.0));
+  product.size = product.value;
+  for (Vertex f = 0; f < plan.num_fronts; ++f) {
+    const Vertex p = plan.pivots(f), rows = p + plan.border_rows(f), first = plan.pivot_begin[f];
+    const auto position = [&](Vertex i) { return i < p ? first + i : plan.border[plan.border_begin[f] + i - p]; };
+    const auto& lower = result.fronts[f].lower;
+    const auto& upper = result.fronts[f].upper;
+    for (Vertex i = 0; i < rows; ++i) {
+      const Vertex row = i < p ? first + result.row_at[f][i] : position(i);
+      for (Vertex j = 0; j < rows; ++j) {
+        for (Vertex k = 0; k < std::min({p, i + 1, j + 1}); ++k) {
+          const double l = i == k ? 1.0 : lower[i + static_cast<Offset>(k) * rows];
+          const double u = j < p ? lower[k + static_cast<Offset>(j) * rows] : upper[k + static_cast<Offset>(j - p) * p];
+          product.value[row][position(j)] += l * u;
+          product.size[row][position(j)] += std::abs(l * u);
+        }
+      }
+    }
+  }
+  return product;
+}
+
+/// The scaled matrix by position, with the shifts added.
+std::vector<std::vector<double>> shifted_matrix(const StageProblem<double>& problem, const Factored& result) {
+  const SymbolicPlan& plan = *problem.plan;
+  const std::vector<Vertex> row_position = inverse(plan.row_of), column_position = inverse(plan.column_of);
+  std::vector<std::vector<double>> a(plan.n, std::vector<double>(plan.n, 0.0));
+  for (Vertex row = 0; row < plan.n; ++row) {
+    for (Offset k = problem.pattern->offsets[row]; k < problem.pattern->offsets[row + 1]; ++k) {
+      const Vertex column = problem.pattern->columns[k];
+      a[row_position[row]][column_position[column]] +=
+          problem.values[k] * (problem.row_scale[row] * problem.column_scale[column]);
+    }
+  }
+  for (Vertex f = 0; f < plan.num_fronts; ++f) {
+    for (Vertex i = 0; i < plan.pivots(f); ++i) {
+      a[plan.pivot_begin[f] + result.row_at[f][i]][plan.pivot_begin[f] + i] += result.shift[f][i];
+    }
+  }
+  return a;
+}
+
+void expect_exact_factors(const StageProblem<double>& problem, const Factored& result) {
+  const Product product = multiplied_out(*problem.plan, result);
+  const auto expected = shifted_matrix(problem, result);
+  double worst = 0;
+  for (Vertex i = 0; i < problem.plan->n; ++i) {
+    for (Vertex j = 0; j < problem.plan->n; ++j) {
+      const double off = std::abs(product.value[i][j] - expected[i][j]);
+      const double size = product.size[i][j] + std::abs(expected[i][j]);
+      if (!(off <= worst * size)) worst = std::isfinite(off) ? off / size : HUGE_VAL;
+    }
+  }
+  EXPECT_LT(worst, 1e-14 * std::sqrt(static_cast<double>(problem.plan->n)));
+  Vertex shifted = 0;
+  for (const double shift : all_shifts(result)) shifted += shift != 0;
+  EXPECT_EQ(result.status.perturbed, static_cast<unsigned long long>(shifted));
+  EXPECT_EQ(result.status.nonfinite, 0u);
+}
+
+template <class Tested>
+class PerturbationTest : public testing::Test {
+ protected:
+  /// check(path, threads) for all ways to run.
+  template <class Check>
+  void for_each_way(const Check& check) {
+    for (const int threads : thread_counts<Tested>()) {
+      for (const Path path : {Path::small, Path::large}) {
+        SCOPED_TRACE("path " + std::to_string(static_cast<int>(path)) + ", threads " + std::to_string(threads));
+        check(path, threads);
+      }
+    }
+  }
+
+  /// Pivots of one unknown with one border row: what is added to `pivot` beside `border` in its column?
+  struct Lone {
+    double pivot, border, shift;
+  };
+  void expect_shifts(const std::vector<Lone>& cases) {
+    for_each_way([&](Path path, int threads) {
+      for (const Lone& lone : cases) {
+        SCOPED_TRACE("pivot " + std::to_string(lone.pivot) + ", border " + std::to_string(lone.border));
+        const StageProblem<double> problem =
+            two_fronts(1, 1, {{0, 0, lone.pivot}, {1, 0, lone.border}, {0, 1, 0.0}, {1, 1, 1.0}}, 64);
+        const Factored result = factored<typename Tested::Exec>(problem, path, threads, {kBound, kTiny});
+        EXPECT_EQ(result.shift[0][0], lone.shift);
+        EXPECT_EQ(result.status.perturbed, lone.shift == 0 ? 0u : 1u);
+        expect_exact_factors(problem, result);
+      }
+    });
+  }
+};
+using RealKinds = testing::Types<Kind<Kokkos::Serial, double>, Kind<Kokkos::OpenMP, double>>;
+TYPED_TEST_SUITE(PerturbationTest, RealKinds);
+
+TYPED_TEST(PerturbationTest, LargePivotIsLeftAlone) {
+  this->expect_shifts({{kBound, 1.0, 0.0}, {-kBound, 1.0, 0.0}});  // the bound itself is large enough
+}
+
+TYPED_TEST(PerturbationTest, TinyPivotBecomesTheBoundWithItsSign) {
+  this->expect_shifts({{0.0, 1.0, kBound},
+                       {0.0, 0.0, kBound},
+                       {kTiny, 0.0, kBound - kTiny},  // tiny itself is tiny
+                       {-kTiny, 0.0, kTiny - kBound},
+                       {5e-324, 1.0, kBound - 5e-324}});
+}
+
+TYPED_TEST(PerturbationTest, SuspectPivotIsJudgedByItsBorder) {
+  const double suspect = 0x1p-30;
+  this->expect_shifts({{suspect, 0.0, 0.0},
+                       {suspect, 99 * suspect, 0.0},
+                       {suspect, 101 * suspect, kBound - suspect},
+                       {-suspect, 1.0, suspect - kBound},
+                       {kTiny * 1.001, 50 * kTiny, 0.0}});
+}
+
+// The border as it is once the columns before are eliminated, not as it was assembled:
+//   [ 1  1         ]
+//   [ 1  1+suspect ]  second pivot: suspect;   border row [0.5 g]: g - 0.5 is what counts
+TYPED_TEST(PerturbationTest, BorderIsSeenAfterTheColumnsBefore) {
+  const double suspect = 0x1p-30;
+  const auto shift = [&](double g, Vertex block_size, Path path, int threads) {
+    const StageProblem<double> problem = two_fronts(2, 1,
+                                            {{0, 0, 1.0}, {0, 1, 1.0}, {1, 0, 1.0}, {1, 1, 1.0 + suspect},
+                                             {2, 0, 0.5}, {2, 1, g}, {0, 2, 0.25}, {2, 2, 1.0}},
+                                            block_size);
+    const Factored result = factored<typename TypeParam::Exec>(problem, path, threads, {kBound, kTiny});
+    expect_exact_factors(problem, result);
+    EXPECT_EQ(result.shift[0][0], 0.0);
+    return result.shift[0][1];
+  };
+  this->for_each_way([&](Path path, int threads) {
+    for (const Vertex block_size : {1, 2, 64}) {
+      EXPECT_EQ(shift(0.5, block_size, path, threads), 0.0);
+      EXPECT_EQ(shift(0.0, block_size, path, threads), kBound - suspect);
+      EXPECT_EQ(shift(0.5 + 0x1p-20, block_size, path, threads), kBound - suspect);
+    }
+  });
+}
+
+// A zero pivot block: every pivot is replaced by the bound, whatever the border.
+TYPED_TEST(PerturbationTest, ZeroPivotBlocks) {
+  std::vector<StageProblem<double>> problems;
+  for (const Vertex p : {1, 2, 33, 150}) {
+    for (const Vertex b : {0, 1, 70}) {
+      Random random(static_cast<std::uint64_t>(100 * p + b));
+      std::vector<Entry> entries;
+      for (Vertex i = 0; i < p; ++i) {
+        for (Vertex j = 0; j < p; ++j) entries.push_back({i, j, 0.0});
+        for (Vertex j = p; j < p + b; ++j) {
+          entries.push_back({i, j, random.entry()});
+          entries.push_back({j, i, random.entry()});
+        }
+      }
+      for (Vertex j = p; j < p + b; ++j) entries.push_back({j, j, 1.0});
+      for (const Vertex block_size : {1, 32, 1024}) problems.push_back(two_fronts(p, b, entries, block_size));
+    }
+  }
+  this->for_each_way([&](Path path, int threads) {
+    for (const StageProblem<double>& problem : problems) {
+      const Vertex p = problem.plan->pivots(0);
+      SCOPED_TRACE(std::to_string(p) + " pivots, border " + std::to_string(problem.plan->border_rows(0)));
+      const Factored result = factored<typename TypeParam::Exec>(problem, path, threads, {kBound, kTiny});
+      EXPECT_EQ(result.shift[0], std::vector<double>(p, kBound));
+      expect_exact_factors(problem, result);
+    }
+  });
+}
+
+// Pivot blocks of known rank, of small integers: what is left after as many pivots is rounding, and replaced.
+TYPED_TEST(PerturbationTest, PivotBlocksOfLowRank) {
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    Random random(seed);
+    const Vertex p = 140, rank = 100, b = 30;
+    std::vector<std::vector<double>> x(p, std::vector<double>(rank)), y = x;
+    for (auto* factor : {&x, &y}) {
+      for (auto& row : *factor) {
+        for (double& value : row) value = static_cast<double>(random.integer(-2, 3));
+      }
+    }
+    std::vector<Entry> entries;
+    for (Vertex i = 0; i < p; ++i) {
+      for (Vertex j = 0; j < p; ++j) {
+        double value = 0;
+        for (Vertex k = 0; k < rank; ++k) value += x[i][k] * y[j][k];
+        entries.push_back({i, j, value / 64});
+      }
+      for (Vertex j = p; j < p + b; ++j) entries.push_back({i, j, random.entry()});
+      for (Vertex j = p; j < p + b; ++j) entries.push_back({j, i, random.entry()});
+    }
+    for (Vertex j = p; j < p + b; ++j) entries.push_back({j, j, 1e9});  // far from singular whatever comes
+    for (const Vertex block_size : {7, 64, 1024}) {
+      const StageProblem<double> problem = two_fronts(p, b, entries, block_size);
+      this->for_each_way([&](Path path, int threads) {
+        const Factored result = factored<typename TypeParam::Exec>(problem, path, threads, {1e-6, 1e-10});
+        EXPECT_EQ(result.status.perturbed, static_cast<unsigned long long>(p - rank));
+        for (Vertex i = 0; i < p; ++i) EXPECT_EQ(result.shift[0][i] != 0, i >= rank) << i;
+        expect_exact_factors(problem, result);
+      });
+    }
+  }
+}
+
+// Suspect pivots all over a tree: the same decisions as the reference, and exact factors.
+TYPED_TEST(PerturbationTest, TreesWithManySuspectPivots) {
+  for (const std::uint64_t seed : {11, 12, 13}) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    StageProblem<double> problem = artificial_problem(mixed_tree(), {seed, 0.5, 32});
+    Random random(seed);
+    for (Vertex row = 0; row < problem.pattern->n; ++row) {
+      const double factor = random.chance(0.15) ? std::ldexp(1.0, -static_cast<int>(random.integer(10, 40))) : 1.0;
+      for (Offset k = problem.pattern->offsets[row]; k < problem.pattern->offsets[row + 1]; ++k) {
+        problem.values[k] *= factor;
+      }
+    }
+    const ReferenceStages<double> expected(problem, {kBound, kTiny});
+    unsigned long long perturbed = 0;
+    for (const auto& front : expected.fronts) {
+      for (const double shift : front.shift) perturbed += shift != 0;
+    }
+    EXPECT_GT(perturbed, 0u);
+    this->for_each_way([&](Path path, int threads) {
+      const Factored result = factored<typename TypeParam::Exec>(problem, path, threads, {kBound, kTiny});
+      EXPECT_EQ(result.status.perturbed, perturbed);
+      for (Vertex f = 0; f < problem.plan->num_fronts; ++f) {
+        EXPECT_EQ(result.row_at[f], expected.fronts[f].row_at) << "front " << f;
+        for (Vertex i = 0; i < problem.plan->pivots(f); ++i) {
+          EXPECT_EQ(result.shift[f][i] != 0, expected.fronts[f].shift[i] != 0) << "front " << f << ", pivot " << i;
+        }
+      }
+      expect_exact_factors(problem, result);
+    });
+  }
+}
+
+TYPED_TEST(PerturbationTest, PivotsThatAreNoNumbersAreCounted) {
+  const double infinity = std::numeric_limits<double>::infinity();
+  this->for_each_way([&](Path path, int threads) {
+    const StageProblem<double> problem = two_fronts(2, 1, {{0, 0, infinity}, {1, 1, 1.0}, {2, 0, 1.0}, {2, 2, 1.0}}, 64);
+    EXPECT_GT(factored<typename TypeParam::Exec>(problem, path, threads, {kBound, kTiny}).status.nonfinite, 0u);
+  });
+}
+
+}  // namespace
+}  // namespace mfs::test

@@ -1,0 +1,192 @@
+// What the symbolic plan says about sizes and places, against elimination on a full table.
+#include <algorithm>
+#include <set>
+#include <string>
+#include <utility>
+
+#include <gtest/gtest.h>
+
+#include <mfs/analysis_options.hpp>
+#include <mfs/error.hpp>
+
+#include "ordering/order_matrix.hpp"
+#include "test/reference/generators.hpp"
+#include "test/reference/symbolic.hpp"
+#include "test/stages/artificial_problem.hpp"
+
+namespace mfs::test {
+namespace {
+
+Pattern pattern_of(const SparseMatrix& matrix) {
+  Pattern pattern;
+  pattern.n = static_cast<Vertex>(matrix.n);
+  pattern.offsets = matrix.offsets;
+  pattern.columns = matrix.columns;
+  pattern.num_entries = matrix.entries();
+  return pattern;
+}
+
+std::vector<std::pair<std::string, Pattern>> small_patterns() {
+  std::vector<std::pair<std::string, Pattern>> patterns;
+  const auto add = [&](const std::string& name, const SparseMatrix& matrix) {
+    patterns.emplace_back(name, pattern_of(matrix));
+  };
+  add("grid 9 x 11", grid_2d(9, 11));
+  add("grid 17 x 13", grid_2d(17, 13));
+  add("one unknown", grid_2d(1, 1));
+  add("tridiagonal", tridiagonal(60));
+  add("arrow", arrow(50, 7));
+  add("diagonal", from_entries(5, {{0, 0, 1}, {1, 1, 1}, {2, 2, 1}, {3, 3, 1}, {4, 4, 1}}));
+  for (const std::uint64_t seed : {1, 2, 3, 4}) {
+    add("random, seed " + std::to_string(seed), random_diagonally_dominant(80, 2, seed));
+  }
+  return patterns;
+}
+
+std::vector<std::vector<Vertex>> borders_of(const SymbolicPlan& plan) {
+  std::vector<std::vector<Vertex>> borders;
+  for (Vertex f = 0; f < plan.num_fronts; ++f) {
+    borders.emplace_back(plan.border.begin() + plan.border_begin[f], plan.border.begin() + plan.border_begin[f + 1]);
+  }
+  return borders;
+}
+
+TEST(PlanCounts, FillIsExactWhereEveryUnknownIsAFront) {
+  for (const auto& [name, pattern] : small_patterns()) {
+    SCOPED_TRACE(name);
+    const SeparatorTree tree = one_unknown_per_front(pattern);
+    const SymbolicPlan plan = make_symbolic_plan(pattern, {}, tree, 64);
+    const auto filled = symmetric_pattern(pattern, {}, tree.order);
+    EXPECT_EQ(plan.nnz_factor, factor_entries(filled));
+    EXPECT_EQ(borders_of(plan), eliminate_fronts(filled, tree.node_begin));
+  }
+}
+
+TEST(PlanCounts, FillCoversEliminationWhereFrontsAreMerged) {
+  for (const auto& [name, pattern] : small_patterns()) {
+    for (const std::int32_t leaf_size : {1, 10, 120}) {
+      SCOPED_TRACE(name + ", leaf_size " + std::to_string(leaf_size));
+      AnalysisOptions options;
+      options.leaf_size = leaf_size;
+      const SeparatorTree tree = order_matrix(pattern, MatchedScaling(), options, 1);
+      const SymbolicPlan plan = make_symbolic_plan(pattern, {}, tree, 64);
+      const auto filled = symmetric_pattern(pattern, {}, tree.order);
+      EXPECT_GE(plan.nnz_factor, factor_entries(filled));
+      EXPECT_EQ(borders_of(plan), eliminate_fronts(filled, tree.node_begin));
+      Offset entries = 0;
+      Vertex largest = 0;
+      for (Vertex f = 0; f < plan.num_fronts; ++f) {
+        const Offset p = plan.pivots(f), b = plan.border_rows(f);
+        entries += p * p + 2 * p * b;
+        largest = std::max(largest, static_cast<Vertex>(p + b));
+      }
+      EXPECT_EQ(plan.nnz_factor, entries);
+      EXPECT_EQ(plan.max_front, largest);
+    }
+  }
+}
+
+// In these trees a border may pass by its parent: the parent's front then carries it along, so a border holds what
+// elimination needs, and exactly what the front's own entries and its children bring.
+TEST(PlanCounts, ArtificialTreesWithPermutedRows) {
+  for (const auto& shapes : {mixed_tree(), broom(), chain(), leaf_and_root(33, 65), leaf_and_root(7, 0)}) {
+    for (const std::uint64_t seed : {1, 2}) {
+      const StageProblem<double> problem = artificial_problem(shapes, {seed, 0.3, 64});
+      const SymbolicPlan& plan = *problem.plan;
+      std::vector<Vertex> row_order(plan.n);  // unknown -> row
+      for (Vertex p = 0; p < plan.n; ++p) row_order[plan.column_of[p]] = plan.row_of[p];
+      const auto filled = symmetric_pattern(*problem.pattern, row_order, plan.column_of);
+      const auto needed = eliminate_fronts(filled, plan.pivot_begin), borders = borders_of(plan);
+      for (Vertex f = 0; f < plan.num_fronts; ++f) {
+        EXPECT_TRUE(std::includes(borders[f].begin(), borders[f].end(), needed[f].begin(), needed[f].end()));
+        std::set<Vertex> brought;
+        for (Vertex j = plan.pivot_begin[f + 1]; j < plan.n; ++j) {
+          for (Vertex i = plan.pivot_begin[f]; i < plan.pivot_begin[f + 1]; ++i) {
+            if (filled[i][j]) brought.insert(j);
+          }
+        }
+        for (Vertex child = 0; child < f; ++child) {
+          if (plan.parent[child] != f) continue;
+          for (const Vertex j : borders[child]) {
+            if (j >= plan.pivot_begin[f + 1]) brought.insert(j);
+          }
+        }
+        EXPECT_EQ(borders[f], std::vector<Vertex>(brought.begin(), brought.end()));
+      }
+    }
+  }
+}
+
+using Interval = std::pair<Offset, Offset>;
+
+void expect_disjoint(std::vector<Interval> intervals, Offset end) {
+  std::sort(intervals.begin(), intervals.end());
+  Offset next = 0;
+  for (const auto& [first, last] : intervals) {
+    if (first == last) continue;
+    EXPECT_GE(first, next);
+    EXPECT_EQ(first % kBlockAlignment, 0);
+    next = last;
+  }
+  EXPECT_LE(next, end);
+}
+
+TEST(PlanCounts, NoTwoLiveBlocksOverlap) {
+  for (const auto& shapes : {mixed_tree(), broom(), chain()}) {
+    const StageProblem<double> problem = artificial_problem(shapes, {1, 0.3, 64});
+    const SymbolicPlan& plan = *problem.plan;
+    std::vector<Interval> factors;
+    for (Vertex f = 0; f < plan.num_fronts; ++f) {
+      const Offset p = plan.pivots(f), b = plan.border_rows(f);
+      factors.emplace_back(plan.lower_begin[f], plan.lower_begin[f] + p * (p + b));
+      factors.emplace_back(plan.upper_begin[f], plan.upper_begin[f] + p * b);
+    }
+    expect_disjoint(factors, plan.factor_entries);
+    for (Vertex step = 0; step < plan.num_depths; ++step) {  // with the depth below, whose blocks still live
+      std::vector<Interval> live;
+      for (Vertex f = plan.depth_begin[std::max(step - 1, 0)]; f < plan.depth_begin[step + 1]; ++f) {
+        const Offset b = plan.border_rows(f);
+        live.emplace_back(plan.contribution_begin[f], plan.contribution_begin[f] + b * b);
+      }
+      expect_disjoint(live, plan.contribution_entries);
+    }
+  }
+}
+
+TEST(PlanCounts, BlockWidthsAreAsEqualAsCanBe) {
+  SymbolicPlan plan;
+  plan.max_block_size = 64;
+  EXPECT_EQ(plan.block_width(1), 1);
+  EXPECT_EQ(plan.block_width(64), 64);
+  EXPECT_EQ(plan.block_width(65), 33);
+  EXPECT_EQ(plan.block_width(129), 43);
+  plan.max_block_size = 1;
+  EXPECT_EQ(plan.block_width(7), 1);
+}
+
+// Counted by hand: 2 pivots, 1 border row. LU of 2 x 2: one division, one multiplication, one subtraction; column
+// block and row block: 5 + 3 - as LAPACK counts both together; update: 1 x 2 times 2 x 1.
+TEST(PlanCounts, OperationsOfASmallFront) {
+  const BlockFlops flops = block_flops(2, 1);
+  EXPECT_EQ(flops.getrf, 3);
+  EXPECT_EQ(flops.trsm, 6);
+  EXPECT_EQ(flops.gemm, 4);
+  EXPECT_EQ(block_flops(1, 0).getrf, 0);
+  EXPECT_EQ(block_flops(1, 1).trsm, 1);
+}
+
+TEST(PlanCounts, EntryBetweenBranchesIsRefused) {
+  const SparseMatrix a = from_entries_summed(3, {{0, 0, 1}, {1, 1, 1}, {2, 2, 1}, {1, 0, 1}});
+  const SeparatorTree tree{{0, 1, 2}, {0, 1, 2, 3}, {2, 2, -1}};
+  try {
+    make_symbolic_plan(pattern_of(a), {}, tree, 64);
+    FAIL();
+  } catch (const InvalidInput& error) {
+    EXPECT_EQ(error.argument(), "tree");
+    EXPECT_EQ(error.row(), 1);
+    EXPECT_EQ(error.column(), 0);
+  }
+}
+
+}  // namespace
+}  // namespace mfs::test

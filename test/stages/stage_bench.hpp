@@ -1,0 +1,169 @@
+// Runs single stages of an execution space on chosen input, and shows what they left. All memory that a stage is
+// not given holds NaN, so that what it reads or leaves out by mistake is seen.
+//
+// StageBench<Exec, Scalar> is written for execution spaces that work in the memory of the host; one with a memory of its
+// own joins by a specialization with the same members and a line in `Kinds`.
+#pragma once
+
+#include <limits>
+#include <memory>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "kernels/blas.hpp"
+#include "kernels/engine.hpp"
+#include "kernels/host_factorization.hpp"
+#include "test/stages/artificial_problem.hpp"
+
+namespace mfs::test {
+
+/// What a stage is run with.
+template <class Exec_, class Scalar_>
+struct Kind {
+  using Exec = Exec_;
+  using Scalar = Scalar_;
+  /// All sizes and thread counts are run in double precision; the other kinds of number share its code.
+  static constexpr bool kThorough = std::is_same_v<Scalar, double>;
+};
+using Kinds = testing::Types<Kind<Kokkos::Serial, double>, Kind<Kokkos::OpenMP, double>, Kind<Kokkos::Serial, float>,
+                             Kind<Kokkos::OpenMP, std::complex<double>>, Kind<Kokkos::OpenMP, std::complex<float>>>;
+
+/// Thread counts worth running a space with.
+template <class Tested>
+std::vector<int> thread_counts() {
+  if (!std::is_same_v<typename Tested::Exec, Kokkos::OpenMP>) return {1};
+  return Tested::kThorough ? std::vector<int>{1, 2, 3} : std::vector<int>{2};
+}
+
+/// Work that uses Kokkos, where it runs in MFS.
+template <class Work>
+void in_engine(int threads, const Work& work) {
+  Engine::instance().run(threads, [&work] { work(); });
+}
+
+/// Which fronts of a depth take the path of the large ones.
+enum class Path { small, large, mixed };
+
+inline DepthSchedule forced_schedule(const SymbolicPlan& plan, Vertex step, Path path) {
+  DepthSchedule schedule;
+  for (Vertex f = plan.depth_begin[step]; f < plan.depth_begin[step + 1]; ++f) {
+    const bool large = path == Path::large || (path == Path::mixed && f % 2 == 0);
+    (large ? schedule.large : schedule.small).push_back(f);
+  }
+  return schedule;
+}
+
+/// The blocks of a front in the layout of the plan.
+template <class Scalar>
+struct FrontBlocks {
+  std::vector<Scalar> lower, upper, contribution;
+};
+
+template <class Scalar>
+FrontBlocks<Scalar> blocks_of(const ReferenceFront<Scalar>& front) {
+  FrontBlocks<Scalar> blocks;
+  for (Vertex j = 0; j < front.rows(); ++j) {
+    for (Vertex i = 0; i < front.rows(); ++i) {
+      if (j < front.pivots) {
+        blocks.lower.push_back(front.at(i, j));
+      } else {
+        (i < front.pivots ? blocks.upper : blocks.contribution).push_back(front.at(i, j));
+      }
+    }
+  }
+  return blocks;
+}
+
+template <class Exec, class Scalar>
+class StageBench {
+ public:
+  explicit StageBench(const StageProblem<Scalar>& problem)
+      : plan_(problem.plan),
+        pattern_(problem.pattern),
+        layout_(*plan_, sizeof(Scalar), sizeof(Scalar)),
+        arena_(layout_.arena.total()),
+        store_(make_front_store<Scalar, Scalar>(*plan_, *pattern_, layout_, arena_)) {
+    std::fill_n(arena_.template at<double>(0), layout_.arena.total() / sizeof(double),
+                std::numeric_limits<double>::quiet_NaN());  // as float: NaN and 0 by turns
+    std::copy(problem.values.begin(), problem.values.end(), store_.matrix_values);
+    std::copy(problem.row_scale.begin(), problem.row_scale.end(), store_.row_scale);
+    std::copy(problem.column_scale.begin(), problem.column_scale.end(), store_.column_scale);
+    *store_.status = FactorStatus();
+  }
+
+  void put_front(Vertex f, const FrontBlocks<Scalar>& blocks) {
+    const Front<Scalar> front = store_.front(f);
+    std::copy(blocks.lower.begin(), blocks.lower.end(), front.lower);
+    std::copy(blocks.upper.begin(), blocks.upper.end(), front.upper);
+    std::copy(blocks.contribution.begin(), blocks.contribution.end(), front.contribution);
+  }
+  /// A factored front, for the stage "solve".
+  void put_factored(Vertex f, const ReferenceFront<Scalar>& front) {
+    put_front(f, blocks_of(front));
+    std::copy(front.row_at.begin(), front.row_at.end(), store_.local_row + plan_->pivot_begin[f]);
+  }
+  FrontBlocks<Scalar> front(Vertex f) const {
+    const Front<Scalar> view = store_.front(f);
+    const Offset p = view.pivots, b = view.border;
+    return {{view.lower, view.lower + p * (p + b)},
+            {view.upper, view.upper + p * b},
+            {view.contribution, view.contribution + b * b}};
+  }
+  std::vector<Vertex> row_at(Vertex f) const {
+    return {store_.local_row + plan_->pivot_begin[f], store_.local_row + plan_->pivot_begin[f + 1]};
+  }
+  std::vector<Scalar> shift(Vertex f) const {
+    return {store_.shift + plan_->pivot_begin[f], store_.shift + plan_->pivot_begin[f + 1]};
+  }
+  FactorStatus status() const { return *store_.status; }
+
+  void factor_depth(const DepthSchedule& schedule, const PivotRule& rule, Stages stages) {
+    mfs::factor_depth(exec_, store_, schedule, rule, stages);
+    exec_.fence();
+  }
+
+  /// Vectors of the stage "solve", n x columns by position: `v` goes in and comes out, `y` lies between forward and
+  /// backward.
+  void put_vectors(Vertex columns, const std::vector<Scalar>& v, const std::vector<Scalar>& y) {
+    columns_ = columns;
+    v_ = v;
+    y_ = y.empty() ? std::vector<Scalar>(v.size(), Scalar(kNothing)) : y;
+    border_.assign(plan_->border.size() * static_cast<std::size_t>(columns), Scalar(kNothing));
+  }
+  const std::vector<Scalar>& v() const { return v_; }
+  const std::vector<Scalar>& y() const { return y_; }
+
+  void solve_depth(const DepthSchedule& schedule, bool forward, bool transposed) {
+    mfs::solve_depth(exec_, store_, schedule, SolveVectors<Scalar>{columns_, v_.data(), y_.data(), border_.data()},
+                     forward, transposed);
+    exec_.fence();
+  }
+
+ private:
+  static constexpr RealOf<Scalar> kNothing = std::numeric_limits<RealOf<Scalar>>::quiet_NaN();
+  std::shared_ptr<const SymbolicPlan> plan_;
+  std::shared_ptr<const Pattern> pattern_;
+  NumericLayout layout_;
+  HostArena arena_;
+  FrontStore<Scalar> store_;
+  Vertex columns_ = 0;
+  std::vector<Scalar> v_, y_, border_;
+  Exec exec_;
+  blas::SequentialScope sequential_;
+};
+
+/// Largest difference relative to the largest entry of `expected`; infinity where lengths differ or one is NaN.
+template <class Scalar>
+double difference(const std::vector<Scalar>& actual, const std::vector<Scalar>& expected) {
+  double most = 0, size = 0;
+  if (actual.size() != expected.size()) return std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < actual.size(); ++k) {
+    const double off = std::abs(actual[k] - expected[k]);
+    if (!(off <= most)) most = std::isnan(off) ? std::numeric_limits<double>::infinity() : off;
+    size = std::max<double>(size, std::abs(expected[k]));
+  }
+  return most == 0 ? 0 : most / size;
+}
+
+}  // namespace mfs::test

@@ -1,0 +1,232 @@
+// Nested dissection and what it does to a single sub-graph.
+#include "ordering/nested_dissection.hpp"
+
+#include <gmock/gmock.h>
+
+#include <omp.h>
+
+#include <random>
+#include <stdexcept>
+#include <thread>
+
+#include "ordering/graph.hpp"
+#include "ordering/subgraph.hpp"
+#include "test/unit/test_matrices.hpp"
+
+namespace mfs::test {
+namespace {
+
+using ::testing::ElementsAre;
+
+Graph graph_of(Vertex n, const Entries& entries) {
+  return build_graph(pattern_of(n, entries), {}, trivial_partition(n), 1);
+}
+
+AnalysisOptions small_leaves(std::int32_t leaf_size) {
+  AnalysisOptions options;
+  options.leaf_size = leaf_size;
+  return options;
+}
+
+TEST(SubGraph, SplitKeepsTheEdgesOfEachPart) {
+  const Graph g = graph_of(6, path(6));
+  const SubGraph whole = whole_graph(g, std::vector<bool>(6, false));
+  EXPECT_EQ(whole.weight, 6);
+  const auto parts = split(whole, {0, 0, -1, 1, 1, 1}, 2);
+  EXPECT_THAT(parts[0].vertices, ElementsAre(0, 1));
+  EXPECT_THAT(parts[0].neighbors, ElementsAre(1, 0));
+  EXPECT_THAT(parts[1].vertices, ElementsAre(3, 4, 5));
+  EXPECT_THAT(parts[1].offsets, ElementsAre(0, 1, 3, 4));
+  EXPECT_THAT(parts[1].neighbors, ElementsAre(1, 0, 2, 1));
+  EXPECT_EQ(parts[1].weight, 3);
+}
+
+TEST(SubGraph, SmallComponentsShareAPart) {
+  // Components {0, 1, 2}, {3}, {4, 5, 6}, {7, 8}.
+  const Graph g = graph_of(9, symmetric(9, {{0, 1}, {1, 2}, {4, 5}, {5, 6}, {7, 8}}));
+  std::vector<idx_t> part_of;
+  const Components found = find_components(whole_graph(g, std::vector<bool>(9, false)), 2, part_of);
+  EXPECT_EQ(found.large, 2);
+  EXPECT_TRUE(found.any_small);
+  EXPECT_THAT(part_of, ElementsAre(0, 0, 0, 2, 1, 1, 1, 2, 2));
+}
+
+TEST(SubGraph, BoundaryKeepsADegreeTrue) {
+  // The path 0-1-2-3-4 without its ends: inside alone, 1 and 3 have the least degree; with their boundary all
+  // three are alike, and the boundary must not show up in the order.
+  const Graph g = graph_of(5, path(5));
+  std::vector<bool> ends(5, false);
+  const SubGraph inner = split(whole_graph(g, ends), {-1, 0, 0, 0, -1}, 1)[0];
+  std::vector<Vertex> order = minimum_degree(g, ends, inner);
+  std::sort(order.begin(), order.end());
+  EXPECT_THAT(order, ElementsAre(1, 2, 3));
+}
+
+TEST(SubGraph, ConstrainedOrderEliminatesAwayFromTheBoundary) {
+  // A star's centre 0 and spokes 1, 2, 3; spokes 4 to 9 are outside. Inside, the spokes go before the centre.
+  const Graph g = graph_of(10, star(10));
+  std::vector<bool> none(10, false);
+  const SubGraph inner = split(whole_graph(g, none), {0, 0, 0, 0, -1, -1, -1, -1, -1, -1}, 1)[0];
+  EXPECT_EQ(minimum_degree(g, none, inner).back(), 0);
+}
+
+TEST(Dissection, APathIsCutInTheMiddle) {
+  const Graph g = graph_of(101, path(101));
+  const auto order = nested_dissection(g, small_leaves(60), 1);
+  expect_permutation(order, 101);
+  EXPECT_GE(order.back(), 40);
+  EXPECT_LE(order.back(), 60);
+}
+
+TEST(Dissection, SeparatorsSeparate) {
+  // Whatever comes after the cut must be what ties both halves together: fill stays near n log n on a grid.
+  const Vertex m = 40;
+  const Entries entries = grid(m);
+  const auto order = nested_dissection(graph_of(m * m, entries), small_leaves(20), 1);
+  expect_permutation(order, m * m);
+  EXPECT_LT(plain_fill(plain_graph(m * m, entries), order),
+            60000u);  // natural order: 67 000 x 1; optimum near 40 000
+}
+
+TEST(Dissection, TheSameOrderForAnyNumberOfThreads) {
+  const Vertex m = 90;
+  const Graph g = graph_of(m * m, grid(m));
+  const auto one = nested_dissection(g, small_leaves(30), 1);
+  for (const int threads : {2, 4, 7}) EXPECT_EQ(nested_dissection(g, small_leaves(30), threads), one);
+}
+
+TEST(Dissection, TheSameOrderInAnyThread) {
+  const Graph g = graph_of(2500, grid(50));
+  const auto here = nested_dissection(g, small_leaves(30), 1);
+  std::vector<Vertex> there;
+  std::thread([&] { there = nested_dissection(g, small_leaves(30), 2); }).join();
+  EXPECT_EQ(there, here);
+}
+
+TEST(Dissection, SeedAndTrialsReachMetis) {
+  const Graph g = graph_of(2500, grid(50));
+  AnalysisOptions options = small_leaves(30);
+  const auto first = nested_dissection(g, options, 1);
+  options.seed = 7;
+  EXPECT_NE(nested_dissection(g, options, 1), first);
+  options.seed = AnalysisOptions().seed;
+  options.separator_trials = 4;
+  EXPECT_NE(nested_dissection(g, options, 1), first);
+}
+
+TEST(Dissection, SingleVertexAndNoEdges) {
+  EXPECT_THAT(nested_dissection(graph_of(1, {{{0, 0}, 1.0}}), {}, 1), ElementsAre(0));
+  Entries diagonal;
+  for (Vertex i = 0; i < 100000; ++i) diagonal[{i, i}] = 1.0;
+  expect_permutation(nested_dissection(graph_of(100000, diagonal), {}, 2), 100000);
+}
+
+TEST(Dissection, ManySmallComponents) {
+  std::vector<std::pair<Vertex, Vertex>> edges;
+  const Vertex n = 30000;
+  for (Vertex i = 0; i + 2 < n; i += 3) {
+    edges.emplace_back(i, i + 1);
+    edges.emplace_back(i + 1, i + 2);
+  }
+  const Entries entries = symmetric(n, edges);
+  const auto order = nested_dissection(graph_of(n, entries), {}, 2);
+  expect_permutation(order, n);
+  EXPECT_EQ(plain_fill(plain_graph(n, entries), order),
+            static_cast<std::size_t>(n / 3 * 5));  // no fill at all
+}
+
+TEST(Dissection, DenseVerticesComeLast) {
+  // A path of 2000 unknowns, 2000 tied to all of them and to 2001, which is tied to half of them: the densest
+  // is last.
+  const Vertex n = 2002;
+  Entries entries = path(2000);
+  for (Vertex i = 0; i < n; ++i) {
+    entries[{i, 2000}] = entries[{2000, i}] = 1.0;
+    if (i % 2 == 0) entries[{i, 2001}] = entries[{2001, i}] = 1.0;
+  }
+  AnalysisOptions options = small_leaves(50);
+  auto order = nested_dissection(graph_of(n, entries), options, 1);
+  expect_permutation(order, n);
+  EXPECT_THAT(std::vector<Vertex>(order.end() - 2, order.end()), ElementsAre(2001, 2000));
+  options.dense_row = 1e9;  // nothing is dense any more: METIS puts the hubs into a separator
+  order = nested_dissection(graph_of(n, entries), options, 1);
+  expect_permutation(order, n);
+}
+
+TEST(Dissection, AllVerticesDense) {
+  AnalysisOptions options;
+  options.dense_row = 0.1;
+  const Vertex n = 40;
+  Entries entries;
+  for (Vertex i = 0; i < n; ++i) {
+    for (Vertex j = 0; j < n; ++j) entries[{i, j}] = 1.0;
+  }
+  expect_permutation(nested_dissection(graph_of(n, entries), options, 1), n);
+}
+
+TEST(Dissection, CliquesAreNotCut) {
+  // No separator of a clique is worth anything: it falls back to minimum degree, whatever its size.
+  const Vertex n = 300;
+  Entries entries;
+  for (Vertex i = 0; i < n; ++i) {
+    for (Vertex j = 0; j < n; ++j) entries[{i, j}] = 1.0;
+  }
+  AnalysisOptions options = small_leaves(10);
+  options.dense_row = 1e9;
+  expect_permutation(nested_dissection(graph_of(n, entries), options, 2), n);
+}
+
+TEST(Dissection, RandomGraphsOfAllKinds) {
+  for (unsigned seed = 0; seed < 60; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937 generator(seed);
+    const Vertex n = 1 + static_cast<Vertex>(generator() % 400);
+    const Graph g = graph_of(n, random_entries(generator, n, 0.2 * (1 + seed % 20), 1.0, false));
+    const auto order = nested_dissection(g, small_leaves(1 + static_cast<int>(generator() % 40)), 1);
+    expect_permutation(order, n);
+    EXPECT_EQ(nested_dissection(g, small_leaves(1), 3), nested_dissection(g, small_leaves(1), 1));
+  }
+}
+
+TEST(Dissection, ProgressRisesToOneInTheThreadThatCalled) {
+  const Graph g = graph_of(14400, grid(120));
+  const auto caller = std::this_thread::get_id();
+  for (const int threads : {1, 3}) {
+    double last = 0;
+    int calls = 0;
+    nested_dissection(g, small_leaves(30), threads, [&](double fraction) {
+      EXPECT_EQ(std::this_thread::get_id(), caller);
+      EXPECT_GE(fraction, last);
+      EXPECT_LE(fraction, 1.0);
+      last = fraction;
+      ++calls;
+    });
+    if (threads == 1) {
+      EXPECT_GT(calls, 50);
+      EXPECT_GT(last, 0.7);
+    }
+  }
+}
+
+TEST(Dissection, AnExceptionOfTheCallbackComesThrough) {
+  const Graph g = graph_of(14400, grid(120));
+  for (const int threads : {1, 4}) {
+    int calls = 0;
+    const auto stop = [&](double) {
+      if (++calls == 3) throw std::runtime_error("stop");
+    };
+    if (threads == 1) {
+      EXPECT_THROW(nested_dissection(g, small_leaves(30), threads, stop), std::runtime_error);
+      EXPECT_EQ(calls, 3);
+    } else {
+      try {
+        nested_dissection(g, small_leaves(30), threads, stop);
+      } catch (const std::runtime_error&) {
+      }
+    }
+    expect_permutation(nested_dissection(g, small_leaves(30), threads), 14400);  // nothing is left behind
+  }
+}
+
+}  // namespace
+}  // namespace mfs::test

@@ -1,0 +1,183 @@
+// Elimination tree, column counts, supernodes and amalgamation.
+#include "ordering/fronts.hpp"
+
+#include <gmock/gmock.h>
+
+#include <numeric>
+#include <random>
+
+#include "ordering/elimination_tree.hpp"
+#include "test/unit/test_matrices.hpp"
+
+namespace mfs::test {
+namespace {
+
+using ::testing::ElementsAre;
+
+std::vector<Vertex> natural(Vertex n) {
+  std::vector<Vertex> order(n);
+  std::iota(order.begin(), order.end(), 0);
+  return order;
+}
+
+SeparatorTree fronts(Vertex n, const Entries& entries, const std::vector<Vertex>& order) {
+  const Partition partition = trivial_partition(n);
+  return fronts_of_order(build_graph(pattern_of(n, entries), {}, partition, 1), partition, order);
+}
+
+TEST(EliminationTree, OfAPath) {
+  const Graph g = build_graph(pattern_of(5, path(5)), {}, trivial_partition(5), 1);
+  const EliminationTree chain = elimination_tree(g, natural(5));
+  EXPECT_THAT(chain.order, ElementsAre(0, 1, 2, 3, 4));
+  EXPECT_THAT(chain.parent, ElementsAre(1, 2, 3, 4, -1));
+  EXPECT_THAT(chain.count, ElementsAre(2, 2, 2, 2, 1));
+  const EliminationTree cut = elimination_tree(g, {0, 1, 3, 4, 2});
+  EXPECT_THAT(cut.order, ElementsAre(0, 1, 3, 4, 2));
+  EXPECT_THAT(cut.parent, ElementsAre(1, 4, 3, 4, -1));
+  EXPECT_THAT(cut.count, ElementsAre(2, 2, 3, 2, 1));  // 3 fills: 4 and 2 become neighbours
+}
+
+TEST(EliminationTree, OfAStar) {
+  const Graph g = build_graph(pattern_of(5, star(5)), {}, trivial_partition(5), 1);
+  EXPECT_THAT(elimination_tree(g, {1, 2, 3, 4, 0}).parent, ElementsAre(4, 4, 4, 4, -1));
+  const EliminationTree worst = elimination_tree(g, natural(5));
+  EXPECT_THAT(worst.parent, ElementsAre(1, 2, 3, 4, -1));
+  EXPECT_THAT(worst.count, ElementsAre(5, 4, 3, 2, 1));
+}
+
+TEST(EliminationTree, RandomGraphsAgainstPlainElimination) {
+  for (unsigned seed = 0; seed < 300; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937 generator(seed);
+    const Vertex n = 1 + static_cast<Vertex>(generator() % 40);
+    const Entries entries =
+        random_entries(generator, n, 0.25 * static_cast<double>(1 + seed % 12), 1.0, false);
+    Graph g = build_graph(pattern_of(n, entries), {}, trivial_partition(n), 1);
+    for (Vertex& weight : g.weight) weight = 1 + static_cast<Vertex>(generator() % 3);
+    std::vector<Vertex> order = natural(n);
+    std::shuffle(order.begin(), order.end(), generator);
+    const EliminationTree tree = elimination_tree(g, order);
+    expect_permutation(tree.order, n);
+    const auto columns = plain_elimination(plain_graph(n, entries), tree.order);
+    EXPECT_EQ(plain_fill(plain_graph(n, entries), tree.order), plain_fill(plain_graph(n, entries), order));
+    for (Vertex p = 0; p < n; ++p) {
+      EXPECT_EQ(tree.parent[p], columns[p].empty() ? -1 : *columns[p].begin());
+      Vertex weight = g.weight[tree.order[p]];
+      for (const Vertex q : columns[p]) weight += g.weight[tree.order[q]];
+      EXPECT_EQ(tree.count[p], weight) << "position " << p;
+    }
+  }
+}
+
+TEST(Fronts, ACliqueIsOneFront) {
+  Entries entries;
+  for (Vertex i = 0; i < 20; ++i) {
+    for (Vertex j = 0; j < 20; ++j) entries[{i, j}] = 1.0;
+  }
+  const SeparatorTree tree = fronts(20, entries, natural(20));
+  EXPECT_THAT(tree.node_begin, ElementsAre(0, 20));
+  EXPECT_THAT(tree.parent, ElementsAre(-1));
+}
+
+TEST(Fronts, TwoCliquesAndTheirSeparator) {
+  // Cliques 0 ... 59 and 60 ... 119, each tied to its half of the separator 120 ... 139, a clique as well.
+  Entries entries;
+  for (Vertex i = 0; i < 140; ++i) {
+    for (Vertex j = 0; j < 140; ++j) {
+      const auto half = [](Vertex v) { return v < 120 ? v / 60 : (v - 120) / 10; };
+      if (half(i) == half(j) || (i >= 120 && j >= 120)) entries[{i, j}] = 1.0;
+    }
+  }
+  const SeparatorTree tree = fronts(140, entries, natural(140));
+  EXPECT_THAT(tree.node_begin, ElementsAre(0, 60, 120, 140));
+  EXPECT_THAT(tree.parent, ElementsAre(2, 2, -1));
+  std::vector<Vertex> separator(tree.order.begin() + 120, tree.order.end());
+  EXPECT_EQ(separator.front(), 120);
+  EXPECT_EQ(separator.back(), 139);
+}
+
+TEST(Fronts, AChildThatFillsItsParentsFrontIsMerged) {
+  // As before, but both cliques touch the whole separator: the first merge costs no zero, the second many.
+  Entries entries;
+  for (Vertex i = 0; i < 140; ++i) {
+    for (Vertex j = 0; j < 140; ++j) {
+      if (i / 60 == j / 60 || i >= 120 || j >= 120) entries[{i, j}] = 1.0;
+    }
+  }
+  const SeparatorTree tree = fronts(140, entries, natural(140));
+  EXPECT_THAT(tree.node_begin, ElementsAre(0, 60, 140));
+  EXPECT_THAT(tree.parent, ElementsAre(1, -1));
+}
+
+TEST(Fronts, SmallChildrenAreMergedIntoTheirParent) {
+  const SeparatorTree tree = fronts(4, path(4), natural(4));
+  EXPECT_THAT(tree.node_begin, ElementsAre(0, 4));
+}
+
+TEST(Fronts, ALongPathBecomesAChainOfSmallFronts) {
+  const SeparatorTree tree = fronts(1000, path(1000), natural(1000));
+  expect_valid_tree(tree, plain_graph(1000, path(1000)));
+  EXPECT_LT(tree.num_nodes(), 251);
+  EXPECT_GT(tree.num_nodes(), 100);
+}
+
+TEST(Fronts, VeryDeepTreesNeedNoStack) {
+  const Vertex n = 300000;
+  const SeparatorTree tree = fronts(n, path(n), natural(n));
+  expect_permutation(tree.order, n);
+}
+
+TEST(Fronts, SpokesOfAStarAreBundled) {
+  const Vertex n = 10001;
+  std::vector<Vertex> order = natural(n);
+  std::rotate(order.begin(), order.begin() + 1, order.end());  // the centre last
+  const SeparatorTree tree = fronts(n, star(n), order);
+  expect_valid_tree(tree, plain_graph(n, star(n)));
+  EXPECT_LT(tree.num_nodes(), 1000);
+  EXPECT_EQ(tree.parent.front(), tree.num_nodes() - 1);
+}
+
+TEST(Fronts, SpokesOfDifferentCentresAreNotBundled) {
+  // The first `half` spokes hang on unknown 0, the others on unknown 1.
+  for (Vertex half = 90; half < 110; ++half) {
+    std::vector<std::pair<Vertex, Vertex>> edges{{0, 1}};
+    for (Vertex i = 2; i < 202; ++i) edges.emplace_back(i < half ? 0 : 1, i);
+    std::vector<Vertex> order = natural(202);
+    std::rotate(order.begin(), order.begin() + 2, order.end());
+    const SeparatorTree tree = fronts(202, symmetric(202, edges), order);
+    for (Vertex k = 0; k < tree.num_nodes(); ++k) {
+      if (tree.parent[k] < 0) continue;
+      std::set<bool> centres;
+      for (Vertex p = tree.node_begin[k]; p < tree.node_begin[k + 1]; ++p)
+        centres.insert(tree.order[p] < half);
+      EXPECT_EQ(centres.size(), 1u) << "node " << k << ", half " << half;
+    }
+  }
+}
+
+TEST(Fronts, BreadthFirstNumbersFromTheDeepest) {
+  // 0 and 1 below 4; 2 below 3; 3 and 4 below 5; 6 alone.
+  NodeList nodes;
+  nodes.order = natural(7);
+  nodes.node_begin = {0, 1, 2, 3, 4, 5, 6, 7};
+  nodes.parent = {4, 4, 3, 5, 5, -1, -1};
+  const SeparatorTree tree = breadth_first(nodes);
+  EXPECT_THAT(tree.order, ElementsAre(2, 0, 1, 3, 4, 5, 6));
+  EXPECT_THAT(tree.parent, ElementsAre(3, 4, 4, 5, 5, -1, -1));
+}
+
+TEST(Fronts, RandomOrdersGiveValidTrees) {
+  for (unsigned seed = 0; seed < 200; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937 generator(seed);
+    const Vertex n = 1 + static_cast<Vertex>(generator() % 150);
+    const Entries entries =
+        random_entries(generator, n, 0.25 * static_cast<double>(1 + seed % 12), 1.0, false);
+    std::vector<Vertex> order = natural(n);
+    std::shuffle(order.begin(), order.end(), generator);
+    expect_valid_tree(fronts(n, entries, order), plain_graph(n, entries));
+  }
+}
+
+}  // namespace
+}  // namespace mfs::test

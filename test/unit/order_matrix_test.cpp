@@ -1,0 +1,164 @@
+// The whole ordering phase: from a matrix to its tree.
+#include "ordering/order_matrix.hpp"
+
+#include <gmock/gmock.h>
+
+#include <limits>
+#include <numeric>
+#include <random>
+
+#include <mfs/error.hpp>
+
+#include "ordering/matching.hpp"
+#include "test/unit/test_matrices.hpp"
+
+namespace mfs::test {
+namespace {
+
+using ::testing::ElementsAre;
+
+struct Ordered {
+  MatchedScaling matched;
+  SeparatorTree tree;
+};
+
+Ordered order(Vertex n, const Entries& entries, const AnalysisOptions& options = {}, int threads = 1) {
+  const Matrix<double> a = matrix_of(n, entries);
+  const Pattern pattern = check_pattern(a.view());
+  Ordered result;
+  result.matched = match_and_scale(pattern, a.values.data(), options, threads);
+  result.tree = order_matrix(pattern, result.matched, options, threads);
+  return result;
+}
+
+void expect_equal(const SeparatorTree& a, const SeparatorTree& b) {
+  EXPECT_EQ(a.order, b.order);
+  EXPECT_EQ(a.node_begin, b.node_begin);
+  EXPECT_EQ(a.parent, b.parent);
+}
+
+TEST(OrderMatrix, OneUnknown) {
+  const Ordered o = order(1, {{{0, 0}, 2.0}});
+  EXPECT_THAT(o.tree.order, ElementsAre(0));
+  EXPECT_THAT(o.tree.node_begin, ElementsAre(0, 1));
+  EXPECT_THAT(o.tree.parent, ElementsAre(-1));
+}
+
+TEST(OrderMatrix, UnknownsOfANodeStayTogether) {
+  AnalysisOptions options;
+  options.leaf_size = 30;
+  const Entries entries = grid(12, 3);
+  const Ordered o = order(432, entries, options);
+  expect_valid_tree(o.tree, plain_graph(432, entries));
+  for (Vertex p = 0; p < 432; p += 3) EXPECT_EQ(o.tree.order[p] / 3, o.tree.order[p + 2] / 3);
+}
+
+TEST(OrderMatrix, DisconnectedMatricesHaveSeveralRoots) {
+  // Two grids that know nothing of each other.
+  Entries entries = grid(15);
+  for (const auto& [place, value] : grid(15)) entries[{place.first + 225, place.second + 225}] = value;
+  const Ordered o = order(450, entries);
+  expect_valid_tree(o.tree, plain_graph(450, entries));
+  EXPECT_EQ(std::count(o.tree.parent.begin(), o.tree.parent.end(), -1), 2);
+}
+
+TEST(OrderMatrix, ADiagonalMatrixIsShallow) {
+  const Vertex n = 100000;
+  Entries entries;
+  for (Vertex i = 0; i < n; ++i) entries[{i, i}] = 1.0 + i;
+  const Ordered o = order(n, entries, {}, 2);
+  expect_permutation(o.tree.order, n);
+  EXPECT_EQ(o.tree.num_nodes(), n / 16);
+  for (const Vertex parent : o.tree.parent) EXPECT_EQ(parent, -1);
+}
+
+TEST(OrderMatrix, AnArrowHasItsHeadAtTheRoot) {
+  const Vertex n = 20000;
+  const Ordered o = order(n, star(n));
+  expect_valid_tree(o.tree, plain_graph(n, star(n)));
+  EXPECT_EQ(
+      std::count(o.tree.order.begin() + o.tree.node_begin[o.tree.num_nodes() - 1], o.tree.order.end(), 0), 1);
+}
+
+TEST(OrderMatrix, PairsShareAFront) {
+  // A grid with a multiplier on every seventh unknown.
+  const Vertex m = 20, grid_size = m * m;
+  Entries entries = grid(m);
+  Vertex n = grid_size;
+  for (Vertex i = 0; i < grid_size; i += 7) {
+    entries[{i, n}] = entries[{n, i}] = 1.0;
+    if (i + 1 < grid_size) entries[{i + 1, n}] = entries[{n, i + 1}] = -1.0;
+    ++n;
+  }
+  AnalysisOptions options;
+  options.leaf_size = 20;
+  const Ordered o = order(n, entries, options);
+  expect_valid_tree(o.tree, plain_graph(n, entries));
+  ASSERT_FALSE(o.matched.pair.empty());
+  std::vector<Vertex> node_of(n);
+  for (Vertex k = 0; k < o.tree.num_nodes(); ++k) {
+    for (Vertex p = o.tree.node_begin[k]; p < o.tree.node_begin[k + 1]; ++p) node_of[o.tree.order[p]] = k;
+  }
+  for (Vertex i = 0; i < n; ++i) EXPECT_EQ(node_of[i], node_of[o.matched.pair[i]]);
+  for (Vertex i = grid_size; i < n; ++i) EXPECT_NE(o.matched.pair[i], i) << "multiplier " << i << " is alone";
+}
+
+TEST(OrderMatrix, TheSameTreeForAnyNumberOfThreads) {
+  AnalysisOptions options;
+  options.leaf_size = 40;
+  const Entries entries = grid(60, 2);
+  const Ordered one = order(7200, entries, options, 1);
+  for (const int threads : {2, 4}) expect_equal(order(7200, entries, options, threads).tree, one.tree);
+}
+
+TEST(OrderMatrix, RandomMatricesGiveValidTrees) {
+  for (unsigned seed = 0; seed < 150; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937 generator(seed);
+    const Vertex n = 1 + static_cast<Vertex>(generator() % 300);
+    Entries entries = random_entries(generator, n, 0.2 * (1 + seed % 15), 0.7, seed % 3 == 0);
+    std::vector<Vertex> hidden(
+        n);  // some permutation without zeros, so that nothing is structurally singular
+    std::iota(hidden.begin(), hidden.end(), 0);
+    if (seed % 2 == 0) std::shuffle(hidden.begin(), hidden.end(), generator);
+    for (Vertex i = 0; i < n; ++i) entries[{hidden[i], i}] = 1.0;
+    AnalysisOptions options;
+    options.leaf_size = 1 + static_cast<Vertex>(generator() % 60);
+    const Ordered o = order(n, entries, options, 1 + seed % 3);
+    expect_valid_tree(o.tree, plain_graph(n, entries, o.matched.row_order));
+  }
+}
+
+TEST(OrderMatrix, OptionsOutOfRangeAreNamed) {
+  const auto refused = [](AnalysisOptions options) -> std::string {
+    try {
+      order_matrix(pattern_of(3, path(3)), {}, options, 1);
+    } catch (const InvalidInput& error) {
+      return error.argument();
+    }
+    return "";
+  };
+  AnalysisOptions options;
+  EXPECT_EQ(refused(options), "");
+  options.leaf_size = 0;
+  EXPECT_EQ(refused(options), "leaf_size");
+  options = {};
+  options.separator_trials = 0;
+  EXPECT_EQ(refused(options), "separator_trials");
+  options = {};
+  options.separator_refinement = 0;
+  EXPECT_EQ(refused(options), "separator_refinement");
+  options = {};
+  options.dense_row = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(refused(options), "dense_row");
+}
+
+TEST(OrderMatrix, ProgressIsPassedOn) {
+  const Pattern pattern = pattern_of(1600, grid(40));
+  double last = -1;
+  order_matrix(pattern, {}, {}, 1, [&](double fraction) { last = fraction; });
+  EXPECT_GT(last, 0.5);
+}
+
+}  // namespace
+}  // namespace mfs::test

@@ -1,8 +1,10 @@
-// Stage "assemble": original entries and the children's contribution blocks come into the fronts of one depth.
+// Stage "assemble": original entries and the children's contribution blocks come into the fronts of one
+// depth.
 //
-// A parent pulls: it adds its children's contribution blocks one after another, in the order of the plan, so no
-// two threads ever add to the same entry, nothing is atomic, and the result is the same bit for bit from run to
-// run. border_in_parent is ascending, so each column of a child's contribution block falls apart at most once:
+// A parent pulls: it adds its children's contribution blocks one after another, in the order of the plan, so
+// no two threads ever add to the same entry, nothing is atomic, and the result is the same bit for bit from
+// run to run. border_in_parent is ascending, so each column of a child's contribution block falls apart at
+// most once:
 //
 //      child column j goes to parent column J = map[j]
 //        J < p  ->  column J of [P; L]
@@ -31,9 +33,10 @@ KOKKOS_INLINE_FUNCTION void clear_columns(const TeamMember& team, const Front<Sc
 template <class Scalar, class Value>
 KOKKOS_INLINE_FUNCTION Offset first_entry(const FrontStore<Scalar, Value>& store, Vertex f, Vertex column) {
   const Front<Scalar> front = store.front(f);
-  const Offset target = column < front.pivots
-                            ? store.lower_begin[f] + static_cast<Offset>(column) * front.rows()
-                            : store.upper_begin[f] + static_cast<Offset>(column - front.pivots) * front.pivots;
+  const Offset target =
+      column < front.pivots
+          ? store.lower_begin[f] + static_cast<Offset>(column) * front.rows()
+          : store.upper_begin[f] + static_cast<Offset>(column - front.pivots) * front.pivots;
   Offset begin = store.entry_begin[f], count = store.entry_begin[f + 1] - begin;
   while (count > 0) {
     const Offset half = count / 2;
@@ -48,8 +51,8 @@ KOKKOS_INLINE_FUNCTION Offset first_entry(const FrontStore<Scalar, Value>& store
 }
 
 template <class TeamMember, class Scalar, class Value>
-KOKKOS_INLINE_FUNCTION void scatter_entries(const TeamMember& team, const FrontStore<Scalar, Value>& store, Offset begin,
-                                            Offset end) {
+KOKKOS_INLINE_FUNCTION void scatter_entries(const TeamMember& team, const FrontStore<Scalar, Value>& store,
+                                            Offset begin, Offset end) {
   team_range(team, begin, end, [&](Offset e) {
     const double scale = store.row_scale[store.entry_row[e]] * store.column_scale[store.entry_column[e]];
     store.factor[store.entry_target[e]] =
@@ -83,8 +86,8 @@ KOKKOS_INLINE_FUNCTION void extend_add(const TeamMember& team, const FrontStore<
 
 /// Columns [begin, end) of front f, by one team.
 template <class TeamMember, class Scalar, class Value>
-KOKKOS_INLINE_FUNCTION void assemble_columns(const TeamMember& team, const FrontStore<Scalar, Value>& store, Vertex f,
-                                             Vertex begin, Vertex end) {
+KOKKOS_INLINE_FUNCTION void assemble_columns(const TeamMember& team, const FrontStore<Scalar, Value>& store,
+                                             Vertex f, Vertex begin, Vertex end) {
   const Front<Scalar> front = store.front(f);
   clear_columns(team, front, begin, end);
   team.team_barrier();
@@ -102,10 +105,11 @@ template <class Exec, class Scalar, class Value>
 void assemble_large_front(const Exec& exec, const FrontStore<Scalar, Value>& store, Vertex f, Vertex rows,
                           Vertex tile_columns) {
   const Vertex tiles = (rows + tile_columns - 1) / tile_columns;
-  for_each_team(exec, "mfs::assemble", tiles, KOKKOS_LAMBDA(const Team<Exec>& team, Vertex tile) {
-    const Vertex begin = tile * tile_columns;
-    assemble_columns(team, store, f, begin, begin + tile_columns < rows ? begin + tile_columns : rows);
-  });
+  for_each_team(
+      exec, "mfs::assemble", tiles, KOKKOS_LAMBDA(const Team<Exec>& team, Vertex tile) {
+        const Vertex begin = tile * tile_columns;
+        assemble_columns(team, store, f, begin, begin + tile_columns < rows ? begin + tile_columns : rows);
+      });
 }
 
 }  // namespace mfs

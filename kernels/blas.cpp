@@ -7,22 +7,22 @@ using mfs::Offset;
 using mfs::Vertex;
 
 extern "C" {
-#define MFS_DECLARE_BLAS(prefix, S)                                                                               \
-  void prefix##gemm_(const char*, const char*, const int*, const int*, const int*, const S*, const S*,            \
-                     const int*, const S*, const int*, const S*, S*, const int*);                                 \
-  void prefix##gemv_(const char*, const int*, const int*, const S*, const S*, const int*, const S*, const int*,   \
-                     const S*, S*, const int*);                                                                   \
-  void prefix##trsm_(const char*, const char*, const char*, const char*, const int*, const int*, const S*,        \
-                     const S*, const int*, S*, const int*);                                                       \
+#define MFS_DECLARE_BLAS(prefix, S)                                                                        \
+  void prefix##gemm_(const char*, const char*, const int*, const int*, const int*, const S*, const S*,     \
+                     const int*, const S*, const int*, const S*, S*, const int*);                          \
+  void prefix##gemv_(const char*, const int*, const int*, const S*, const S*, const int*, const S*,        \
+                     const int*, const S*, S*, const int*);                                                \
+  void prefix##trsm_(const char*, const char*, const char*, const char*, const int*, const int*, const S*, \
+                     const S*, const int*, S*, const int*);                                                \
   void prefix##trsv_(const char*, const char*, const char*, const int*, const S*, const int*, S*, const int*);
 MFS_DECLARE_BLAS(s, float)
 MFS_DECLARE_BLAS(d, double)
 MFS_DECLARE_BLAS(c, std::complex<float>)
 MFS_DECLARE_BLAS(z, std::complex<double>)
 
-#define MFS_DECLARE_GESVD(prefix, S, R, RWORK)                                                                    \
-  void prefix##gesvd_(const char*, const char*, const int*, const int*, S*, const int*, R*, S*, const int*, S*,   \
-                      const int*, S*, const int*, RWORK int*);
+#define MFS_DECLARE_GESVD(prefix, S, R, RWORK)                                                              \
+  void prefix##gesvd_(const char*, const char*, const int*, const int*, S*, const int*, R*, S*, const int*, \
+                      S*, const int*, S*, const int*, RWORK int*);
 #define MFS_RWORK(R) R*,
 MFS_DECLARE_GESVD(s, float, float, )
 MFS_DECLARE_GESVD(d, double, double, )
@@ -46,34 +46,34 @@ namespace mfs::blas {
 
 namespace {
 
-#define MFS_OVERLOAD_BLAS(prefix, S)                                                                              \
-  void gemm(const char* ta, int m, int n, int k, S alpha, const S* a, int lda, const S* b, int ldb, S beta, S* c, \
-            int ldc) {                                                                                            \
-    prefix##gemm_(ta, "N", &m, &n, &k, &alpha, a, &lda, b, &ldb, &beta, c, &ldc);                                 \
-  }                                                                                                               \
-  void gemv(const char* ta, int m, int n, S alpha, const S* a, int lda, const S* x, S beta, S* y) {               \
-    const int one = 1;                                                                                            \
-    prefix##gemv_(ta, &m, &n, &alpha, a, &lda, x, &one, &beta, y, &one);                                          \
-  }                                                                                                               \
-  void trsm(const char* side, const char* uplo, const char* ta, const char* diag, int m, int n, const S* t,       \
-            int ldt, S* b, int ldb) {                                                                             \
-    const S one(1);                                                                                               \
-    prefix##trsm_(side, uplo, ta, diag, &m, &n, &one, t, &ldt, b, &ldb);                                          \
-  }                                                                                                               \
-  void trsv(const char* uplo, const char* ta, const char* diag, int n, const S* t, int ldt, S* x) {               \
-    const int one = 1;                                                                                            \
-    prefix##trsv_(uplo, ta, diag, &n, t, &ldt, x, &one);                                                          \
+#define MFS_OVERLOAD_BLAS(prefix, S)                                                                        \
+  void gemm(const char* ta, int m, int n, int k, S alpha, const S* a, int lda, const S* b, int ldb, S beta, \
+            S* c, int ldc) {                                                                                \
+    prefix##gemm_(ta, "N", &m, &n, &k, &alpha, a, &lda, b, &ldb, &beta, c, &ldc);                           \
+  }                                                                                                         \
+  void gemv(const char* ta, int m, int n, S alpha, const S* a, int lda, const S* x, S beta, S* y) {         \
+    const int one = 1;                                                                                      \
+    prefix##gemv_(ta, &m, &n, &alpha, a, &lda, x, &one, &beta, y, &one);                                    \
+  }                                                                                                         \
+  void trsm(const char* side, const char* uplo, const char* ta, const char* diag, int m, int n, const S* t, \
+            int ldt, S* b, int ldb) {                                                                       \
+    const S one(1);                                                                                         \
+    prefix##trsm_(side, uplo, ta, diag, &m, &n, &one, t, &ldt, b, &ldb);                                    \
+  }                                                                                                         \
+  void trsv(const char* uplo, const char* ta, const char* diag, int n, const S* t, int ldt, S* x) {         \
+    const int one = 1;                                                                                      \
+    prefix##trsv_(uplo, ta, diag, &n, t, &ldt, x, &one);                                                    \
   }
 MFS_OVERLOAD_BLAS(s, float)
 MFS_OVERLOAD_BLAS(d, double)
 MFS_OVERLOAD_BLAS(c, std::complex<float>)
 MFS_OVERLOAD_BLAS(z, std::complex<double>)
 
-#define MFS_OVERLOAD_GESVD(prefix, S, R, RWORK)                                                                   \
-  int gesvd(int n, S* a, R* singular, S* u, S* vt, S* work, int length, [[maybe_unused]] R* rwork) {              \
-    int info = 0;                                                                                                 \
-    prefix##gesvd_("A", "A", &n, &n, a, &n, singular, u, &n, vt, &n, work, &length, RWORK & info);                \
-    return info;                                                                                                  \
+#define MFS_OVERLOAD_GESVD(prefix, S, R, RWORK)                                                      \
+  int gesvd(int n, S* a, R* singular, S* u, S* vt, S* work, int length, [[maybe_unused]] R* rwork) { \
+    int info = 0;                                                                                    \
+    prefix##gesvd_("A", "A", &n, &n, a, &n, singular, u, &n, vt, &n, work, &length, RWORK& info);    \
+    return info;                                                                                     \
   }
 MFS_OVERLOAD_GESVD(s, float, float, )
 MFS_OVERLOAD_GESVD(d, double, double, )
@@ -81,9 +81,9 @@ MFS_OVERLOAD_GESVD(d, double, double, )
 MFS_OVERLOAD_GESVD(c, std::complex<float>, float, MFS_RWORK_ARGUMENT)
 MFS_OVERLOAD_GESVD(z, std::complex<double>, double, MFS_RWORK_ARGUMENT)
 
-#define MFS_OVERLOAD_LACN2(prefix, S, R, SIGNS)                                                                   \
-  void lacn2(int n, S* v, S* x, [[maybe_unused]] int* signs, R* estimate, int* kase, int* save) {                 \
-    prefix##lacn2_(&n, v, x, SIGNS estimate, kase, save);                                                         \
+#define MFS_OVERLOAD_LACN2(prefix, S, R, SIGNS)                                                   \
+  void lacn2(int n, S* v, S* x, [[maybe_unused]] int* signs, R* estimate, int* kase, int* save) { \
+    prefix##lacn2_(&n, v, x, SIGNS estimate, kase, save);                                         \
   }
 #define MFS_SIGNS_ARGUMENT signs,
 MFS_OVERLOAD_LACN2(s, float, float, MFS_SIGNS_ARGUMENT)
@@ -91,12 +91,14 @@ MFS_OVERLOAD_LACN2(d, double, double, MFS_SIGNS_ARGUMENT)
 MFS_OVERLOAD_LACN2(c, std::complex<float>, float, )
 MFS_OVERLOAD_LACN2(z, std::complex<double>, double, )
 
-int leading(Offset ld) { return ld > 0 ? static_cast<int>(ld) : 1; }
+int leading(Offset ld) {
+  return ld > 0 ? static_cast<int>(ld) : 1;
+}
 
 // One right-hand side reads the triangle once; trsm would pack it first.
 template <class Scalar>
-void solve_left(const char* uplo, const char* diag, Transpose transpose, Vertex n, Vertex columns, const Scalar* t,
-                Offset ldt, Scalar* b, Offset ldb) {
+void solve_left(const char* uplo, const char* diag, Transpose transpose, Vertex n, Vertex columns,
+                const Scalar* t, Offset ldt, Scalar* b, Offset ldb) {
   if (n == 0 || columns == 0) return;
   const char ta = static_cast<char>(transpose);
   if (columns == 1) {
@@ -109,8 +111,8 @@ void solve_left(const char* uplo, const char* diag, Transpose transpose, Vertex 
 }  // namespace
 
 template <class Scalar>
-void gemm_minus(Transpose transpose_a, Vertex m, Vertex n, Vertex k, const Scalar* a, Offset lda, const Scalar* b,
-                Offset ldb, Scalar* c, Offset ldc) {
+void gemm_minus(Transpose transpose_a, Vertex m, Vertex n, Vertex k, const Scalar* a, Offset lda,
+                const Scalar* b, Offset ldb, Scalar* c, Offset ldc) {
   if (m == 0 || n == 0 || k == 0) return;
   const char ta = static_cast<char>(transpose_a);
   if (n == 1) {
@@ -189,12 +191,13 @@ std::string library_name() {
   return openblas_get_config ? openblas_get_config() : "BLAS (unnamed)";
 }
 
-#define MFS_INSTANTIATE(S)                                                                                        \
-  template void gemm_minus<S>(Transpose, Vertex, Vertex, Vertex, const S*, Offset, const S*, Offset, S*, Offset); \
-  template void solve_unit_lower<S>(Transpose, Vertex, Vertex, const S*, Offset, S*, Offset);                     \
-  template void solve_upper<S>(Transpose, Vertex, Vertex, const S*, Offset, S*, Offset);                          \
-  template void solve_upper_right<S>(Vertex, Vertex, const S*, Offset, S*, Offset);                               \
-  template int singular_values<S>(Vertex, S*, double*, S*, S*);                                                   \
+#define MFS_INSTANTIATE(S)                                                                               \
+  template void gemm_minus<S>(Transpose, Vertex, Vertex, Vertex, const S*, Offset, const S*, Offset, S*, \
+                              Offset);                                                                   \
+  template void solve_unit_lower<S>(Transpose, Vertex, Vertex, const S*, Offset, S*, Offset);            \
+  template void solve_upper<S>(Transpose, Vertex, Vertex, const S*, Offset, S*, Offset);                 \
+  template void solve_upper_right<S>(Vertex, Vertex, const S*, Offset, S*, Offset);                      \
+  template int singular_values<S>(Vertex, S*, double*, S*, S*);                                          \
   template double estimate_norm<S>(Vertex, const std::function<void(S*)>&, const std::function<void(S*)>&);
 MFS_INSTANTIATE(float)
 MFS_INSTANTIATE(double)

@@ -1,5 +1,6 @@
-// The one seam to BLAS and LAPACK on the host: the operations that the stages need, each for every scalar type, all
-// column-major, all executed by the calling thread alone. No other file names one of their routines.
+// The one seam to BLAS and LAPACK on the host: the operations that the stages need, each for every scalar
+// type, all column-major, all executed by the calling thread alone. No other file names one of their
+// routines.
 #pragma once
 
 #include <complex>
@@ -14,15 +15,16 @@ enum class Transpose : char { no = 'N', yes = 'T' };
 
 /// C (m x n) -= op(A) (m x k) B (k x n).
 template <class Scalar>
-void gemm_minus(Transpose transpose_a, Vertex m, Vertex n, Vertex k, const Scalar* a, Offset lda, const Scalar* b,
-                Offset ldb, Scalar* c, Offset ldc);
+void gemm_minus(Transpose transpose_a, Vertex m, Vertex n, Vertex k, const Scalar* a, Offset lda,
+                const Scalar* b, Offset ldb, Scalar* c, Offset ldc);
 
 /// B (n x columns) := op(T)^-1 B for the unit lower or the upper triangle T (n x n).
 template <class Scalar>
 void solve_unit_lower(Transpose transpose, Vertex n, Vertex columns, const Scalar* t, Offset ldt, Scalar* b,
                       Offset ldb);
 template <class Scalar>
-void solve_upper(Transpose transpose, Vertex n, Vertex columns, const Scalar* t, Offset ldt, Scalar* b, Offset ldb);
+void solve_upper(Transpose transpose, Vertex n, Vertex columns, const Scalar* t, Offset ldt, Scalar* b,
+                 Offset ldb);
 
 /// B (rows x n) := B U^-1 for the upper triangle U (n x n).
 template <class Scalar>
@@ -32,13 +34,14 @@ void solve_upper_right(Vertex rows, Vertex n, const Scalar* u, Offset ldu, Scala
 template <class Scalar>
 int singular_values(Vertex n, Scalar* a, double* singular, Scalar* u, Scalar* v_transposed);
 
-/// Estimate of |B|_1 of an n x n matrix given by `apply` (x := B x) and `apply_adjoint` (x := B^H x): LAPACK's lacn2.
+/// Estimate of |B|_1 of an n x n matrix given by `apply` (x := B x) and `apply_adjoint` (x := B^H x):
+/// LAPACK's lacn2.
 template <class Scalar>
 double estimate_norm(Vertex n, const std::function<void(Scalar*)>& apply,
                      const std::function<void(Scalar*)>& apply_adjoint);
 
-/// While it lives, BLAS calls of this process run on their calling thread: MFS runs its own threads, and the two
-/// must not multiply. Puts back what was set before.
+/// While it lives, BLAS calls of this process run on their calling thread: MFS runs its own threads, and the
+/// two must not multiply. Puts back what was set before.
 class SequentialScope {
  public:
   SequentialScope();

@@ -1,12 +1,13 @@
-// The exact inverse in spite of perturbed pivots. Each perturbation added one number to one entry of A, so the
-// factors belong to A' = A + U V^T with k columns, U = [amount_j e_row(j)], V = [e_column(j)], and (Woodbury)
+// The exact inverse in spite of perturbed pivots. Each perturbation added one number to one entry of A, so
+// the factors belong to A' = A + U V^T with k columns, U = [amount_j e_row(j)], V = [e_column(j)], and
+// (Woodbury)
 //
 //   A^-1 = A'^-1 + Z C^-1 V^T A'^-1,    Z = A'^-1 U,    C = I - V^T Z   (k x k, the capacitance matrix).
 //
-// A is singular exactly when C is, and of the same nullity: this is where "singular" is decided. With C q = 0 the
-// null vector of A is Z q: its largest entry names a column that depends on the others.
-// The singular values are those of C between scaled unknowns, D^-1 C D, so that they mean something.
-// For A^T the two ends of each perturbation change places.
+// A is singular exactly when C is, and of the same nullity: this is where "singular" is decided. With C q = 0
+// the null vector of A is Z q: its largest entry names a column that depends on the others. The singular
+// values are those of C between scaled unknowns, D^-1 C D, so that they mean something. For A^T the two ends
+// of each perturbation change places.
 #pragma once
 
 #include <algorithm>
@@ -49,20 +50,24 @@ template <class Scalar>
 class Correction {
  public:
   /// `scale[u]` is the scale of unknown u; `inverse(x, columns)` puts A'^-1 X in the place of
-  /// X, at most kSolveColumns at once; `product(x, y)` gives y = -A x of one column.
+  /// X, at most kSolveColumns at once; `product(x, y)` gives y = -A x of one column;
+  /// a singular value of C up to `noise` cannot be told from zero.
   template <class Inverse, class Product>
-  Correction(Vertex n, std::vector<Perturbation<Scalar>> perturbations, const double* scale, const Inverse& inverse,
-             const Product& product)
+  Correction(Vertex n, std::vector<Perturbation<Scalar>> perturbations, const double* scale,
+             const Inverse& inverse, const Product& product, double noise)
       : n_(n), perturbations_(std::move(perturbations)) {
     const std::size_t k = perturbations_.size();
-    for (const Perturbation<Scalar>& p : perturbations_) scale_.push_back(static_cast<RealOf<Scalar>>(scale[p.column]));
+    for (const Perturbation<Scalar>& p : perturbations_)
+      scale_.push_back(static_cast<RealOf<Scalar>>(scale[p.column]));
     z_.assign(static_cast<std::size_t>(n) * k, Scalar(0));
     for (std::size_t first = 0; first < k; first += kSolveColumns) {
       solve_columns(first, std::min<std::size_t>(kSolveColumns, k - first), inverse, product);
     }
-    decompose();
+    decompose(noise);
   }
 
+  /// False where the numbers ran out of range: then there is no correction.
+  bool usable() const { return usable_; }
   Vertex nullity() const { return nullity_; }
   int rank() const { return static_cast<int>(perturbations_.size()); }
 
@@ -98,7 +103,8 @@ class Correction {
     // C^-1 = V diag(1 / singular) U^H
     for (std::size_t i = 0; i < k; ++i) {
       Wide<Scalar> sum = 0;
-      for (std::size_t j = 0; j < k; ++j) sum += Wide<Scalar>(conjugate(left_[j + i * k])) * Wide<Scalar>(at_columns_[j]);
+      for (std::size_t j = 0; j < k; ++j)
+        sum += Wide<Scalar>(conjugate(left_[j + i * k])) * Wide<Scalar>(at_columns_[j]);
       rotated_[i] = sum / singular_[i];
     }
     for (std::size_t i = 0; i < k; ++i) {
@@ -110,7 +116,8 @@ class Correction {
     }
   }
 
-  /// The unknown with the largest entry, in scaled unknowns, of the null vector that belongs to the smallest singular value.
+  /// The unknown with the largest entry, in scaled unknowns, of the null vector that belongs to the smallest
+  /// singular value.
   Vertex dependent_unknown(const double* scale) const {
     const std::size_t k = perturbations_.size();
     std::vector<Scalar> null_vector(static_cast<std::size_t>(n_), Scalar(0));
@@ -126,7 +133,8 @@ class Correction {
   void left_null_source(Scalar* out) const {
     const std::size_t k = perturbations_.size();
     std::fill(out, out + n_, Scalar(0));
-    for (std::size_t i = 0; i < k; ++i) out[perturbations_[i].column] = conjugate(left_[i + (k - 1) * k]) / scale_[i];
+    for (std::size_t i = 0; i < k; ++i)
+      out[perturbations_[i].column] = conjugate(left_[i + (k - 1) * k]) / scale_[i];
   }
 
   std::size_t bytes() const { return z_.size() * sizeof(Scalar); }
@@ -137,7 +145,8 @@ class Correction {
   void solve_columns(std::size_t first, std::size_t columns, const Inverse& inverse, const Product& product) {
     const std::size_t n = static_cast<std::size_t>(n_);
     Scalar* z = z_.data() + first * n;
-    for (std::size_t j = 0; j < columns; ++j) z[perturbations_[first + j].row + j * n] = perturbations_[first + j].amount;
+    for (std::size_t j = 0; j < columns; ++j)
+      z[perturbations_[first + j].row + j * n] = perturbations_[first + j].amount;
     inverse(z, static_cast<Vertex>(columns));
     std::vector<Scalar> residual(n * columns);
     for (std::size_t j = 0; j < columns; ++j) {
@@ -150,7 +159,7 @@ class Correction {
     for (std::size_t i = 0; i < residual.size(); ++i) z[i] += residual[i];
   }
 
-  void decompose() {
+  void decompose(double noise) {
     const std::size_t k = perturbations_.size();
     std::vector<Scalar> c(k * k);
     for (std::size_t j = 0; j < k; ++j) {
@@ -165,12 +174,14 @@ class Correction {
     at_columns_.resize(k);
     rotated_.resize(k);
     capacitance_ = c;
-    const int info =
-        blas::singular_values(static_cast<Vertex>(k), c.data(), singular_.data(), left_.data(), right_.data());
-    // C is known to about eps times the condition of A', which is at most 1 / sqrt(eps) beyond that of the rest.
-    const double threshold = 10 * std::sqrt(std::numeric_limits<RealOf<Scalar>>::epsilon());
-    for (const double value : singular_) nullity_ += !(value > threshold * std::max(1.0, singular_.front()));
-    if (info != 0) nullity_ = static_cast<Vertex>(k);
+    usable_ = std::isfinite(noise) && std::all_of(c.begin(), c.end(), [](const Scalar& entry) {
+                return std::isfinite(std::abs(entry));
+              });
+    if (!usable_) return;  // LAPACK does not come back from NaN
+    const int info = blas::singular_values(static_cast<Vertex>(k), c.data(), singular_.data(), left_.data(),
+                                           right_.data());
+    for (const double value : singular_) nullity_ += !(value > noise * std::max(1.0, singular_.front()));
+    usable_ = info == 0;
   }
 
   static double conjugate(double value) { return value; }
@@ -182,14 +193,15 @@ class Correction {
 
   Vertex n_;
   std::vector<Perturbation<Scalar>> perturbations_;
-  std::vector<RealOf<Scalar>> scale_;   // of the unknown of each perturbation
-  std::vector<Scalar> z_;               // n x k
-  std::vector<Scalar> capacitance_;     // C between scaled unknowns, k x k
-  std::vector<double> singular_;        // k, descending
-  std::vector<Scalar> left_, right_;    // U and V^H of C, k x k
-  std::vector<Scalar> at_columns_;      // work
-  std::vector<Wide<Scalar>> rotated_;   // work
+  std::vector<RealOf<Scalar>> scale_;  // of the unknown of each perturbation
+  std::vector<Scalar> z_;              // n x k
+  std::vector<Scalar> capacitance_;    // C between scaled unknowns, k x k
+  std::vector<double> singular_;       // k, descending
+  std::vector<Scalar> left_, right_;   // U and V^H of C, k x k
+  std::vector<Scalar> at_columns_;     // work
+  std::vector<Wide<Scalar>> rotated_;  // work
   Vertex nullity_ = 0;
+  bool usable_ = false;
 };
 
 }  // namespace mfs

@@ -1,6 +1,6 @@
-// How the stages spread their work: one team per front for the many small fronts of a depth, tiles for the few
-// large ones. On the host a team is one thread. Labels have at most 15 characters: a longer one would cost an
-// allocation in every launch.
+// How the stages spread their work: one team per front for the many small fronts of a depth, tiles for the
+// few large ones. On the host a team is one thread. Labels have at most 15 characters: a longer one would
+// cost an allocation in every launch.
 #pragma once
 
 #include <Kokkos_Core.hpp>
@@ -25,7 +25,8 @@ void for_each_team(const Exec& exec, const char* label, Vertex count, const Body
       kOnHost<Exec> ? TeamPolicy<Exec>(exec, count, 1) : TeamPolicy<Exec>(exec, count, Kokkos::AUTO);
   if (kOnHost<Exec>) policy.set_chunk_size(1);
   Kokkos::parallel_for(
-      label, policy, KOKKOS_LAMBDA(const Team<Exec>& team) { body(team, static_cast<Vertex>(team.league_rank())); });
+      label, policy,
+      KOKKOS_LAMBDA(const Team<Exec>& team) { body(team, static_cast<Vertex>(team.league_rank())); });
 }
 
 /// Calls body(i) for i = 0 ... count-1, in any order; the bodies are short and alike.

@@ -23,8 +23,8 @@ struct Engine::State {
 
   int kokkos_threads = 0;  // 0: OpenMP space not initialized; only the engine's thread looks
 
-  // Another number of threads: only the OpenMP space starts anew. Kokkos::finalize would end all spaces, and Serial
-  // does not survive that in 3.4 (its scratch memory comes back too small, and is overrun).
+  // Another number of threads: only the OpenMP space starts anew. Kokkos::finalize would end all spaces, and
+  // Serial does not survive that in 3.4 (its scratch memory comes back too small, and is overrun).
   void use_threads(int wanted) {
     if (kokkos_threads == wanted) return;
     kokkos_threads = 0;
@@ -85,16 +85,23 @@ void Engine::run(int threads, const std::function<void()>& work, const std::func
   state_->error = nullptr;
   state_->work = &work;
   state_->changed.notify_all();
+  std::exception_ptr
+      idle_error;  // thrown only when the work is done: until then it uses what the caller lent
   while (!state_->done) {
-    if (!idle) {
+    if (!idle || idle_error) {
       state_->changed.wait(lock, [this] { return state_->done; });
-    } else if (!state_->changed.wait_for(lock, std::chrono::milliseconds(100), [this] { return state_->done; })) {
+    } else if (!state_->changed.wait_for(lock, std::chrono::milliseconds(100),
+                                         [this] { return state_->done; })) {
       lock.unlock();
-      idle();
+      try {
+        idle();
+      } catch (...) {
+        idle_error = std::current_exception();
+      }
       lock.lock();
     }
   }
-  const std::exception_ptr error = std::move(state_->error);
+  const std::exception_ptr error = state_->error ? std::move(state_->error) : idle_error;
   state_->error = nullptr;
   lock.unlock();
   if (error) std::rethrow_exception(error);
@@ -103,7 +110,8 @@ void Engine::run(int threads, const std::function<void()>& work, const std::func
 int available_threads() {
   cpu_set_t set;
   CPU_ZERO(&set);
-  if (sched_getaffinity(0, sizeof set, &set) != 0) return static_cast<int>(std::thread::hardware_concurrency());
+  if (sched_getaffinity(0, sizeof set, &set) != 0)
+    return static_cast<int>(std::thread::hardware_concurrency());
   return CPU_COUNT(&set);
 }
 

@@ -1,6 +1,7 @@
-// Where Kokkos runs. With its private Kokkos, MFS owns one thread that initializes Kokkos and starts all of its
-// kernels: Kokkos 3.4's OpenMP accepts only the thread that initialized it, while callers come from any thread,
-// with any OpenMP settings of their own, which then stay as they are. A call hands its work over and waits.
+// Where Kokkos runs. With its private Kokkos, MFS owns one thread that initializes Kokkos and starts all of
+// its kernels: Kokkos 3.4's OpenMP accepts only the thread that initialized it, while callers come from any
+// thread, with any OpenMP settings of their own, which then stay as they are. A call hands its work over and
+// waits.
 #pragma once
 
 #include <functional>
@@ -13,8 +14,8 @@ class Engine {
   static Engine& instance();
 
   /// Runs `work` with `threads` OpenMP threads and returns when it is done; what it throws is thrown here.
-  /// Calls from several threads wait for each other. While it waits, `idle` (if any) is called about ten times
-  /// per second in the calling thread.
+  /// Calls from several threads wait for each other. While it waits, `idle` (if any) is called about ten
+  /// times per second in the calling thread; what it throws is thrown here once `work` is done.
   void run(int threads, const std::function<void()>& work, const std::function<void()>& idle = {});
 
   Engine(const Engine&) = delete;

@@ -1,6 +1,6 @@
-// One numeric factorization: a plan, an arena sized by it, and the stages run over all depths. Everything that
-// the numeric phases need is allocated when it is made; factor() allocates nothing, solve() only what its first
-// use of several right-hand sides or of FGMRES needs.
+// One numeric factorization: a plan, an arena sized by it, and the stages run over all depths. Everything
+// that the numeric phases need is allocated when it is made; factor() allocates nothing, solve() only what
+// its first use of several right-hand sides or of FGMRES needs.
 #pragma once
 
 #include <functional>
@@ -31,9 +31,9 @@ struct SolveControls {
 struct SolveOutcome {
   int refinement_steps = 0;
   int krylov_steps = 0;
-  double backward_error = 0;   // the worst of all columns
-  int corrected_pivots = 0;    // perturbed pivots that an exact low-rank correction took back
-  Vertex dependent_rows = 0;   // > 0: A is singular to working precision, and this row and this column
+  double backward_error = 0;     // the worst of all columns
+  int corrected_pivots = 0;      // perturbed pivots that an exact low-rank correction took back
+  Vertex dependent_rows = 0;     // > 0: A is singular to working precision, and this row and this column
   Vertex row = -1, column = -1;  // of A depend on the others
 };
 
@@ -62,7 +62,8 @@ class Factorization {
   virtual Scalar* rhs(Vertex columns) = 0;
   virtual const Scalar* solution() const = 0;
   /// Solves for `columns` columns of rhs(columns); with A^T where its pattern is given.
-  virtual SolveOutcome solve(Vertex columns, const TransposedPattern* transposed, const SolveControls& controls) = 0;
+  virtual SolveOutcome solve(Vertex columns, const TransposedPattern* transposed,
+                             const SolveControls& controls) = 0;
 
   /// Estimate of |A|_1 |A^-1|_1, infinite for a singular matrix.
   virtual double condition_estimate(const TransposedPattern& transposed) = 0;
@@ -86,11 +87,12 @@ class Factorization {
   virtual Offset bytes() const = 0;
 };
 
-/// With single_precision the factors are float or complex<float>, whatever Scalar is. Must be made and used inside
-/// Engine::run, with `threads` the number given there. Throws std::bad_alloc.
+/// With single_precision the factors are float or complex<float>, whatever Scalar is. Must be made and used
+/// inside Engine::run, with `threads` the number given there. Throws std::bad_alloc.
 template <class Scalar>
 std::unique_ptr<Factorization<Scalar>> make_factorization(HostSpace space, bool single_precision,
                                                           std::shared_ptr<const SymbolicPlan> plan,
-                                                          std::shared_ptr<const Pattern> pattern, int threads);
+                                                          std::shared_ptr<const Pattern> pattern,
+                                                          int threads);
 
 }  // namespace mfs

@@ -56,8 +56,8 @@ struct FactorStatus {
   double getrf, trsm, gemm;      // floating-point operations done, as the plan counts them
 };
 
-/// The plan (SymbolicPlan has the meaning of each array) and the numbers of one factorization in Scalar of a matrix
-/// whose values are given as Value (the same, or wider: mixed precision).
+/// The plan (SymbolicPlan has the meaning of each array) and the numbers of one factorization in Scalar of a
+/// matrix whose values are given as Value (the same, or wider: mixed precision).
 template <class Scalar, class Value = Scalar>
 struct FrontStore {
   Vertex n;
@@ -82,15 +82,15 @@ struct FrontStore {
   const Offset* matrix_offsets;  // n + 1, rows of A
   const Vertex* matrix_columns;
 
-  Value* matrix_values;   // nnz, in the order of matrix_columns
-  double* row_scale;      // n, by row of A
-  double* column_scale;   // n, by column of A
-  Scalar* factor;         // factor region
-  Scalar* contribution;   // contribution region
-  Vertex* interchange;    // n: row exchanges of each block of a pivot block, as factor_panel gives them
-  Vertex* local_row;      // n: local_row[pivot_begin + i] = row of the pivot block that came to place i
-  Scalar* shift;          // n: what was added to the pivot at each position
-  Scalar* work;           // n
+  Value* matrix_values;  // nnz, in the order of matrix_columns
+  double* row_scale;     // n, by row of A
+  double* column_scale;  // n, by column of A
+  Scalar* factor;        // factor region
+  Scalar* contribution;  // contribution region
+  Vertex* interchange;   // n: row exchanges of each block of a pivot block, as factor_panel gives them
+  Vertex* local_row;     // n: local_row[pivot_begin + i] = row of the pivot block that came to place i
+  Scalar* shift;         // n: what was added to the pivot at each position
+  Scalar* work;          // n
   FactorStatus* status;
 
   KOKKOS_INLINE_FUNCTION Front<Scalar> front(Vertex f) const {

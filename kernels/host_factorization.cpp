@@ -33,8 +33,8 @@ NumericBytes numeric_bytes(const SymbolicPlan& plan, Offset scalar_bytes, Offset
 }
 
 template <class Scalar, class Value>
-FrontStore<Scalar, Value> make_front_store(const SymbolicPlan& plan, const Pattern& pattern, const NumericLayout& layout,
-                                    const HostArena& arena) {
+FrontStore<Scalar, Value> make_front_store(const SymbolicPlan& plan, const Pattern& pattern,
+                                           const NumericLayout& layout, const HostArena& arena) {
   FrontStore<Scalar, Value> store;
   store.n = plan.n;
   store.max_block_size = plan.max_block_size;
@@ -75,10 +75,11 @@ template <class Value, class Scalar>
 std::unique_ptr<Factorization<Value>> make(HostSpace space, std::shared_ptr<const SymbolicPlan> plan,
                                            std::shared_ptr<const Pattern> pattern, int threads) {
   if (space == HostSpace::serial) {
-    return std::make_unique<HostFactorization<Kokkos::Serial, Value, Scalar>>(std::move(plan), std::move(pattern), 1);
+    return std::make_unique<HostFactorization<Kokkos::Serial, Value, Scalar>>(std::move(plan),
+                                                                              std::move(pattern), 1);
   }
-  return std::make_unique<HostFactorization<Kokkos::OpenMP, Value, Scalar>>(std::move(plan), std::move(pattern),
-                                                                            threads);
+  return std::make_unique<HostFactorization<Kokkos::OpenMP, Value, Scalar>>(std::move(plan),
+                                                                            std::move(pattern), threads);
 }
 
 }  // namespace
@@ -86,8 +87,10 @@ std::unique_ptr<Factorization<Value>> make(HostSpace space, std::shared_ptr<cons
 template <class Value>
 std::unique_ptr<Factorization<Value>> make_factorization(HostSpace space, bool single_precision,
                                                          std::shared_ptr<const SymbolicPlan> plan,
-                                                         std::shared_ptr<const Pattern> pattern, int threads) {
-  if (single_precision) return make<Value, Narrow<Value>>(space, std::move(plan), std::move(pattern), threads);
+                                                         std::shared_ptr<const Pattern> pattern,
+                                                         int threads) {
+  if (single_precision)
+    return make<Value, Narrow<Value>>(space, std::move(plan), std::move(pattern), threads);
   return make<Value, Value>(space, std::move(plan), std::move(pattern), threads);
 }
 

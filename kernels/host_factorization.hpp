@@ -13,7 +13,8 @@ namespace mfs {
 struct NumericLayout {
   NumericLayout(const SymbolicPlan& plan, Offset scalar_bytes, Offset value_bytes);
   ArenaLayout arena;
-  Offset factor, contribution, matrix_values, row_scale, column_scale, interchange, local_row, shift, work, status;
+  Offset factor, contribution, matrix_values, row_scale, column_scale, interchange, local_row, shift, work,
+      status;
   NumericBytes bytes;
 };
 
@@ -27,14 +28,15 @@ struct SolveLayout {
 
 /// The plan's arrays as pointers, and the arena's regions behind them.
 template <class Scalar, class Value>
-FrontStore<Scalar, Value> make_front_store(const SymbolicPlan& plan, const Pattern& pattern, const NumericLayout& layout,
-                                    const HostArena& arena);
+FrontStore<Scalar, Value> make_front_store(const SymbolicPlan& plan, const Pattern& pattern,
+                                           const NumericLayout& layout, const HostArena& arena);
 
 /// Solves for matrices and vectors of Value by factors of Scalar: the same, or its single-precision kind.
 template <class Exec, class Value, class Scalar>
 class HostFactorization final : public Factorization<Value> {
  public:
-  HostFactorization(std::shared_ptr<const SymbolicPlan> plan, std::shared_ptr<const Pattern> pattern, int threads)
+  HostFactorization(std::shared_ptr<const SymbolicPlan> plan, std::shared_ptr<const Pattern> pattern,
+                    int threads)
       : plan_(std::move(plan)),
         pattern_(std::move(pattern)),
         schedule_(make_schedule(*plan_, threads)),
@@ -52,8 +54,9 @@ class HostFactorization final : public Factorization<Value> {
     const blas::SequentialScope sequential;
     *store_.status = FactorStatus();
     for (auto& correction : correction_) correction.reset();
-    const double largest = largest_scaled_entry();
-    const PivotRule rule{tolerance * largest, kTinyPivot * std::numeric_limits<RealOf<Scalar>>::epsilon() * largest};
+    largest_ = largest_scaled_entry();
+    const PivotRule rule{tolerance * largest_,
+                         kTinyPivot * std::numeric_limits<RealOf<Scalar>>::epsilon() * largest_, largest_};
     const double total = plan_->flops.getrf + plan_->flops.trsm + plan_->flops.gemm;
     for (const DepthSchedule& depth : schedule_) {
       factor_depth(exec_, store_, depth, rule);
@@ -70,7 +73,8 @@ class HostFactorization final : public Factorization<Value> {
       const SolveLayout wider(*plan_, sizeof(Scalar), sizeof(Value), columns);
       auto arena = std::make_unique<HostArena>(wider.arena.total());
       const Value* held = vector<Value>(solve_layout_.b);
-      std::copy(held, held + static_cast<Offset>(store_.n) * solve_layout_.columns, arena->template at<Value>(wider.b));
+      std::copy(held, held + static_cast<Offset>(store_.n) * solve_layout_.columns,
+                arena->template at<Value>(wider.b));
       solve_arena_ = std::move(arena);
       solve_layout_ = wider;
     }
@@ -78,11 +82,13 @@ class HostFactorization final : public Factorization<Value> {
   }
   const Value* solution() const override { return vector<Value>(solve_layout_.x); }
 
-  SolveOutcome solve(Vertex columns, const TransposedPattern* transposed, const SolveControls& controls) override {
+  SolveOutcome solve(Vertex columns, const TransposedPattern* transposed,
+                     const SolveControls& controls) override {
     const blas::SequentialScope sequential;
     const bool flip = transposed != nullptr;
     SolveOutcome outcome;
-    // Whether A is singular is settled before any right-hand side is: one that happens to be consistent would hide it.
+    // Whether A is singular is settled before any right-hand side is: one that happens to be consistent would
+    // hide it.
     if (make_correction(flip, transposed)) {
       const Correction<Value>& correction = *correction_[flip];
       if (correction.nullity() > 0) {
@@ -99,7 +105,8 @@ class HostFactorization final : public Factorization<Value> {
     const blas::SequentialScope sequential;
     for (const bool flip : {false, true}) {
       make_correction(flip, flip ? &transposed : nullptr);
-      if (correction_[flip] && correction_[flip]->nullity() > 0) return std::numeric_limits<double>::infinity();
+      if (correction_[flip] && correction_[flip]->nullity() > 0)
+        return std::numeric_limits<double>::infinity();
     }
     const Vertex n = store_.n;
     const double inverse_norm = blas::estimate_norm<Value>(
@@ -118,7 +125,8 @@ class HostFactorization final : public Factorization<Value> {
       norm = std::max(norm, sum);
     }
     const double condition = norm * inverse_norm;
-    return condition <= std::numeric_limits<double>::max() ? condition : std::numeric_limits<double>::infinity();
+    return condition <= std::numeric_limits<double>::max() ? condition
+                                                           : std::numeric_limits<double>::infinity();
   }
 
   bool determinant(Value& phase, double& log_abs) override {
@@ -133,7 +141,8 @@ class HostFactorization final : public Factorization<Value> {
         product *= pivot / std::abs(pivot);
       }
     }
-    for (Vertex i = 0; i < store_.n; ++i) log_abs -= std::log(store_.row_scale[i]) + std::log(store_.column_scale[i]);
+    for (Vertex i = 0; i < store_.n; ++i)
+      log_abs -= std::log(store_.row_scale[i]) + std::log(store_.column_scale[i]);
     const bool perturbed = !perturbed_entries(false).empty();
     if (perturbed && !make_correction(false, nullptr)) return false;
     if (perturbed) {
@@ -165,8 +174,8 @@ class HostFactorization final : public Factorization<Value> {
  private:
   // to = approximately A^-1 from, scaling and permutation included; they may be the same array.
   void apply_inverse(const Value* from, Value* to, Vertex columns, bool transposed) {
-    const SolveVectors<Scalar> vectors{columns, vector<Scalar>(solve_layout_.v), vector<Scalar>(solve_layout_.y),
-                                       vector<Scalar>(solve_layout_.border)};
+    const SolveVectors<Scalar> vectors{columns, vector<Scalar>(solve_layout_.v),
+                                       vector<Scalar>(solve_layout_.y), vector<Scalar>(solve_layout_.border)};
     permute(from, vectors.v, columns, transposed ? store_.column_of : store_.row_of,
             transposed ? store_.column_scale : store_.row_scale, true);
     for (auto depth = schedule_.begin(); depth != schedule_.end(); ++depth) {
@@ -199,8 +208,8 @@ class HostFactorization final : public Factorization<Value> {
     const RefinementVectors<Value> vectors{vector<Value>(at.b), vector<Value>(at.x), vector<Value>(at.best),
                                            vector<Value>(at.r), vector<Value>(at.d)};
     Refinement<Exec, Value, decltype(inverse), decltype(residual)> refinement(
-        exec_, store_.n, columns, controls, transposed ? store_.column_scale : store_.row_scale, vectors, inverse,
-        residual);
+        exec_, store_.n, columns, controls, transposed ? store_.column_scale : store_.row_scale, vectors,
+        inverse, residual);
     refinement.run(krylov_space_, outcome);
   }
 
@@ -228,15 +237,61 @@ class HostFactorization final : public Factorization<Value> {
     const auto product = [&](const Value* x, Value* y) {
       mfs::residual(exec_, store_.n, matrix_rows(transposed), static_cast<const Value*>(nullptr), x, y);
     };
-    correction_[flip] = std::make_unique<Correction<Value>>(
-        store_.n, std::move(perturbations), flip ? store_.row_scale : store_.column_scale, inverse, product);
-    return true;
+    correction_[flip] = std::make_unique<Correction<Value>>(store_.n, std::move(perturbations),
+                                                            flip ? store_.row_scale : store_.column_scale,
+                                                            inverse, product, capacitance_noise());
+    if (!correction_[flip]->usable()) correction_[flip].reset();
+    return correction_[flip] != nullptr;
+  }
+
+  // What a singular value of the capacitance matrix may be by rounding alone: no more than the error of a
+  // solve, and in practice (Z is refined) some hundred epsilons, times how far the smallest replaced pivot is
+  // below the rest.
+  double capacitance_noise() {
+    double smallest = largest_;
+    for (Vertex position = 0; position < store_.n; ++position) {
+      if (store_.shift[position] != Scalar(0))
+        smallest = std::min<double>(smallest, std::abs(store_.shift[position]));
+    }
+    const double refined = 100 * std::numeric_limits<RealOf<Value>>::epsilon() * largest_ / smallest;
+    return std::min({10 * solve_error(), refined, 0.1});
+  }
+
+  // Relative error to be expected of a solve with the factors: machine epsilon times the condition of the
+  // scaled matrix that they belong to.
+  double solve_error() {
+    const Vertex n = store_.n;
+    const auto apply = [&](Value* x, bool flip) {
+      const double* in = flip ? store_.column_scale : store_.row_scale;
+      const double* out = flip ? store_.row_scale : store_.column_scale;
+      for (Vertex i = 0; i < n; ++i) x[i] /= static_cast<RealOf<Value>>(in[i]);
+      apply_inverse(x, x, 1, flip);
+      for (Vertex i = 0; i < n; ++i) x[i] /= static_cast<RealOf<Value>>(out[i]);
+    };
+    const double inverse_norm = blas::estimate_norm<Value>(
+        n, [&](Value* x) { apply(x, false); },
+        [&](Value* x) {
+          conjugate(n, x);
+          apply(x, true);
+          conjugate(n, x);
+        });
+    std::vector<double> column_sum(static_cast<std::size_t>(n), 0.0);
+    for (Vertex row = 0; row < n; ++row) {
+      for (Offset k = store_.matrix_offsets[row]; k < store_.matrix_offsets[row + 1]; ++k) {
+        const Vertex column = store_.matrix_columns[k];
+        column_sum[column] +=
+            std::abs(store_.matrix_values[k]) * store_.row_scale[row] * store_.column_scale[column];
+      }
+    }
+    return std::numeric_limits<RealOf<Scalar>>::epsilon() * inverse_norm *
+           *std::max_element(column_sum.begin(), column_sum.end());
   }
 
   // Of the row permutation that elimination made: the rows as they came to the diagonal against the columns.
   double permutation_sign() const {
     std::vector<Vertex> row_at(static_cast<std::size_t>(store_.n));
-    for (Vertex position = 0; position < store_.n; ++position) row_at[store_.column_of[position]] = pivot_row(position);
+    for (Vertex position = 0; position < store_.n; ++position)
+      row_at[store_.column_of[position]] = pivot_row(position);
     double sign = 1;
     for (Vertex i = 0; i < store_.n; ++i) {
       while (row_at[i] != i) {
@@ -275,7 +330,8 @@ class HostFactorization final : public Factorization<Value> {
 
   RowAccess<Value> matrix_rows(const TransposedPattern* transposed) const {
     if (!transposed) return {store_.matrix_offsets, store_.matrix_columns, nullptr, store_.matrix_values};
-    return {transposed->offsets.data(), transposed->columns.data(), transposed->slots.data(), store_.matrix_values};
+    return {transposed->offsets.data(), transposed->columns.data(), transposed->slots.data(),
+            store_.matrix_values};
   }
 
   double largest_scaled_entry() const {
@@ -294,21 +350,24 @@ class HostFactorization final : public Factorization<Value> {
     return largest;
   }
 
-  // Into elimination order: to[position] = scale * from[index[position]]; back: to[index] = scale * from[position].
+  // Into elimination order: to[position] = scale * from[index[position]]; back: to[index] = scale *
+  // from[position].
   template <class From, class To>
-  void permute(const From* from, To* to, Vertex columns, const Vertex* index, const double* scale, bool into) {
+  void permute(const From* from, To* to, Vertex columns, const Vertex* index, const double* scale,
+               bool into) {
     const Vertex n = store_.n;
-    for_each_index(exec_, "mfs::permute", n, KOKKOS_LAMBDA(Offset position) {
-      const Offset i = index[position];
-      const auto factor = static_cast<RealOf<Value>>(scale[i]);
-      for (Offset j = 0; j < columns; ++j) {
-        if (into) {
-          to[position + j * n] = static_cast<To>(Value(from[i + j * n]) * factor);
-        } else {
-          to[i + j * n] = static_cast<To>(Value(from[position + j * n]) * factor);
-        }
-      }
-    });
+    for_each_index(
+        exec_, "mfs::permute", n, KOKKOS_LAMBDA(Offset position) {
+          const Offset i = index[position];
+          const auto factor = static_cast<RealOf<Value>>(scale[i]);
+          for (Offset j = 0; j < columns; ++j) {
+            if (into) {
+              to[position + j * n] = static_cast<To>(Value(from[i + j * n]) * factor);
+            } else {
+              to[i + j * n] = static_cast<To>(Value(from[position + j * n]) * factor);
+            }
+          }
+        });
   }
 
   std::shared_ptr<const SymbolicPlan> plan_;
@@ -319,7 +378,8 @@ class HostFactorization final : public Factorization<Value> {
   FrontStore<Scalar, Value> store_;
   SolveLayout solve_layout_;
   std::unique_ptr<HostArena> solve_arena_;
-  std::vector<Value> krylov_space_;  // taken when FGMRES is first needed
+  std::vector<Value> krylov_space_;                   // taken when FGMRES is first needed
+  double largest_ = 0;                                // scaled entry of the matrix that is factored
   std::unique_ptr<Correction<Value>> correction_[2];  // for A, for A^T; made when first needed
   Exec exec_;
 };

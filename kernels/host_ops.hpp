@@ -1,7 +1,7 @@
-// The block operations of a front on the host, in two forms with the same names: SequentialOps run on the calling
-// thread (one small front per thread), TiledOps cut each operation into tiles for all threads of an execution
-// space (one large front at a time). Each tile is the same BLAS call whichever thread takes it, so the result
-// does not depend on the schedule.
+// The block operations of a front on the host, in two forms with the same names: SequentialOps run on the
+// calling thread (one small front per thread), TiledOps cut each operation into tiles for all threads of an
+// execution space (one large front at a time). Each tile is the same BLAS call whichever thread takes it, so
+// the result does not depend on the schedule.
 #pragma once
 
 #include <algorithm>
@@ -31,8 +31,8 @@ struct SequentialOps {
     blas::solve_upper_right(rows, n, u, ldu, b, ldb);
   }
   template <class Scalar>
-  void gemm_minus(Vertex m, Vertex n, Vertex k, const Scalar* a, Offset lda, const Scalar* b, Offset ldb, Scalar* c,
-                  Offset ldc) const {
+  void gemm_minus(Vertex m, Vertex n, Vertex k, const Scalar* a, Offset lda, const Scalar* b, Offset ldb,
+                  Scalar* c, Offset ldc) const {
     blas::gemm_minus(blas::Transpose::no, m, n, k, a, lda, b, ldb, c, ldc);
   }
 };
@@ -42,8 +42,8 @@ class TiledOps {
  public:
   explicit TiledOps(const Exec& exec) : exec_(exec) {}
 
-  // Right-looking with look-ahead: while the other threads update the columns further right, one thread updates
-  // and factors the next panel, so the panel is off the critical path.
+  // Right-looking with look-ahead: while the other threads update the columns further right, one thread
+  // updates and factors the next panel, so the panel is off the critical path.
   template <class Scalar>
   PivotTally factor_block(const BlockColumns<Scalar>& block, Vertex m, Vertex n, const PivotRule& rule,
                           Vertex* interchange, Scalar* shift) const {
@@ -81,7 +81,8 @@ class TiledOps {
   void solve_unit_lower(Vertex n, Vertex columns, const Scalar* t, Offset ldt, Scalar* b, Offset ldb) const {
     for_each_tile("mfs::trsm", tiles(columns, kTile), [=](Vertex tile) {
       const Vertex begin = tile * kTile;
-      blas::solve_unit_lower(blas::Transpose::no, n, std::min(kTile, columns - begin), t, ldt, b + begin * ldb, ldb);
+      blas::solve_unit_lower(blas::Transpose::no, n, std::min(kTile, columns - begin), t, ldt,
+                             b + begin * ldb, ldb);
     });
   }
   template <class Scalar>
@@ -92,14 +93,16 @@ class TiledOps {
     });
   }
   template <class Scalar>
-  void gemm_minus(Vertex m, Vertex n, Vertex k, const Scalar* a, Offset lda, const Scalar* b, Offset ldb, Scalar* c,
-                  Offset ldc) const {
+  void gemm_minus(Vertex m, Vertex n, Vertex k, const Scalar* a, Offset lda, const Scalar* b, Offset ldb,
+                  Scalar* c, Offset ldc) const {
     const Vertex tile_rows = tiles(m, kTile);
     for_each_tile("mfs::gemm", tile_rows * tiles(n, kTile), [=](Vertex tile) {
-      const Offset i = static_cast<Offset>(tile % tile_rows) * kTile, j = static_cast<Offset>(tile / tile_rows) * kTile;
+      const Offset i = static_cast<Offset>(tile % tile_rows) * kTile,
+                   j = static_cast<Offset>(tile / tile_rows) * kTile;
       const Vertex rows = static_cast<Vertex>(std::min<Offset>(kTile, m - i));
       const Vertex columns = static_cast<Vertex>(std::min<Offset>(kTile, n - j));
-      blas::gemm_minus(blas::Transpose::no, rows, columns, k, a + i, lda, b + j * ldb, ldb, c + i + j * ldc, ldc);
+      blas::gemm_minus(blas::Transpose::no, rows, columns, k, a + i, lda, b + j * ldb, ldb, c + i + j * ldc,
+                       ldc);
     });
   }
 
@@ -117,8 +120,8 @@ class TiledOps {
 
   // Rows in `interchange` count from the begin of the block.
   template <class Scalar>
-  static PivotTally factor_next(const BlockColumns<Scalar>& block, Vertex k, Vertex m, Vertex n, const PivotRule& rule,
-                                Vertex* interchange, Scalar* shift) {
+  static PivotTally factor_next(const BlockColumns<Scalar>& block, Vertex k, Vertex m, Vertex n,
+                                const PivotRule& rule, Vertex* interchange, Scalar* shift) {
     const PivotTally tally = factor_panel(block, k, m, n, rule, interchange + k, shift + k);
     for (Vertex j = k; j < k + n; ++j) interchange[j] += k;
     return tally;
@@ -126,15 +129,15 @@ class TiledOps {
 
   // What the panel at column k (s wide) does to columns [begin, begin+columns): exchange, solve, product.
   template <class Scalar>
-  static void update_columns(Vertex m, Vertex k, Vertex s, Vertex begin, Vertex columns, Scalar* a, Offset lda,
-                             const Vertex* interchange) {
+  static void update_columns(Vertex m, Vertex k, Vertex s, Vertex begin, Vertex columns, Scalar* a,
+                             Offset lda, const Vertex* interchange) {
     Scalar* top = a + begin * lda;
     for (Vertex j = 0; j < columns; ++j) {
       for (Vertex i = k; i < k + s; ++i) std::swap(top[i + j * lda], top[interchange[i] + j * lda]);
     }
     blas::solve_unit_lower(blas::Transpose::no, s, columns, a + k + k * lda, lda, top + k, lda);
-    blas::gemm_minus(blas::Transpose::no, m - k - s, columns, s, a + k + s + k * lda, lda, top + k, lda, top + k + s,
-                     lda);
+    blas::gemm_minus(blas::Transpose::no, m - k - s, columns, s, a + k + s + k * lda, lda, top + k, lda,
+                     top + k + s, lda);
   }
 
   Exec exec_;

@@ -45,10 +45,11 @@ Vertex largest_row(Vertex begin, Vertex end, const Scalar* column) {
 }
 
 template <class Scalar>
-Scalar perturbed(Scalar pivot, double bound) {
+Scalar perturbed(Scalar pivot, double size_wanted) {
   using Real = decltype(std::abs(pivot));
   const Real size = std::abs(pivot);
-  return size > Real(0) ? pivot / size * static_cast<Real>(bound) : Scalar(static_cast<Real>(bound));
+  return size > Real(0) ? pivot / size * static_cast<Real>(size_wanted)
+                        : Scalar(static_cast<Real>(size_wanted));
 }
 
 // Largest entry that column c of the block has in the border rows once the columns left of it are eliminated.
@@ -63,8 +64,8 @@ double largest_in_border(const BlockColumns<Scalar>& block, Vertex c) {
     const Vertex rows = std::min(kRows, block.border_rows - i);
     Scalar entries[kRows];
     std::copy(column + block.border_begin + i, column + block.border_begin + i + rows, entries);
-    blas::gemm_minus(blas::Transpose::no, rows, 1, c, block.a + block.border_begin + i, block.lda, block.work, c,
-                     entries, rows);
+    blas::gemm_minus(blas::Transpose::no, rows, 1, c, block.a + block.border_begin + i, block.lda, block.work,
+                     c, entries, rows);
     for (Vertex k = 0; k < rows; ++k) most = std::max(most, static_cast<double>(std::abs(entries[k])));
   }
   return most;
@@ -72,14 +73,17 @@ double largest_in_border(const BlockColumns<Scalar>& block, Vertex c) {
 
 // Replaces the pivot where it is too small; notes what was done.
 template <class Scalar>
-void accept_pivot(const BlockColumns<Scalar>& block, Vertex c, const PivotRule& rule, Scalar& pivot, Scalar& shift,
-                  PivotTally& tally) {
+void accept_pivot(const BlockColumns<Scalar>& block, Vertex c, const PivotRule& rule, Scalar& pivot,
+                  Scalar& shift, PivotTally& tally) {
   shift = Scalar(0);
   const double size = std::abs(pivot);
   if (!std::isfinite(size)) {
     if (tally.first_nonfinite < 0) tally.first_nonfinite = c;
-  } else if (size < rule.bound && (size <= rule.tiny || size < kBorderThreshold * largest_in_border(block, c))) {
-    const Scalar replacement = perturbed(pivot, rule.bound);
+  } else if (size < rule.bound) {
+    const double border = largest_in_border(block, c);
+    if (size > rule.tiny && size >= kBorderThreshold * border) return;
+    const bool dependent = size <= rule.tiny && border <= kEmptyBorder * rule.tiny;
+    const Scalar replacement = perturbed(pivot, dependent ? rule.largest : rule.bound);
     shift = replacement - pivot;
     pivot = replacement;
     ++tally.perturbed;
@@ -99,8 +103,8 @@ void divide_column(Vertex m, Scalar pivot, Scalar* x) {
 
 // The panel's rows and columns count from `first` of the block.
 template <class Scalar>
-void factor_columns(const BlockColumns<Scalar>& block, Vertex first, Vertex m, Vertex n, const PivotRule& rule,
-                    Vertex* interchange, Scalar* shift, PivotTally& tally) {
+void factor_columns(const BlockColumns<Scalar>& block, Vertex first, Vertex m, Vertex n,
+                    const PivotRule& rule, Vertex* interchange, Scalar* shift, PivotTally& tally) {
   const Offset lda = block.lda;
   Scalar* a = block.a + first + first * lda;
   for (Vertex j = 0; j < n; ++j) {
@@ -116,8 +120,8 @@ void factor_columns(const BlockColumns<Scalar>& block, Vertex first, Vertex m, V
 }
 
 template <class Scalar>
-void factor_recursive(const BlockColumns<Scalar>& block, Vertex first, Vertex m, Vertex n, const PivotRule& rule,
-                      Vertex* interchange, Scalar* shift, PivotTally& tally) {
+void factor_recursive(const BlockColumns<Scalar>& block, Vertex first, Vertex m, Vertex n,
+                      const PivotRule& rule, Vertex* interchange, Scalar* shift, PivotTally& tally) {
   if (n <= kBaseColumns) {
     factor_columns(block, first, m, n, rule, interchange, shift, tally);
     return;
@@ -130,7 +134,8 @@ void factor_recursive(const BlockColumns<Scalar>& block, Vertex first, Vertex m,
   factor_recursive(block, first, m, left, rule, interchange, shift, tally);
   exchange_rows(right, top_right, lda, interchange, left);
   blas::solve_unit_lower(blas::Transpose::no, left, right, a, lda, top_right, lda);
-  blas::gemm_minus(blas::Transpose::no, m - left, right, left, a + left, lda, top_right, lda, bottom_right, lda);
+  blas::gemm_minus(blas::Transpose::no, m - left, right, left, a + left, lda, top_right, lda, bottom_right,
+                   lda);
   factor_recursive(block, first + left, m - left, right, rule, interchange + left, shift + left, tally);
   exchange_rows(left, a + left, lda, interchange + left, right);
   for (Vertex k = left; k < n; ++k) interchange[k] += left;
@@ -139,8 +144,8 @@ void factor_recursive(const BlockColumns<Scalar>& block, Vertex first, Vertex m,
 }  // namespace
 
 template <class Scalar>
-PivotTally factor_panel(const BlockColumns<Scalar>& block, Vertex first, Vertex m, Vertex n, const PivotRule& rule,
-                        Vertex* interchange, Scalar* shift) {
+PivotTally factor_panel(const BlockColumns<Scalar>& block, Vertex first, Vertex m, Vertex n,
+                        const PivotRule& rule, Vertex* interchange, Scalar* shift) {
   PivotTally tally;
   factor_recursive(block, first, m, n, rule, interchange, shift, tally);
   return tally;
@@ -155,8 +160,9 @@ void exchange_rows(Vertex columns, Scalar* a, Offset lda, const Vertex* intercha
   }
 }
 
-#define MFS_INSTANTIATE(S)                                                                 \
-  template PivotTally factor_panel<S>(const BlockColumns<S>&, Vertex, Vertex, Vertex, const PivotRule&, Vertex*, S*); \
+#define MFS_INSTANTIATE(S)                                                                              \
+  template PivotTally factor_panel<S>(const BlockColumns<S>&, Vertex, Vertex, Vertex, const PivotRule&, \
+                                      Vertex*, S*);                                                     \
   template void exchange_rows<S>(Vertex, S*, Offset, const Vertex*, Vertex);
 MFS_INSTANTIATE(float)
 MFS_INSTANTIATE(double)

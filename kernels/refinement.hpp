@@ -1,9 +1,10 @@
-// From an approximate inverse to a solution whose componentwise backward error is known: iterative refinement,
-// and, for a column where that stalls (pivots were perturbed), FGMRES with the factors as preconditioner. With k
-// perturbed pivots A differs from the factored matrix by a matrix of rank k, so FGMRES needs about k + 1 steps.
+// From an approximate inverse to a solution whose componentwise backward error is known: iterative
+// refinement, and, for a column where that stalls (pivots were perturbed), FGMRES with the factors as
+// preconditioner. With k perturbed pivots A differs from the factored matrix by a matrix of rank k, so FGMRES
+// needs about k + 1 steps.
 //
-// Sources: Skeel 1980; Arioli, Demmel, Duff 1989 (refinement and its stopping); Saad 1993 (FGMRES); Arioli, Duff,
-// Gratton, Pralet 2007 (FGMRES on factors with static pivoting).
+// Sources: Skeel 1980; Arioli, Demmel, Duff 1989 (refinement and its stopping); Saad 1993 (FGMRES); Arioli,
+// Duff, Gratton, Pralet 2007 (FGMRES on factors with static pivoting).
 #pragma once
 
 #include <algorithm>
@@ -61,7 +62,8 @@ class Refinement {
   }
 
  private:
-  // Refines all open columns together; a column is closed when it is good enough or no longer halves its error.
+  // Refines all open columns together; a column is closed when it is good enough or no longer halves its
+  // error.
   void refine() {
     for (int step = 0; step < controls_.max_steps; ++step) {
       Vertex open = 0;
@@ -202,26 +204,30 @@ class Refinement {
   Scalar* column(Scalar* block, Vertex j) const { return block + static_cast<Offset>(j) * n_; }
 
   void copy(const Scalar* from, Scalar* to) const {
-    for_each_index(exec_, "mfs::copy", n_, KOKKOS_LAMBDA(Offset i) { to[i] = from[i]; });
+    for_each_index(
+        exec_, "mfs::copy", n_, KOKKOS_LAMBDA(Offset i) { to[i] = from[i]; });
   }
   void add(Scalar factor, const Scalar* from, Scalar* to) const {
-    for_each_index(exec_, "mfs::add", n_, KOKKOS_LAMBDA(Offset i) { to[i] += factor * from[i]; });
+    for_each_index(
+        exec_, "mfs::add", n_, KOKKOS_LAMBDA(Offset i) { to[i] += factor * from[i]; });
   }
   void scale(Scalar factor, Scalar* to) const {
-    for_each_index(exec_, "mfs::scale", n_, KOKKOS_LAMBDA(Offset i) { to[i] *= factor; });
+    for_each_index(
+        exec_, "mfs::scale", n_, KOKKOS_LAMBDA(Offset i) { to[i] *= factor; });
   }
   void multiply_weight(const Scalar* from, Scalar* to, bool inverse) const {
     const double* weight = weight_;
-    for_each_index(exec_, "mfs::weight", n_, KOKKOS_LAMBDA(Offset i) {
-      to[i] = inverse ? from[i] / static_cast<RealOf<Scalar>>(weight[i])
-                      : from[i] * static_cast<RealOf<Scalar>>(weight[i]);
-    });
+    for_each_index(
+        exec_, "mfs::weight", n_, KOKKOS_LAMBDA(Offset i) {
+          to[i] = inverse ? from[i] / static_cast<RealOf<Scalar>>(weight[i])
+                          : from[i] * static_cast<RealOf<Scalar>>(weight[i]);
+        });
   }
   Scalar dot(const Scalar* a, const Scalar* b) const {
     Kokkos::complex<double> sum(0);
     Kokkos::parallel_reduce(
         "mfs::dot", Kokkos::RangePolicy<Exec, Kokkos::IndexType<Offset>>(exec_, 0, n_),
-        KOKKOS_LAMBDA(Offset i, Kokkos::complex<double>& part) {
+        KOKKOS_LAMBDA(Offset i, Kokkos::complex<double> & part) {
           const std::complex<double> product(conjugate(a[i]) * b[i]);
           part += Kokkos::complex<double>(product.real(), product.imag());
         },

@@ -1,5 +1,5 @@
-// Residual and componentwise backward error of A X = B (or A^T X = B), in the caller's numbering, by plain loops
-// over the rows of the original matrix, summed in double precision (Oettli and Prager 1964):
+// Residual and componentwise backward error of A X = B (or A^T X = B), in the caller's numbering, by plain
+// loops over the rows of the original matrix, summed in double precision (Oettli and Prager 1964):
 //
 //   error = max_i |b - A x|_i / (|A| |x| + |b|)_i        0/0 counts as 0; anything not finite as infinity
 #pragma once
@@ -24,7 +24,8 @@ struct RowAccess {
 
 /// r = b - A x for one column (b null: r = -A x); returns its backward error.
 template <class Exec, class Scalar>
-double residual(const Exec& exec, Vertex n, const RowAccess<Scalar>& a, const Scalar* b, const Scalar* x, Scalar* r) {
+double residual(const Exec& exec, Vertex n, const RowAccess<Scalar>& a, const Scalar* b, const Scalar* x,
+                Scalar* r) {
   double worst = 0;
   Kokkos::parallel_reduce(
       "mfs::residual", Kokkos::RangePolicy<Exec, Kokkos::IndexType<Offset>>(exec, 0, n),
@@ -32,13 +33,16 @@ double residual(const Exec& exec, Vertex n, const RowAccess<Scalar>& a, const Sc
         Wide<Scalar> sum = b ? Wide<Scalar>(b[i]) : Wide<Scalar>(0);
         double size = std::abs(sum);
         for (Offset k = a.offsets[i]; k < a.offsets[i + 1]; ++k) {
-          const Wide<Scalar> product = Wide<Scalar>(a.values[a.slots ? a.slots[k] : k]) * Wide<Scalar>(x[a.columns[k]]);
+          const Wide<Scalar> product =
+              Wide<Scalar>(a.values[a.slots ? a.slots[k] : k]) * Wide<Scalar>(x[a.columns[k]]);
           sum -= product;
           size += std::abs(product);
         }
         r[i] = static_cast<Scalar>(sum);
         const double error = std::abs(sum);
-        const double ratio = error == 0 ? 0 : error / size;
+        // A size beyond the range would make any residual look small: it counts as infinite, too.
+        const bool measured = size <= std::numeric_limits<double>::max();
+        const double ratio = error == 0 ? 0 : measured ? error / size : std::numeric_limits<double>::infinity();
         // NaN compares false: written so that it counts as infinite.
         if (!(ratio <= most)) most = ratio <= 1e300 ? ratio : std::numeric_limits<double>::infinity();
       },

@@ -7,15 +7,18 @@ namespace mfs {
 
 namespace {
 
-// Below this a front is not worth waking all threads several times for (2-core EPYC, 2026-11: 0.3 ms of work).
+// Below this a front is not worth waking all threads several times for (2-core EPYC, 2026-11: 0.3 ms of
+// work).
 constexpr double kLargeFlops = 2e7;
 // A depth may wait this much for its last thread before its largest front is shared instead.
 constexpr double kImbalance = 1.08;
 
 // Time of the longest thread when the fronts, longest first, each go to the thread that is free first.
-double longest_thread(const std::vector<Vertex>& fronts, size_t begin, const std::vector<double>& flops, int threads) {
+double longest_thread(const std::vector<Vertex>& fronts, size_t begin, const std::vector<double>& flops,
+                      int threads) {
   std::vector<double> load(threads, 0.0);
-  for (size_t i = begin; i < fronts.size(); ++i) *std::min_element(load.begin(), load.end()) += flops[fronts[i]];
+  for (size_t i = begin; i < fronts.size(); ++i)
+    *std::min_element(load.begin(), load.end()) += flops[fronts[i]];
   return *std::max_element(load.begin(), load.end());
 }
 
@@ -43,7 +46,8 @@ DepthSchedule schedule_depth(const SymbolicPlan& plan, Vertex first, Vertex last
     total -= plan.front_flops[fronts[large]];
     ++large;
   }
-  return {deal(fronts, large, threads), {fronts.begin(), fronts.begin() + static_cast<std::ptrdiff_t>(large)}};
+  return {deal(fronts, large, threads),
+          {fronts.begin(), fronts.begin() + static_cast<std::ptrdiff_t>(large)}};
 }
 
 }  // namespace

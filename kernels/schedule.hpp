@@ -9,7 +9,8 @@
 namespace mfs {
 
 struct DepthSchedule {
-  std::vector<Vertex> small;  // longest first, dealt so that each thread's share of the list begins with a long one
+  std::vector<Vertex>
+      small;  // longest first, dealt so that each thread's share of the list begins with a long one
   std::vector<Vertex> large;
 };
 

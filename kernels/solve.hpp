@@ -1,13 +1,14 @@
-// Stage "solve": forward substitution from the deepest depth up, backward substitution back down, for any number
-// of right-hand sides at once. Vectors are in elimination order, n x k, column-major.
+// Stage "solve": forward substitution from the deepest depth up, backward substitution back down, for any
+// number of right-hand sides at once. Vectors are in elimination order, n x k, column-major.
 //
-//   forward   front f gathers its pivot rows of v and what its children left for it, solves with L_P, and leaves
-//             z = (children's part) - L y for its own border: a parent pulls from its children in fixed order, as
-//             in "assemble", so no two fronts write to one place.
+//   forward   front f gathers its pivot rows of v and what its children left for it, solves with L_P, and
+//   leaves
+//             z = (children's part) - L y for its own border: a parent pulls from its children in fixed
+//             order, as in "assemble", so no two fronts write to one place.
 //   backward  x(pivots) = U_P^-1 (y - U x(border)): only reads what ancestors have finished.
 //
-// The transposed system swaps the roles: U_P^T and U^T go forward, L_P^T and L^T backward, and the row exchanges of
-// the pivot block are undone at the end instead of done at the begin.
+// The transposed system swaps the roles: U_P^T and U^T go forward, L_P^T and L^T backward, and the row
+// exchanges of the pivot block are undone at the end instead of done at the begin.
 #pragma once
 
 #include "kernels/blas.hpp"
@@ -69,11 +70,11 @@ struct TiledSplit {
   }
 };
 
-/// y := L_P^-1 y, z -= L y for a front (transposed: y := U_P^-T y, z -= U^T y); y has leading dimension ldy, z has
-/// one row per border row.
+/// y := L_P^-1 y, z -= L y for a front (transposed: y := U_P^-T y, z -= U^T y); y has leading dimension ldy,
+/// z has one row per border row.
 template <class Split, class Scalar>
-void forward_blocks(const Split& split, const Front<Scalar>& front, bool transposed, Vertex columns, Scalar* y,
-                    Offset ldy, Scalar* z) {
+void forward_blocks(const Split& split, const Front<Scalar>& front, bool transposed, Vertex columns,
+                    Scalar* y, Offset ldy, Scalar* z) {
   using blas::Transpose;
   const Vertex p = front.pivots, b = front.border, width = split.block(p);
   const Offset ld = front.rows();
@@ -93,7 +94,8 @@ void forward_blocks(const Split& split, const Front<Scalar>& front, bool transpo
   }
   split(b, [=](Vertex i, Vertex count) {
     if (transposed) {
-      blas::gemm_minus(Transpose::yes, count, columns, p, front.upper + static_cast<Offset>(i) * p, p, y, ldy, z + i, b);
+      blas::gemm_minus(Transpose::yes, count, columns, p, front.upper + static_cast<Offset>(i) * p, p, y, ldy,
+                       z + i, b);
     } else {
       blas::gemm_minus(Transpose::no, count, columns, p, lower + p + i, ld, y, ldy, z + i, b);
     }
@@ -102,8 +104,8 @@ void forward_blocks(const Split& split, const Front<Scalar>& front, bool transpo
 
 /// y := U_P^-1 (y - U x) for a front (transposed: y := L_P^-T (y - L^T x)); x has one row per border row.
 template <class Split, class Scalar>
-void backward_blocks(const Split& split, const Front<Scalar>& front, bool transposed, Vertex columns, Scalar* y,
-                     Offset ldy, const Scalar* x) {
+void backward_blocks(const Split& split, const Front<Scalar>& front, bool transposed, Vertex columns,
+                     Scalar* y, Offset ldy, const Scalar* x) {
   using blas::Transpose;
   const Vertex p = front.pivots, b = front.border, width = split.block(p);
   const Offset ld = front.rows();
@@ -124,15 +126,15 @@ void backward_blocks(const Split& split, const Front<Scalar>& front, bool transp
     }
     split(k, [=](Vertex i, Vertex count) {
       const Scalar* block = transposed ? lower + k + i * ld : lower + i + k * ld;
-      blas::gemm_minus(transposed ? Transpose::yes : Transpose::no, count, columns, s, block, ld, y + k, ldy, y + i,
-                       ldy);
+      blas::gemm_minus(transposed ? Transpose::yes : Transpose::no, count, columns, s, block, ld, y + k, ldy,
+                       y + i, ldy);
     });
   }
 }
 
 template <class Split, class Scalar, class Value>
-void forward_front(const Split& split, const FrontStore<Scalar, Value>& store, const SolveVectors<Scalar>& vectors, Vertex f,
-                   bool transposed) {
+void forward_front(const Split& split, const FrontStore<Scalar, Value>& store,
+                   const SolveVectors<Scalar>& vectors, Vertex f, bool transposed) {
   const Front<Scalar> front = store.front(f);
   const Offset first = store.pivot_begin[f];
   gather_children(store, vectors, f);
@@ -147,8 +149,8 @@ void forward_front(const Split& split, const FrontStore<Scalar, Value>& store, c
 }
 
 template <class Split, class Scalar, class Value>
-void backward_front(const Split& split, const FrontStore<Scalar, Value>& store, const SolveVectors<Scalar>& vectors, Vertex f,
-                    bool transposed) {
+void backward_front(const Split& split, const FrontStore<Scalar, Value>& store,
+                    const SolveVectors<Scalar>& vectors, Vertex f, bool transposed) {
   const Front<Scalar> front = store.front(f);
   const Offset first = store.pivot_begin[f];
   const Vertex* rows = store.border + store.border_begin[f];

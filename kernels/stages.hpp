@@ -1,5 +1,5 @@
-// The stages of one depth, for an execution space of the host: small fronts one per thread, all chosen stages in
-// one go while the front is in cache; large fronts one after another, each stage by all threads.
+// The stages of one depth, for an execution space of the host: small fronts one per thread, all chosen stages
+// in one go while the front is in cache; large fronts one after another, each stage by all threads.
 #pragma once
 
 #include "kernels/assemble.hpp"
@@ -23,21 +23,25 @@ KOKKOS_INLINE_FUNCTION Vertex block_width(Vertex pivots, Vertex max_block_size) 
 }
 
 inline void add_to_status(FactorStatus* status, const FrontTally& tally) {
-  if (tally.perturbed) Kokkos::atomic_add(&status->perturbed, static_cast<unsigned long long>(tally.perturbed));
-  if (tally.nonfinite) Kokkos::atomic_add(&status->nonfinite, static_cast<unsigned long long>(tally.nonfinite));
+  if (tally.perturbed)
+    Kokkos::atomic_add(&status->perturbed, static_cast<unsigned long long>(tally.perturbed));
+  if (tally.nonfinite)
+    Kokkos::atomic_add(&status->nonfinite, static_cast<unsigned long long>(tally.nonfinite));
   Kokkos::atomic_add(&status->getrf, tally.flops.getrf);
   Kokkos::atomic_add(&status->trsm, tally.flops.trsm);
   Kokkos::atomic_add(&status->gemm, tally.flops.gemm);
 }
 
 template <class Ops, class Scalar, class Value>
-void factor_and_update(const Ops& ops, const FrontStore<Scalar, Value>& store, Vertex f, const PivotRule& rule, Stages stages) {
+void factor_and_update(const Ops& ops, const FrontStore<Scalar, Value>& store, Vertex f,
+                       const PivotRule& rule, Stages stages) {
   const Front<Scalar> front = store.front(f);
   const Offset first = store.pivot_begin[f];
   FrontTally tally;
   if (stages.factor) {
     const Vertex width = block_width(front.pivots, store.max_block_size);
-    tally = factor_front(ops, front, width, rule, store.interchange + first, store.shift + first, store.work + first);
+    tally = factor_front(ops, front, width, rule, store.interchange + first, store.shift + first,
+                         store.work + first);
     follow_exchanges(front.pivots, width, store.interchange + first, store.local_row + first);
   }
   if (stages.update) tally.flops.gemm += update_front(ops, front);

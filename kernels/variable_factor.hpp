@@ -1,5 +1,5 @@
-// Stage "variable factor": LU of the pivot block of each front, and the triangular solves of its column block L
-// and row block U. The pivot block is divided into blocks of at most max_block_size columns:
+// Stage "variable factor": LU of the pivot block of each front, and the triangular solves of its column block
+// L and row block U. The pivot block is divided into blocks of at most max_block_size columns:
 //
 //           k   k+s      p        b
 //         +---+---+-----------+------+
@@ -49,13 +49,13 @@ FrontTally factor_front(const Ops& ops, const Front<Scalar>& front, Vertex width
   const Offset ld = front.rows();
   for (Vertex k = 0; k < p; k += width) {
     const Vertex s = width < p - k ? width : p - k, rest = p - k - s;
-    Scalar* block = front.lower + k + k * ld;         // (k, k)
-    Scalar* right = block + s * ld;                   // (k, k+s)
-    Scalar* border_rows = front.lower + p + k * ld;   // (p, k)
-    Scalar* upper = front.upper + k;                  // (k, p)
+    Scalar* block = front.lower + k + k * ld;        // (k, k)
+    Scalar* right = block + s * ld;                  // (k, k+s)
+    Scalar* border_rows = front.lower + p + k * ld;  // (p, k)
+    Scalar* upper = front.upper + k;                 // (k, p)
 
-    const PivotTally pivots = ops.factor_block(BlockColumns<Scalar>{block, ld, p - k, b, work}, p - k, s, rule,
-                                               interchange + k, shift + k);
+    const PivotTally pivots = ops.factor_block(BlockColumns<Scalar>{block, ld, p - k, b, work}, p - k, s,
+                                               rule, interchange + k, shift + k);
     tally.perturbed += pivots.perturbed;
     tally.nonfinite += pivots.first_nonfinite >= 0;
     ops.exchange_rows(k, front.lower + k, ld, interchange + k, s);

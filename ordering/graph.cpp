@@ -6,6 +6,8 @@
 #include <numeric>
 #include <utility>
 
+#include "ordering/first_error.hpp"
+
 namespace mfs {
 namespace {
 
@@ -53,15 +55,19 @@ Graph directed_graph(const Partition& partition, const RowOf& row_of, int thread
   graph.n = partition.num_vertices();
   graph.offsets.assign(static_cast<std::size_t>(graph.n) + 1, 0);
   std::vector<Piece> pieces(threads);
+  FirstError error;
 #pragma omp parallel num_threads(threads)
   {
     // One thread may get several pieces where the system grants fewer threads than asked for.
     for (int p = omp_get_thread_num(); p < threads; p += omp_get_num_threads()) {
-      const auto [first, last] = share(graph.n, p, threads);
-      for (Vertex v = first; v < last; ++v)
-        graph.offsets[v + 1] = append_row(partition, v, row_of, pieces[p]);
+      error.attempt([&] {
+        const auto [first, last] = share(graph.n, p, threads);
+        for (Vertex v = first; v < last; ++v)
+          graph.offsets[v + 1] = append_row(partition, v, row_of, pieces[p]);
+      });
     }
   }
+  error.rethrow();
   std::partial_sum(graph.offsets.begin(), graph.offsets.end(), graph.offsets.begin());
   if (threads == 1) {
     graph.neighbors = std::move(pieces[0]);
@@ -84,18 +90,22 @@ struct Edge {
 /// Edges (v, w) whose reverse is not stored, ascending by v; in pieces, one after the other.
 std::vector<std::vector<Edge>> one_way_edges(const Graph& graph, int threads) {
   std::vector<std::vector<Edge>> pieces(threads);
+  FirstError error;
 #pragma omp parallel for num_threads(threads) schedule(static)
   for (int p = 0; p < threads; ++p) {
-    const auto [first, last] = share(graph.n, p, threads);
-    for (Vertex v = first; v < last; ++v) {
-      for (Offset k = graph.offsets[v]; k < graph.offsets[v + 1]; ++k) {
-        const Vertex w = graph.neighbors[k];
-        const auto begin = graph.neighbors.begin() + graph.offsets[w];
-        const auto end = graph.neighbors.begin() + graph.offsets[w + 1];
-        if (!std::binary_search(begin, end, v)) pieces[p].push_back({v, w});
+    error.attempt([&] {
+      const auto [first, last] = share(graph.n, p, threads);
+      for (Vertex v = first; v < last; ++v) {
+        for (Offset k = graph.offsets[v]; k < graph.offsets[v + 1]; ++k) {
+          const Vertex w = graph.neighbors[k];
+          const auto begin = graph.neighbors.begin() + graph.offsets[w];
+          const auto end = graph.neighbors.begin() + graph.offsets[w + 1];
+          if (!std::binary_search(begin, end, v)) pieces[p].push_back({v, w});
+        }
       }
-    }
+    });
   }
+  error.rethrow();
   return pieces;
 }
 

@@ -9,6 +9,8 @@
 
 #include <mfs/error.hpp>
 
+#include "ordering/first_error.hpp"
+
 namespace mfs {
 namespace {
 
@@ -99,23 +101,27 @@ std::vector<Offset> sort_rows(const OffsetInt* offsets, const ColumnInt* columns
                               int threads) {
   const Vertex n = pattern.n;
   std::vector<Offset> slots(static_cast<std::size_t>(n) + 1, 0);
+  FirstError error;
 #pragma omp parallel num_threads(threads)
   {
     std::vector<std::pair<Vertex, Offset>> row;
 #pragma omp for schedule(dynamic, 256)
     for (Vertex i = 0; i < n; ++i) {
-      row.clear();
-      for (Offset k = offsets[i]; k < offsets[i + 1]; ++k)
-        row.emplace_back(static_cast<Vertex>(columns[k]), k);
-      std::sort(row.begin(), row.end());
-      Offset last = -1;
-      for (std::size_t r = 0; r < row.size(); ++r) {
-        if (r == 0 || row[r].first != row[r - 1].first) pattern.columns[offsets[i] + ++last] = row[r].first;
-        pattern.slot_of_entry[row[r].second] = last;
-      }
-      slots[i + 1] = last + 1;
+      error.attempt([&] {
+        row.clear();
+        for (Offset k = offsets[i]; k < offsets[i + 1]; ++k)
+          row.emplace_back(static_cast<Vertex>(columns[k]), k);
+        std::sort(row.begin(), row.end());
+        Offset last = -1;
+        for (std::size_t r = 0; r < row.size(); ++r) {
+          if (r == 0 || row[r].first != row[r - 1].first) pattern.columns[offsets[i] + ++last] = row[r].first;
+          pattern.slot_of_entry[row[r].second] = last;
+        }
+        slots[i + 1] = last + 1;
+      });
     }
   }
+  error.rethrow();
   return slots;
 }
 

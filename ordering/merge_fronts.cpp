@@ -35,7 +35,8 @@ SeparatorTree merge_into_parents(const SymbolicPlan& plan, const std::vector<cha
   std::vector<Vertex> next(nodes.node_begin.begin(), nodes.node_begin.end() - 1);
   for (Vertex f = 0; f < plan.num_fronts; ++f) {
     Vertex& place = next[node_of[into[f]]];
-    for (Vertex p = plan.pivot_begin[f]; p < plan.pivot_begin[f + 1]; ++p) nodes.order[place++] = plan.column_of[p];
+    for (Vertex p = plan.pivot_begin[f]; p < plan.pivot_begin[f + 1]; ++p)
+      nodes.order[place++] = plan.column_of[p];
     if (into[f] == f) {
       nodes.parent.push_back(plan.parent[f] < 0 ? -1 : node_of[into[plan.parent[f]]]);
     }

@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <exception>
 #include <memory>
 #include <numeric>
 #include <utility>
 
+#include "ordering/first_error.hpp"
 #include "ordering/subgraph.hpp"
 
 namespace mfs {
@@ -37,9 +37,9 @@ class Dissection {
     if (rest.size() > 0) {
 #pragma omp parallel num_threads(threads)
 #pragma omp master
-      attempt([&] { dissect(std::move(rest), 0, 0); });
+      error_.attempt([&] { dissect(std::move(rest), 0, 0); });
     }
-    if (error_) std::rethrow_exception(error_);
+    error_.rethrow();
     return std::move(order_);
   }
 
@@ -112,7 +112,7 @@ class Dissection {
 #pragma omp task firstprivate(owned, part_begin, level)
       {
         const std::unique_ptr<SubGraph> guard(owned);
-        attempt([&] { dissect(std::move(*guard), part_begin, level); });
+        error_.attempt([&] { dissect(std::move(*guard), part_begin, level); });
       }
     }
   }
@@ -135,17 +135,6 @@ class Dissection {
     }
   }
 
-  /// No exception may leave a task: the first is kept, and what has not begun yet is dropped.
-  template <class Work>
-  void attempt(const Work& work) {
-    if (failed_) return;
-    try {
-      work();
-    } catch (...) {
-      if (!failed_.exchange(true)) error_ = std::current_exception();
-    }
-  }
-
   const Graph& graph_;
   const AnalysisOptions& options_;
   const OrderingProgress& progress_;
@@ -154,8 +143,7 @@ class Dissection {
   std::vector<bool> dense_;  // taken out, ordered last
   std::vector<Vertex> order_;
   std::atomic<double> work_done_{0};
-  std::atomic<bool> failed_{false};
-  std::exception_ptr error_;
+  FirstError error_;
 };
 
 }  // namespace

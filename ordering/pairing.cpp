@@ -20,7 +20,6 @@ class Pairing {
   void add_cycle(const std::vector<Vertex>& cycle) {
     if (cycle.size() < 2) return;
     measure(cycle);
-    if (std::all_of(diagonal_.begin(), diagonal_.end(), [](int d) { return d >= kWeakExponent; })) return;
     if (cycle.size() % 2 == 0) {
       pair_from(cycle, best_even_start());
     } else {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <string>
 
-#include "ordering/transpose.hpp"
 #include <mfs/error.hpp>
+#include "ordering/transpose.hpp"
 
 namespace mfs {
 
@@ -32,7 +32,9 @@ BlockFlops SymbolicPlan::flops_of(Vertex f) const {
 
 namespace {
 
-Offset aligned(Offset entries) { return (entries + kBlockAlignment - 1) / kBlockAlignment * kBlockAlignment; }
+Offset aligned(Offset entries) {
+  return (entries + kBlockAlignment - 1) / kBlockAlignment * kBlockAlignment;
+}
 
 // Builds one plan in the order of its public steps and is thrown away.
 class PlanBuilder {
@@ -186,7 +188,8 @@ class PlanBuilder {
     }
     plan_.factor_entries = next;
     for (Vertex k = 0; k < plan_.num_depths; ++k) {
-      plan_.contribution_entries = std::max(plan_.contribution_entries, contribution[k] + contribution[k + 1]);
+      plan_.contribution_entries =
+          std::max(plan_.contribution_entries, contribution[k] + contribution[k + 1]);
     }
     for (Vertex k = 0; k < plan_.num_depths; ++k) {
       Offset place = k % 2 == 0 ? 0 : plan_.contribution_entries - contribution[k];

@@ -24,13 +24,13 @@
 
 #include <vector>
 
-#include "ordering/types.hpp"
 #include <mfs/analysis_options.hpp>
+#include "ordering/types.hpp"
 
 namespace mfs {
 
-/// Multiplications and additions of each kind of operation on a block of `pivots` columns with `rest` rows and
-/// columns beyond it (real arithmetic; LAPACK Working Note 41 for the lower-order terms of getrf).
+/// Multiplications and additions of each kind of operation on a block of `pivots` columns with `rest` rows
+/// and columns beyond it (real arithmetic; LAPACK Working Note 41 for the lower-order terms of getrf).
 struct BlockFlops {
   double getrf, trsm, gemm;
 };
@@ -53,7 +53,7 @@ struct SymbolicPlan {
   std::vector<Vertex> parent;            // num_fronts, -1 for a root
   std::vector<Vertex> child_begin;       // num_fronts + 1, into children
   std::vector<Vertex> children;          // ascending in each front: the fixed order of extend-add
-  std::vector<Vertex> depth_begin;       // num_depths + 1: step k holds the fronts of depth num_depths - 1 - k
+  std::vector<Vertex> depth_begin;  // num_depths + 1: step k holds the fronts of depth num_depths - 1 - k
 
   std::vector<Offset> lower_begin, upper_begin, contribution_begin;  // num_fronts, entries
   Offset factor_entries = 0;        // length of the factor region, alignment included

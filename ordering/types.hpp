@@ -47,17 +47,17 @@ struct Pattern {
 /// An undirected graph without self-loops, each edge stored at both ends.
 struct Graph {
   Vertex n = 0;
-  std::vector<Offset> offsets;   // n + 1
-  std::vector<Vertex> neighbors; // offsets[n], sorted in each row
-  std::vector<Vertex> weight;    // n: unknowns in this vertex
+  std::vector<Offset> offsets;    // n + 1
+  std::vector<Vertex> neighbors;  // offsets[n], sorted in each row
+  std::vector<Vertex> weight;     // n: unknowns in this vertex
 };
 
 /// How the caller's matrix A becomes the matrix that is factored:
 ///   Ahat = Q^-1 Dr A Dc,   row i of Ahat = row_order[i] of A, scaled by row_scale[row_order[i]].
 struct MatchedScaling {
-  std::vector<double> row_scale;   // n, by row of A
+  std::vector<double> row_scale;     // n, by row of A
   std::vector<double> column_scale;  // n
-  std::vector<Vertex> row_order;   // n, or empty for the identity
+  std::vector<Vertex> row_order;     // n, or empty for the identity
   /// pair[i] = the unknown that must be eliminated in the same pivot block as i, i itself for none, or empty.
   /// Chains of more than two are allowed: i, pair[i], pair[pair[i]], ... form one cycle.
   std::vector<Vertex> pair;

@@ -68,7 +68,7 @@ Analysis analyze_matrix(const CsrView<Scalar>& matrix, const AnalysisOptions& op
   return analysis;
 }
 
-#define MFS_INSTANTIATE(S) \
+#define MFS_INSTANTIATE(S)                                                                                   \
   template Analysis analyze_matrix<S>(const CsrView<S>&, const AnalysisOptions&, int, const PhaseProgress&); \
   template void reanalyze<S>(Analysis&, const S*, const AnalysisOptions&, int, const PhaseProgress&);
 MFS_INSTANTIATE(float)

@@ -38,7 +38,8 @@ template <class Scalar>
 Analysis analyze_matrix(const CsrView<Scalar>& matrix, const AnalysisOptions& options, int threads,
                         const PhaseProgress& progress);
 
-/// Matching, scaling, ordering and plan anew for other values (one per slot of the pattern); the pattern stays.
+/// Matching, scaling, ordering and plan anew for other values (one per slot of the pattern); the pattern
+/// stays.
 template <class Scalar>
 void reanalyze(Analysis& analysis, const Scalar* slot_values, const AnalysisOptions& options, int threads,
                const PhaseProgress& progress);

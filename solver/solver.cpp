@@ -20,7 +20,8 @@ namespace mfs {
 
 namespace {
 
-// Where a running phase is; written by the engine's thread, told to the caller's callback by the caller's thread.
+// Where a running phase is; written by the engine's thread, told to the caller's callback by the caller's
+// thread.
 struct ProgressState {
   std::atomic<const char*> phase{nullptr};
   std::atomic<double> fraction{0};
@@ -50,7 +51,8 @@ void check_options(const Options& options) {
   if (options.factor.max_reanalyses < 0) refuse("max_reanalyses", "must not be negative");
   if (!(options.solve.tolerance >= 0)) refuse("tolerance", "must not be negative");
   if (options.solve.max_refinement_steps < 0) refuse("max_refinement_steps", "must not be negative");
-  if (options.backend == Backend::cuda) throw BackendError("CUDA", 0, "this build of MFS has no CUDA backend");
+  if (options.backend == Backend::cuda)
+    throw BackendError("CUDA", 0, "this build of MFS has no CUDA backend");
 }
 
 }  // namespace
@@ -61,7 +63,9 @@ class BasicSolver<Scalar>::Impl {
   explicit Impl(Options options) : options_(std::move(options)) {
     check_options(options_);
     tolerance_ = options_.solve.tolerance > 0 ? options_.solve.tolerance : default_tolerance<Scalar>();
-    threads_ = options_.backend == Backend::serial ? 1 : options_.threads ? options_.threads : available_threads();
+    threads_ = options_.backend == Backend::serial ? 1
+               : options_.threads                  ? options_.threads
+                                                   : available_threads();
     report_.backend = options_.backend;
     report_.threads = threads_;
     report_.single_precision = mixed();
@@ -70,9 +74,8 @@ class BasicSolver<Scalar>::Impl {
   void analyze(const CsrView<Scalar>& a) {
     forget();
     run("matching", [&] {
-      analysis_ = analyze_matrix(a, options_.analysis, threads_, [this](const char* phase, double fraction) {
-        tell(phase, fraction);
-      });
+      analysis_ = analyze_matrix(a, options_.analysis, threads_,
+                                 [this](const char* phase, double fraction) { tell(phase, fraction); });
     });
     analyzed_with_values_ = a.values != nullptr;
     report_analysis();
@@ -231,7 +234,8 @@ class BasicSolver<Scalar>::Impl {
   }
 
   NumericBytes factor_bytes(const SymbolicPlan& plan) const {
-    return numeric_bytes(plan, report_.single_precision ? sizeof(Narrow<Scalar>) : sizeof(Scalar), sizeof(Scalar));
+    return numeric_bytes(plan, report_.single_precision ? sizeof(Narrow<Scalar>) : sizeof(Scalar),
+                         sizeof(Scalar));
   }
 
   void make_numeric() {
@@ -247,9 +251,11 @@ class BasicSolver<Scalar>::Impl {
         options_.backend == Backend::serial || flops < kSerialFlops ? HostSpace::serial : HostSpace::openmp;
     std::unique_ptr<Factorization<Scalar>> made;
     run("factor", [&] {
-      made = make_factorization<Scalar>(space, report_.single_precision, analysis_->plan, analysis_->pattern, threads_);
+      made = make_factorization<Scalar>(space, report_.single_precision, analysis_->plan, analysis_->pattern,
+                                        threads_);
       std::copy(analysis_->matched.row_scale.begin(), analysis_->matched.row_scale.end(), made->row_scale());
-      std::copy(analysis_->matched.column_scale.begin(), analysis_->matched.column_scale.end(), made->column_scale());
+      std::copy(analysis_->matched.column_scale.begin(), analysis_->matched.column_scale.end(),
+                made->column_scale());
     });
     numeric_ = std::move(made);
   }
@@ -282,9 +288,10 @@ class BasicSolver<Scalar>::Impl {
     for (int round = 0; round < options_.factor.max_reanalyses && report_.perturbed_pivots > 0; ++round) {
       std::shared_ptr<const SymbolicPlan> plan;
       run("symbolic", [&] {
-        const SeparatorTree tree = merge_into_parents(*analysis_->plan, numeric_->failed_fronts(*analysis_->plan));
-        plan = std::make_shared<SymbolicPlan>(make_symbolic_plan(*analysis_->pattern, analysis_->matched.row_order,
-                                                                 tree, options_.analysis.max_block_size));
+        const SeparatorTree tree =
+            merge_into_parents(*analysis_->plan, numeric_->failed_fronts(*analysis_->plan));
+        plan = std::make_shared<SymbolicPlan>(make_symbolic_plan(
+            *analysis_->pattern, analysis_->matched.row_order, tree, options_.analysis.max_block_size));
       });
       const double flops = plan->flops.getrf + plan->flops.trsm + plan->flops.gemm;
       if (plan->num_fronts == analysis_->plan->num_fronts || flops > allowed) break;
@@ -296,8 +303,11 @@ class BasicSolver<Scalar>::Impl {
 
   // Makes the factorization anew for the same values, after the plan or the precision has changed.
   void replace_numeric() {
-    const Scalar* old = numeric_->matrix_values();
-    const std::vector<Scalar> values(old, old + analysis_->plan->nnz);
+    std::vector<Scalar> values;
+    run("factor", [&] {
+      const Scalar* old = numeric_->matrix_values();
+      values.assign(old, old + analysis_->plan->nnz);
+    });
     factored_ = false;
     numeric_.reset();
     report_analysis();
@@ -306,8 +316,8 @@ class BasicSolver<Scalar>::Impl {
     factor_values();
   }
 
-  // The next rung after all that can be done with the present factors: full precision, then a new matching and tree
-  // for values that have changed since the analysis. False when there is none.
+  // The next rung after all that can be done with the present factors: full precision, then a new matching
+  // and tree for values that have changed since the analysis. False when there is none.
   bool climb() {
     if (report_.single_precision) {
       report_.single_precision = false;
@@ -352,7 +362,8 @@ class BasicSolver<Scalar>::Impl {
   [[noreturn]] void refuse(const SolveOutcome& outcome) const {
     constexpr const char* kWhat = "the matrix is singular to working precision";
     if (outcome.dependent_rows > 0) {
-      throw SingularMatrix(SingularMatrix::Kind::numerical, outcome.row, outcome.column, outcome.dependent_rows, kWhat);
+      throw SingularMatrix(SingularMatrix::Kind::numerical, outcome.row, outcome.column,
+                           outcome.dependent_rows, kWhat);
     }
     if (report_.perturbed_pivots == 0 && !nonfinite_) {
       throw AccuracyNotReached(outcome.backward_error, tolerance_);
@@ -360,8 +371,9 @@ class BasicSolver<Scalar>::Impl {
     const SymbolicPlan& plan = *analysis_->plan;
     Vertex position = 0;
     while (position + 1 < plan.n && numeric_->pivot_shift(position) == Scalar(0)) ++position;
-    throw SingularMatrix(SingularMatrix::Kind::numerical, numeric_->pivot_row(position), plan.column_of[position],
-                         std::max<std::int64_t>(report_.perturbed_pivots, 1), kWhat);
+    throw SingularMatrix(SingularMatrix::Kind::numerical, numeric_->pivot_row(position),
+                         plan.column_of[position], std::max<std::int64_t>(report_.perturbed_pivots, 1),
+                         kWhat);
   }
 
   void check_vectors(const Scalar* b, const Scalar* x, Offset nrhs, Offset ldb, Offset ldx) const {
@@ -410,7 +422,10 @@ class BasicSolver<Scalar>::Impl {
 };
 
 template <class Scalar>
-BasicSolver<Scalar>::BasicSolver(Options options) : impl_(std::make_unique<Impl>(std::move(options))) {}
+BasicSolver<Scalar>::BasicSolver(Options options) try : impl_(std::make_unique<Impl>(std::move(options))) {
+} catch (const std::bad_alloc&) {
+  throw OutOfMemory(MemorySpace::host, 0, available_host_memory());
+}
 template <class Scalar>
 BasicSolver<Scalar>::~BasicSolver() = default;
 template <class Scalar>
@@ -435,7 +450,8 @@ void BasicSolver<Scalar>::refactor(const Scalar* values) {
   impl_->refactor(values);
 }
 template <class Scalar>
-void BasicSolver<Scalar>::solve(const Scalar* b, Scalar* x, std::int64_t nrhs, std::int64_t ldb, std::int64_t ldx) {
+void BasicSolver<Scalar>::solve(const Scalar* b, Scalar* x, std::int64_t nrhs, std::int64_t ldb,
+                                std::int64_t ldx) {
   impl_->solve(b, x, nrhs, ldb, ldx, false);
 }
 template <class Scalar>

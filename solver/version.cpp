@@ -17,9 +17,13 @@ std::string dotted(int major, int minor, int patch) {
 
 }  // namespace
 
-const char* version() { return MFS_VERSION; }
+const char* version() {
+  return MFS_VERSION;
+}
 
-std::vector<Backend> backends() { return {Backend::serial, Backend::openmp}; }
+std::vector<Backend> backends() {
+  return {Backend::serial, Backend::openmp};
+}
 
 std::vector<LibraryInfo> libraries() {
   return {{"Kokkos", dotted(KOKKOS_VERSION / 10000, KOKKOS_VERSION / 100 % 100, KOKKOS_VERSION % 100)},

@@ -56,6 +56,7 @@ bool query_installed(const std::string& name) {
 
 }  // namespace
 
+// NOLINTBEGIN(performance-unnecessary-value-param): the signatures are Amesos2's.
 __attribute__((weak, visibility("default"))) bool query(const std::string name) {
   return is_mfs(name) || query_installed(name);
 }
@@ -90,5 +91,6 @@ TPETRA_INSTANTIATE_LGN(AMESOS2_MFS_DEFINE_TPETRA)
 #ifdef HAVE_AMESOS2_EPETRA
 AMESOS2_MFS_DEFINE(Details::MfsEpetra)
 #endif
+// NOLINTEND(performance-unnecessary-value-param)
 
 }  // namespace Amesos2

@@ -58,9 +58,10 @@ bool in_order(const std::vector<Integer>& positions) {
 }
 
 /// Ids of all ranks on rank 0.
-std::vector<std::int64_t> gather_ids(const RankGather& gather, const std::vector<std::int64_t>& ids,
-                                     bool root) {
-  std::vector<std::int64_t> all(root ? gather.total() : 0);
+std::vector<std::int64_t> gather_ids(const Teuchos::Comm<int>& comm, const RankGather& gather,
+                                     const std::vector<std::int64_t>& ids) {
+  std::vector<std::int64_t> all;
+  on_all_ranks(comm, [&] { all.resize(comm.getRank() == 0 ? gather.total() : 0); });
   gather.to_root(ids.data(), all.data());
   return all;
 }
@@ -124,8 +125,8 @@ void RootedSolver::number_unknowns(const LocalIds& ids) {
     if (row_gather_.total() > kMostRows)
       throw InvalidInput("A", "more than " + std::to_string(kMostRows) + " rows");
   });
-  row_ids_ = gather_ids(row_gather_, ids.rows, root());
-  unknown_ids_ = gather_ids(unknown_gather, ids.unknowns, root());
+  row_ids_ = gather_ids(*comm_, row_gather_, ids.rows);
+  unknown_ids_ = gather_ids(*comm_, unknown_gather, ids.unknowns);
   on_all_ranks(*comm_, [&] {
     if (!root()) return;
     row_positions_ = IdPositions(row_ids_);
@@ -157,11 +158,12 @@ std::vector<std::int32_t> RootedSolver::positions_of_columns(const std::int64_t*
 /// Several ranks: row offsets and columns on rank 0, in the solver's numbering.
 void RootedSolver::gather_pattern(const LocalIds& ids, const LocalRows& rows) {
   const RankGather column_gather(comm_, static_cast<std::int64_t>(ids.columns.size()));
-  std::vector<std::int64_t> lengths(rows.count), all_column_ids;
+  std::vector<std::int64_t> lengths, all_column_ids;
   std::vector<std::int32_t> all_columns;
-  for (std::int64_t row = 0; row < rows.count; ++row)
-    lengths[row] = rows.offsets[row + 1] - rows.offsets[row];
   on_all_ranks(*comm_, [&] {
+    lengths.resize(rows.count);
+    for (std::int64_t row = 0; row < rows.count; ++row)
+      lengths[row] = rows.offsets[row + 1] - rows.offsets[row];
     if (!root()) return;
     offsets_.assign(row_gather_.total() + 1, 0);
     all_columns.resize(entry_gather_.total());
@@ -283,7 +285,7 @@ void RootedSolver::factor() {
 
 VectorLayout RootedSolver::make_layout(const std::vector<std::int64_t>& ids, Space space) const {
   const RankGather gather(comm_, static_cast<std::int64_t>(ids.size()));
-  std::vector<std::int64_t> positions = gather_ids(gather, ids, root());
+  std::vector<std::int64_t> positions = gather_ids(*comm_, gather, ids);
   const char* name = space == Space::rows ? "right-hand side" : "solution";
   on_all_ranks(*comm_, [&] {
     if (gather.total() != row_gather_.total())

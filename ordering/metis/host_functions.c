@@ -1,13 +1,14 @@
 /* What METIS gets in place of the C library's rand, printf, signal, raise, exit and abort (CMakeLists.txt
  * renames them while METIS is compiled).
  *
- * Random numbers: one state per thread, seeded by METIS at each call, so that a result depends on the graph and
- * the seed alone and the caller's rand() is left alone.
+ * Random numbers: one state per thread, seeded by METIS at each call, so that a result depends on the graph
+ * and the seed alone and the caller's rand() is left alone.
  *
- * Errors: METIS raises a signal, and its entry points set a handler that jumps back into them. Handlers belong
- * to the whole process; here raise jumps by itself to where the thread's entry point waits, and signal does
- * nothing. Memory taken by the failed call is given back by METIS' own bookkeeping (gk_malloc_cleanup).
- * METIS_ComputeVertexSeparator alone has no such guard in METIS 5.1.0; it gets the one of METIS_NodeND here. */
+ * Errors: METIS raises a signal, and its entry points set a handler that jumps back into them. Handlers
+ * belong to the whole process; here raise jumps by itself to where the thread's entry point waits, and signal
+ * does nothing. Memory taken by the failed call is given back by METIS' own bookkeeping (gk_malloc_cleanup).
+ * METIS_ComputeVertexSeparator alone has no such guard in METIS 5.1.0; it gets the one of METIS_NodeND here.
+ */
 #include <GKlib.h>
 #include <metis.h>
 #include <stdarg.h>
@@ -15,7 +16,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-/* xorshift64* (Vigna, "An experimental exploration of Marsaglia's xorshift generators", ACM TOMS 42, 2016). */
+/* xorshift64* (Vigna, "An experimental exploration of Marsaglia's xorshift generators", ACM TOMS 42, 2016).
+ */
 static __thread uint64_t random_state = 1;
 
 void mfs_metis_srand(unsigned int seed) {

@@ -86,6 +86,7 @@ void add_solve_options(CLI::App& app, Command& command) {
       ->capture_default_str();
   app.add_option("--json", command.json, "write a JSON object per matrix there ('-': standard output)")
       ->type_name("FILE|-");
+  app.add_option("-o", request.output, "write X as a Matrix Market array file")->type_name("X.mtx");
 }
 
 void add_commands(CLI::App& app, Command& command) {
@@ -96,8 +97,6 @@ void add_commands(CLI::App& app, Command& command) {
   CLI::App* solve = app.add_subcommand("solve", "Solve A x = b for a Matrix Market file, plain or gzip");
   solve->add_option("A.mtx", command.matrix, "square, real or integer, any symmetry")->required();
   add_solve_options(*solve, command);
-  solve->add_option("-o", command.request.output, "write X as a Matrix Market array file")
-      ->type_name("X.mtx");
 
   CLI::App* analyze = app.add_subcommand("analyze", "Order the matrix and predict fronts, flops and memory");
   analyze->add_option("A.mtx", command.matrix, "square; the values of a complex or pattern file are not used")
@@ -111,6 +110,10 @@ void add_commands(CLI::App& app, Command& command) {
       ->required()
       ->check(bench_case());
   add_solve_options(*bench, command);
+  bench->final_callback([&command] {
+    if (command.cases.size() > 1 && !command.request.output.empty())
+      throw CLI::ValidationError("-o", "takes the X of one case only");
+  });
 
   app.add_subcommand("info", "Show version, backends and libraries");
 }
@@ -122,22 +125,26 @@ ExitCode run(const CLI::App& app, const Command& command) {
   return mfs::program::run_info();
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  std::signal(SIGPIPE, SIG_IGN);  // a reader that went away is an error of writing, and reported as one
+int parse_and_run(int argc, char** argv) {
   CLI::App app{"MFS: sparse direct solver, multifrontal LU over breadth-first nested dissection"};
   Command command;
+  add_commands(app, command);
   try {
-    add_commands(app, command);
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() == 0) return app.exit(e);  // --help, --version
     std::fprintf(stderr, "mfs: %s (mfs --help tells more)\n", e.what());
     return static_cast<int>(ExitCode::usage);
   }
+  return static_cast<int>(run(app, command));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);  // a reader that went away is an error of writing, and reported as one
   try {
-    return static_cast<int>(run(app, command));
+    return parse_and_run(argc, argv);
   } catch (...) {
     const mfs::program::Failure failure = mfs::program::describe_current_exception();
     std::fprintf(stderr, "mfs: %s\n", failure.message.c_str());

@@ -175,6 +175,16 @@ TEST(Amesos2Ids, UnknownsWithIdsOfTheirOwn) {
   EXPECT_LT(solve_error(*solver, *a, 2, Teuchos::TRANS), kSmall);
 }
 
+/// The unknowns are spread in reverse: the diagonal is still the diagonal, and needs no matching.
+TEST(Amesos2Ids, UnknownsInAnotherOrderThanRows) {
+  Ids reversed;
+  for (Ordinal k = 30; k-- > 0;) reversed.push_back(k);
+  const auto a = assemble(grid_entries(6, 5), even_map(30), dealt_map(reversed));
+  const auto solver = make(a);
+  EXPECT_LT(solve_error(*solver, *a, 2), kSmall);
+  EXPECT_FALSE((dynamic_cast<const Amesos2::MFS<Matrix, Vector>&>(*solver).report().matched));
+}
+
 TEST(Amesos2Ids, LocalColumnsInAnotherOrder) {
   const auto rows = even_map(30);
   const auto plain = assemble(grid_entries(6, 5), rows);
@@ -380,9 +390,12 @@ TEST(Amesos2Errors, Dimensions) {
 TEST(Amesos2Errors, MatrixNotComplete) {
   const auto a = assemble(grid_entries(6, 5), even_map(30));
   const auto solver = make(a);
-  solver->symbolicFactorization();
+  EXPECT_LT(solve_error(*solver, *a), kSmall);
   a->resumeFill();
   EXPECT_THROW(solver->numericFactorization(), std::invalid_argument);
+  a->fillComplete();
+  EXPECT_THROW(solve_error(*solver, *a), mfs::StateError) << "the old factors must not answer";
+  a->resumeFill();
   EXPECT_THROW(solver->symbolicFactorization(), std::invalid_argument);
   a->fillComplete();
   solver->symbolicFactorization();

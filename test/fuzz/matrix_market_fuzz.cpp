@@ -72,6 +72,7 @@ Outcome outcome(std::string_view text, std::size_t block_bytes) {
 
 }  // namespace
 
+// NOLINTNEXTLINE(readability-identifier-naming): libFuzzer's name
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view text(reinterpret_cast<const char*>(data), size);
   const Outcome whole = outcome(text, std::size_t{1} << 16);

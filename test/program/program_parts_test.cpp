@@ -29,11 +29,11 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // [ 0  4 ]
 const CsrMatrix<double> kMatrix{2, 2, {0, 2, 3}, {0, 1, 1}, {2, -1, 4}};
 
-DenseMatrix<double> column(std::vector<double> values) {
+DenseMatrix<double> column(const std::vector<double>& values) {
   return {static_cast<std::int64_t>(values.size()), 1, values};
 }
 
-double error_of(std::vector<double> x, std::vector<double> b, bool transpose = false) {
+double error_of(const std::vector<double>& x, const std::vector<double>& b, bool transpose = false) {
   return backward_error(kMatrix, transpose, column(x), column(b));
 }
 

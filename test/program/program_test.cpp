@@ -18,7 +18,6 @@ using testing::DoubleNear;
 using testing::ElementsAre;
 using testing::EndsWith;
 using testing::HasSubstr;
-using testing::MatchesRegex;
 using testing::Pointwise;
 using testing::StartsWith;
 
@@ -203,6 +202,7 @@ TEST_F(Program, UsageIs2) {
                                              {"bench", "elas3d"},
                                              {"bench", "elas3d:0"},
                                              {"bench", "kkt:3", "elas4d:3"},
+                                             {"bench", "kkt:2", "kkt:3", "-o", path("x.mtx")},
                                              {"analyze"},
                                              {"info", "x"}})
     complaint(arguments, 2);
@@ -298,6 +298,14 @@ TEST_F(Program, BenchWritesOneJsonLinePerCase) {
     names.push_back(json["name"]);
   }
   EXPECT_THAT(names, ElementsAre("poisson2d:9", "kkt:2", "circuit:200"));
+}
+
+TEST_F(Program, BenchTakesTheOptionsOfSolve) {
+  const std::string x = path("x.mtx");
+  EXPECT_EQ(
+      run_program({"bench", "poisson2d:3", "--rhs", "random", "--nrhs", "2", "--transpose", "-o", x}).code,
+      0);
+  EXPECT_EQ(solution(x).size(), 18u);
 }
 
 TEST_F(Program, AnalyzeShowsTheFrontsByDepth) {

@@ -21,7 +21,9 @@ SparseMatrix grid_2d(std::int64_t rows, std::int64_t columns) {
   return from_entries(rows * columns, entries);
 }
 
-SparseMatrix tridiagonal(std::int64_t n) { return grid_2d(1, n); }
+SparseMatrix tridiagonal(std::int64_t n) {
+  return grid_2d(1, n);
+}
 
 SparseMatrix arrow(std::int64_t n, std::int64_t width) {
   std::vector<Entry> entries;
@@ -90,7 +92,8 @@ NamedMatrix graded(const std::string& name, const SparseMatrix& a, double most, 
 // [ K  B^T ]   K diagonally dominant, each row of B with three unknowns of its own block, zeros stored in the
 // [ B   0  ]   lower right corner where `explicit_zeros` says so.
 SparseMatrix saddle_point(std::int64_t n, std::int64_t constraints, bool explicit_zeros, Random& random) {
-  std::vector<Entry> entries = entries_of(random_diagonally_dominant(n, 3, static_cast<std::uint64_t>(random.integer(0, 1 << 30))));
+  std::vector<Entry> entries =
+      entries_of(random_diagonally_dominant(n, 3, static_cast<std::uint64_t>(random.integer(0, 1 << 30))));
   const std::int64_t share = n / constraints;
   for (std::int64_t c = 0; c < constraints; ++c) {
     for (std::int64_t k = 0; k < 3; ++k) {
@@ -117,8 +120,10 @@ SparseMatrix zero_diagonal(std::int64_t n, Random& random) {  // pairs (2k, 2k+1
 }
 
 SparseMatrix explicit_zeros(std::int64_t n, Random& random) {
-  std::vector<Entry> entries = entries_of(random_diagonally_dominant(n, 3, static_cast<std::uint64_t>(random.integer(0, 1 << 30))));
-  for (std::int64_t k = 0; k < 5 * n; ++k) entries.push_back({random.integer(0, n), random.integer(0, n), 0.0});
+  std::vector<Entry> entries =
+      entries_of(random_diagonally_dominant(n, 3, static_cast<std::uint64_t>(random.integer(0, 1 << 30))));
+  for (std::int64_t k = 0; k < 5 * n; ++k)
+    entries.push_back({random.integer(0, n), random.integer(0, n), 0.0});
   return from_entries_summed(n, entries);
 }
 
@@ -137,7 +142,8 @@ SparseMatrix block_triangular(std::int64_t blocks, std::int64_t width, Random& r
 }
 
 SparseMatrix dense_rows(std::int64_t n, std::int64_t rows, Random& random) {
-  std::vector<Entry> entries = entries_of(random_diagonally_dominant(n, 2, static_cast<std::uint64_t>(random.integer(0, 1 << 30))));
+  std::vector<Entry> entries =
+      entries_of(random_diagonally_dominant(n, 2, static_cast<std::uint64_t>(random.integer(0, 1 << 30))));
   for (std::int64_t k = 0; k < rows; ++k) {
     const std::int64_t row = random.integer(0, n), column = random.integer(0, n);
     for (std::int64_t j = 0; j < n; ++j) {

@@ -17,8 +17,8 @@ SparseMatrix arrow(std::int64_t n, std::int64_t width);
 /// Unsymmetric pattern with about `per_row` entries beside the dominant diagonal.
 SparseMatrix random_diagonally_dominant(std::int64_t n, std::int64_t per_row, std::uint64_t seed);
 
-/// One matrix of a family. Where rows and columns are graded, a solution must be as well, or some of its entries
-/// cannot be seen in b: sizes that suit A x = b and A^T x = b (empty: 1).
+/// One matrix of a family. Where rows and columns are graded, a solution must be as well, or some of its
+/// entries cannot be seen in b: sizes that suit A x = b and A^T x = b (empty: 1).
 struct NamedMatrix {
   std::string name;  // family and seed
   SparseMatrix matrix;
@@ -26,8 +26,8 @@ struct NamedMatrix {
 };
 
 /// Regular matrices of every awkward kind: zero diagonals, saddle points, badly graded, explicit zeros, block
-/// triangular, arrows, dense rows, disconnected, permuted identities, one unknown. All are solvable to full accuracy
-/// by a direct method with partial pivoting.
+/// triangular, arrows, dense rows, disconnected, permuted identities, one unknown. All are solvable to full
+/// accuracy by a direct method with partial pivoting.
 std::vector<NamedMatrix> adversarial_matrices(std::uint64_t seed);
 
 }  // namespace mfs::test

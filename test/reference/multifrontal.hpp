@@ -1,6 +1,6 @@
-// Multifrontal LU as its definition, by plain loops over full square fronts: what every stage is tested against.
-// No Kokkos, no BLAS, and no code of the solver. Of a SymbolicPlan only what defines the problem is read (order,
-// pivots, borders, parents); every map from one numbering to another is searched anew.
+// Multifrontal LU as its definition, by plain loops over full square fronts: what every stage is tested
+// against. No Kokkos, no BLAS, and no code of the solver. Of a SymbolicPlan only what defines the problem is
+// read (order, pivots, borders, parents); every map from one numbering to another is searched anew.
 //
 // A front here is one (p+b) x (p+b) matrix, column-major:
 //
@@ -33,10 +33,11 @@ struct ReferenceFront {
   const Scalar& at(Vertex i, Vertex j) const { return a[i + static_cast<Offset>(j) * rows()]; }
 };
 
-/// When a pivot is replaced: |pivot| < bound, and either |pivot| <= tiny or |pivot| < border_threshold times the
-/// largest entry of its column in the border.
+/// When a pivot is replaced: |pivot| < bound, and either |pivot| <= tiny or |pivot| < border_threshold times
+/// the largest entry of its column in the border. It becomes as large as `largest` where pivot and border are
+/// both nothing (at most tiny, and empty_border times tiny), else as large as `bound`.
 struct ReferenceRule {
-  double bound = 0, tiny = 0, border_threshold = 0.01;
+  double bound = 0, tiny = 0, largest = 1, border_threshold = 0.01, empty_border = 10;
 };
 
 /// A's values in the order of the pattern, and the scales of its rows and columns.
@@ -53,7 +54,8 @@ inline std::vector<Vertex> inverse(const std::vector<Vertex>& permutation) {
   return place;
 }
 
-/// Stage "assemble": the entries whose earlier position is a pivot of f, then the children's contribution blocks.
+/// Stage "assemble": the entries whose earlier position is a pivot of f, then the children's contribution
+/// blocks.
 template <class Scalar>
 ReferenceFront<Scalar> assemble(const SymbolicPlan& plan, const ScaledMatrix<Scalar>& matrix,
                                 const std::vector<ReferenceFront<Scalar>>& fronts, Vertex f) {
@@ -61,7 +63,8 @@ ReferenceFront<Scalar> assemble(const SymbolicPlan& plan, const ScaledMatrix<Sca
   const Vertex first = plan.pivot_begin[f], last = plan.pivot_begin[f + 1];
   front.pivots = last - first;
   for (Vertex position = first; position < last; ++position) front.positions.push_back(position);
-  for (Offset k = plan.border_begin[f]; k < plan.border_begin[f + 1]; ++k) front.positions.push_back(plan.border[k]);
+  for (Offset k = plan.border_begin[f]; k < plan.border_begin[f + 1]; ++k)
+    front.positions.push_back(plan.border[k]);
   front.border = static_cast<Vertex>(front.positions.size()) - front.pivots;
   front.a.assign(front.positions.size() * front.positions.size(), Scalar(0));
   std::vector<Vertex> local(plan.n, -1);
@@ -72,7 +75,8 @@ ReferenceFront<Scalar> assemble(const SymbolicPlan& plan, const ScaledMatrix<Sca
     for (Offset k = matrix.pattern.offsets[row]; k < matrix.pattern.offsets[row + 1]; ++k) {
       const Vertex column = matrix.pattern.columns[k], i = row_position[row], j = column_position[column];
       if (std::min(i, j) < first || std::min(i, j) >= last) continue;
-      front.at(local[i], local[j]) += matrix.values[k] * Scalar(matrix.row_scale[row] * matrix.column_scale[column]);
+      front.at(local[i], local[j]) +=
+          matrix.values[k] * Scalar(matrix.row_scale[row] * matrix.column_scale[column]);
     }
   }
   for (Vertex child = 0; child < f; ++child) {
@@ -87,8 +91,8 @@ ReferenceFront<Scalar> assemble(const SymbolicPlan& plan, const ScaledMatrix<Sca
   return front;
 }
 
-/// Stage "variable factor": Gaussian elimination of the pivots, each searched in all rows of the pivot block that
-/// are left. C is not touched.
+/// Stage "variable factor": Gaussian elimination of the pivots, each searched in all rows of the pivot block
+/// that are left. C is not touched.
 template <class Scalar>
 void variable_factor(ReferenceFront<Scalar>& front, const ReferenceRule& rule) {
   const Vertex p = front.pivots, rows = front.rows();
@@ -105,11 +109,14 @@ void variable_factor(ReferenceFront<Scalar>& front, const ReferenceRule& rule) {
       for (Vertex j = 0; j < rows; ++j) std::swap(front.at(k, j), front.at(best, j));
     }
     double border = 0;
-    for (Vertex i = p; i < rows; ++i) border = std::max(border, static_cast<double>(std::abs(front.at(i, k))));
+    for (Vertex i = p; i < rows; ++i)
+      border = std::max(border, static_cast<double>(std::abs(front.at(i, k))));
     const Scalar pivot = front.at(k, k);
     const double size = std::abs(pivot);
     if (size < rule.bound && (size <= rule.tiny || size < rule.border_threshold * border)) {
-      front.at(k, k) = size > 0 ? pivot / Scalar(size) * Scalar(rule.bound) : Scalar(rule.bound);
+      const bool dependent = size <= rule.tiny && border <= rule.empty_border * rule.tiny;
+      const Scalar wanted(dependent ? rule.largest : rule.bound);
+      front.at(k, k) = size > 0 ? pivot / Scalar(size) * wanted : wanted;
       front.shift[k] = front.at(k, k) - pivot;
     }
     for (Vertex i = k + 1; i < rows; ++i) front.at(i, k) /= front.at(k, k);
@@ -144,13 +151,15 @@ std::vector<ReferenceFront<Scalar>> factor(const SymbolicPlan& plan, const Scale
 
 /// Stage "solve", forward: v (by position) becomes y with L y = v (transposed: U^T y = v).
 template <class Scalar>
-void solve_forward(const std::vector<ReferenceFront<Scalar>>& fronts, bool transposed, std::vector<Scalar>& v) {
+void solve_forward(const std::vector<ReferenceFront<Scalar>>& fronts, bool transposed,
+                   std::vector<Scalar>& v) {
   for (const ReferenceFront<Scalar>& front : fronts) {
     std::vector<Scalar> own(front.pivots);
     for (Vertex i = 0; i < front.pivots; ++i) own[i] = v[front.positions[transposed ? i : front.row_at[i]]];
     for (Vertex k = 0; k < front.pivots; ++k) {
       if (transposed) own[k] /= front.at(k, k);
-      for (Vertex i = k + 1; i < front.pivots; ++i) own[i] -= (transposed ? front.at(k, i) : front.at(i, k)) * own[k];
+      for (Vertex i = k + 1; i < front.pivots; ++i)
+        own[i] -= (transposed ? front.at(k, i) : front.at(i, k)) * own[k];
       for (Vertex i = front.pivots; i < front.rows(); ++i) {
         v[front.positions[i]] -= (transposed ? front.at(k, i) : front.at(i, k)) * own[k];
       }
@@ -161,7 +170,8 @@ void solve_forward(const std::vector<ReferenceFront<Scalar>>& fronts, bool trans
 
 /// Stage "solve", backward: v becomes x with U x = v (transposed: L^T x = v).
 template <class Scalar>
-void solve_backward(const std::vector<ReferenceFront<Scalar>>& fronts, bool transposed, std::vector<Scalar>& v) {
+void solve_backward(const std::vector<ReferenceFront<Scalar>>& fronts, bool transposed,
+                    std::vector<Scalar>& v) {
   for (auto front = fronts.rbegin(); front != fronts.rend(); ++front) {
     std::vector<Scalar> own(front->pivots);
     for (Vertex k = front->pivots - 1; k >= 0; --k) {
@@ -172,7 +182,8 @@ void solve_backward(const std::vector<ReferenceFront<Scalar>>& fronts, bool tran
       }
       if (!transposed) own[k] /= front->at(k, k);
     }
-    for (Vertex i = 0; i < front->pivots; ++i) v[front->positions[transposed ? front->row_at[i] : i]] = own[i];
+    for (Vertex i = 0; i < front->pivots; ++i)
+      v[front->positions[transposed ? front->row_at[i] : i]] = own[i];
   }
 }
 

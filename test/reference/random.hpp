@@ -1,5 +1,5 @@
-// Random numbers that are the same on every machine: std::mt19937_64 is fixed by the standard, its distributions
-// are not.
+// Random numbers that are the same on every machine: std::mt19937_64 is fixed by the standard, its
+// distributions are not.
 #pragma once
 
 #include <cstdint>

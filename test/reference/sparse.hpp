@@ -65,7 +65,8 @@ inline SparseMatrix from_entries_summed(std::int64_t n, std::vector<Entry> entri
 inline std::vector<Entry> entries_of(const SparseMatrix& a) {
   std::vector<Entry> entries;
   for (std::int64_t i = 0; i < a.n; ++i) {
-    for (std::int64_t k = a.offsets[i]; k < a.offsets[i + 1]; ++k) entries.push_back({i, a.columns[k], a.values[k]});
+    for (std::int64_t k = a.offsets[i]; k < a.offsets[i + 1]; ++k)
+      entries.push_back({i, a.columns[k], a.values[k]});
   }
   return entries;
 }
@@ -100,11 +101,13 @@ inline double backward_error(const SparseMatrix& a, const double* b, const doubl
       size += std::fabs(product);
     }
     const long double ratio = residual == 0 ? 0 : std::fabs(residual) / size;
-    if (!(ratio <= worst)) worst = std::isnan(ratio) ? std::numeric_limits<double>::infinity() : static_cast<double>(ratio);
+    if (!(ratio <= worst))
+      worst = std::isnan(ratio) ? std::numeric_limits<double>::infinity() : static_cast<double>(ratio);
   }
   return worst;
 }
-inline double backward_error(const SparseMatrix& a, const std::vector<double>& b, const std::vector<double>& x) {
+inline double backward_error(const SparseMatrix& a, const std::vector<double>& b,
+                             const std::vector<double>& x) {
   return backward_error(a, b.data(), x.data());
 }
 

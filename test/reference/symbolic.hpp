@@ -1,5 +1,5 @@
-// Symbolic elimination as its definition, on a full table of booleans: which borders the fronts of a tree have, and
-// how many entries the factors of a matrix fill.
+// Symbolic elimination as its definition, on a full table of booleans: which borders the fronts of a tree
+// have, and how many entries the factors of a matrix fill.
 #pragma once
 
 #include <vector>
@@ -9,7 +9,8 @@
 namespace mfs::test {
 
 /// by position: filled[i][j] where A + A^T, rows permuted by `row_order` (empty: identity), has an entry.
-inline std::vector<std::vector<bool>> symmetric_pattern(const Pattern& pattern, const std::vector<Vertex>& row_order,
+inline std::vector<std::vector<bool>> symmetric_pattern(const Pattern& pattern,
+                                                        const std::vector<Vertex>& row_order,
                                                         const std::vector<Vertex>& order) {
   const Vertex n = pattern.n;
   std::vector<std::vector<bool>> filled(n, std::vector<bool>(n, false));
@@ -25,8 +26,8 @@ inline std::vector<std::vector<bool>> symmetric_pattern(const Pattern& pattern, 
   return filled;
 }
 
-/// Eliminates the pivots of each front at once: they and all that they touch become one full block. Returns the
-/// border of each front, ascending.
+/// Eliminates the pivots of each front at once: they and all that they touch become one full block. Returns
+/// the border of each front, ascending.
 inline std::vector<std::vector<Vertex>> eliminate_fronts(std::vector<std::vector<bool>> filled,
                                                          const std::vector<Vertex>& pivot_begin) {
   const auto n = static_cast<Vertex>(filled.size());

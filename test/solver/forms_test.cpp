@@ -146,7 +146,8 @@ TEST(Forms, RefactorWithNewValues) {
   }
 }
 
-// Values may change so much that what was chosen for the first ones (matching, scaling) is of no use any more.
+// Values may change so much that what was chosen for the first ones (matching, scaling) is of no use any
+// more.
 TEST(Forms, RefactorWithQuiteOtherValues) {
   for (const std::uint64_t seed : {1, 2, 3, 4, 5}) {
     SparseMatrix a = random_diagonally_dominant(200, 4, seed);

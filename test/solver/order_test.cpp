@@ -77,7 +77,8 @@ TEST(Order, EveryOptionStillSolves) {
     solver.factor(a.view());
     expect_solves(solver, a);
   };
-  for (const std::int32_t size : {1, 7, 64, 1 << 30}) solves([&](Options& o) { o.analysis.max_block_size = size; });
+  for (const std::int32_t size : {1, 7, 64, 1 << 30})
+    solves([&](Options& o) { o.analysis.max_block_size = size; });
   for (const std::int32_t size : {1, 30, 1 << 30}) solves([&](Options& o) { o.analysis.leaf_size = size; });
   for (const double rows : {1e-3, 1e9}) solves([&](Options& o) { o.analysis.dense_row = rows; });
   for (const Matching matching : {Matching::always, Matching::never}) {
@@ -97,7 +98,8 @@ TEST(Order, EveryOptionStillSolves) {
 TEST(Order, SingleUnknownsBesideDenseRows) {
   const std::int64_t n = 20000;  // a quadratic ordering would not come back
   std::vector<Entry> entries;
-  for (std::int64_t i = 0; i < n; ++i) entries.push_back({i, i, 4.0 + (i + 1 == n ? 4.0 * static_cast<double>(n) : 0)});
+  for (std::int64_t i = 0; i < n; ++i)
+    entries.push_back({i, i, 4.0 + (i + 1 == n ? 4.0 * static_cast<double>(n) : 0)});
   for (std::int64_t i = 0; i + 1 < n; ++i) {
     entries.push_back({n - 1, i, 1.0});
     entries.push_back({i, n - 1, 1.0});

@@ -17,8 +17,8 @@ namespace mfs::test {
 /// What the solver promises by default, and a little for the rounding of its own measurement.
 constexpr double kPromised = 1e-12 + 1e-14;
 
-/// Right-hand sides whose solutions have entries of the given sizes (empty: one): n x nrhs with leading dimension
-/// ld, NaN between.
+/// Right-hand sides whose solutions have entries of the given sizes (empty: one): n x nrhs with leading
+/// dimension ld, NaN between.
 inline std::vector<double> right_hand_sides(const SparseMatrix& a, std::int64_t nrhs, std::int64_t ld,
                                             std::uint64_t seed, const std::vector<double>& sizes = {}) {
   Random random(seed);

@@ -11,8 +11,8 @@ namespace mfs::test {
 namespace {
 
 // Positions at which the pivots of the ancestors of f lie.
-std::vector<Vertex> ancestor_positions(const std::vector<FrontShape>& shapes, const std::vector<Vertex>& begin,
-                                       Vertex f) {
+std::vector<Vertex> ancestor_positions(const std::vector<FrontShape>& shapes,
+                                       const std::vector<Vertex>& begin, Vertex f) {
   std::vector<Vertex> positions;
   for (Vertex ancestor = shapes[f].parent; ancestor >= 0; ancestor = shapes[ancestor].parent) {
     for (Vertex p = begin[ancestor]; p < begin[ancestor + 1]; ++p) positions.push_back(p);
@@ -21,8 +21,8 @@ std::vector<Vertex> ancestor_positions(const std::vector<FrontShape>& shapes, co
 }
 
 // Entries of one front by position; the first pivot is tied to the whole border, so that none of it is lost.
-void add_front(const std::vector<FrontShape>& shapes, const std::vector<Vertex>& begin, Vertex f, double density,
-               Random& random, std::vector<Entry>& entries) {
+void add_front(const std::vector<FrontShape>& shapes, const std::vector<Vertex>& begin, Vertex f,
+               double density, Random& random, std::vector<Entry>& entries) {
   std::vector<Vertex> candidates = ancestor_positions(shapes, begin, f);
   const std::vector<Vertex> draw = random.permutation(static_cast<Vertex>(candidates.size()));
   std::vector<Vertex> border;
@@ -63,7 +63,8 @@ std::vector<double> powers_of_two(Random& random, Vertex n) {
 
 }  // namespace
 
-StageProblem<double> artificial_problem(const std::vector<FrontShape>& shapes, const ProblemOptions& options) {
+StageProblem<double> artificial_problem(const std::vector<FrontShape>& shapes,
+                                        const ProblemOptions& options) {
   Random random(options.seed);
   SeparatorTree tree;
   tree.node_begin.push_back(0);
@@ -96,8 +97,12 @@ StageProblem<double> artificial_problem(const std::vector<FrontShape>& shapes, c
 
 namespace {
 
-void convert(double value, Random&, double& to) { to = value; }
-void convert(double value, Random&, float& to) { to = static_cast<float>(value); }
+void convert(double value, Random&, double& to) {
+  to = value;
+}
+void convert(double value, Random&, float& to) {
+  to = static_cast<float>(value);
+}
 template <class Real>
 void convert(double value, Random& random, std::complex<Real>& to) {
   to = std::complex<Real>(std::polar(value < 0 ? -value : value, 6.283185307179586 * random.unit()));
@@ -118,13 +123,15 @@ template StageProblem<double> in_numbers_of(const StageProblem<double>&);
 template StageProblem<std::complex<float>> in_numbers_of(const StageProblem<double>&);
 template StageProblem<std::complex<double>> in_numbers_of(const StageProblem<double>&);
 
-StageProblem<double> matrix_problem(const SparseMatrix& matrix, const SeparatorTree& tree, Vertex max_block_size) {
+StageProblem<double> matrix_problem(const SparseMatrix& matrix, const SeparatorTree& tree,
+                                    Vertex max_block_size) {
   StageProblem<double> problem;
   problem.values = matrix.values;
   problem.row_scale.assign(matrix.n, 1.0);
   problem.column_scale.assign(matrix.n, 1.0);
   problem.pattern = std::make_shared<Pattern>(pattern_of(matrix));
-  problem.plan = std::make_shared<SymbolicPlan>(make_symbolic_plan(*problem.pattern, {}, tree, max_block_size));
+  problem.plan =
+      std::make_shared<SymbolicPlan>(make_symbolic_plan(*problem.pattern, {}, tree, max_block_size));
   return problem;
 }
 
@@ -140,7 +147,8 @@ SeparatorTree one_unknown_per_front(const Pattern& pattern) {
   }
   SeparatorTree tree;
   tree.order = natural;
-  std::stable_sort(tree.order.begin(), tree.order.end(), [&](Vertex a, Vertex b) { return depth[a] > depth[b]; });
+  std::stable_sort(tree.order.begin(), tree.order.end(),
+                   [&](Vertex a, Vertex b) { return depth[a] > depth[b]; });
   tree.node_begin = one_by_one;
   const std::vector<Vertex> place = inverse(tree.order);
   for (const Vertex unknown : tree.order) {
@@ -156,11 +164,11 @@ std::vector<FrontShape> leaf_and_root(Vertex pivots, Vertex border) {
 
 std::vector<FrontShape> mixed_tree() {
   return {
-      {1, 40, 4},   {65, 33, 4},  {2, 1, 5},    {33, 70, 6},                               // depth 4
-      {31, 90, 8},  {1, 1, 8},    {129, 64, 8}, {7, 0, 9},                                 // depth 3
-      {64, 100, 11}, {32, 31, 12}, {5, 150, 12},                                           // depth 2
-      {90, 60, 13}, {33, 64, 13},                                                          // depth 1
-      {130, 0, -1}, {40, 0, -1},                                                           // roots
+      {1, 40, 4},    {65, 33, 4},  {2, 1, 5},    {33, 70, 6},  // depth 4
+      {31, 90, 8},   {1, 1, 8},    {129, 64, 8}, {7, 0, 9},    // depth 3
+      {64, 100, 11}, {32, 31, 12}, {5, 150, 12},               // depth 2
+      {90, 60, 13},  {33, 64, 13},                             // depth 1
+      {130, 0, -1},  {40, 0, -1},                              // roots
   };
 }
 

@@ -1,5 +1,5 @@
-// Problems for the stages: a tree of fronts of wanted sizes, or a real matrix with a simple tree, together with
-// values, scales and the factorization by the plain reference.
+// Problems for the stages: a tree of fronts of wanted sizes, or a real matrix with a simple tree, together
+// with values, scales and the factorization by the plain reference.
 #pragma once
 
 #include <complex>
@@ -37,16 +37,18 @@ StageProblem<Scalar> in_numbers_of(const StageProblem<double>& problem);
 
 struct ProblemOptions {
   std::uint64_t seed = 1;
-  double density = 1.0;        // of the entries between the pivots of a front, and between them and its border
+  double density = 1.0;  // of the entries between the pivots of a front, and between them and its border
   Vertex max_block_size = 64;
 };
 
-/// Fronts of the given shapes. Numbering of unknowns, rows and borders is random; each pivot block has one large
-/// entry per row, in a random column of the block, so that rows are exchanged all the time and nothing grows.
+/// Fronts of the given shapes. Numbering of unknowns, rows and borders is random; each pivot block has one
+/// large entry per row, in a random column of the block, so that rows are exchanged all the time and nothing
+/// grows.
 StageProblem<double> artificial_problem(const std::vector<FrontShape>& shapes, const ProblemOptions& options);
 
 /// The matrix on the given tree.
-StageProblem<double> matrix_problem(const SparseMatrix& matrix, const SeparatorTree& tree, Vertex max_block_size);
+StageProblem<double> matrix_problem(const SparseMatrix& matrix, const SeparatorTree& tree,
+                                    Vertex max_block_size);
 
 /// The tree of fronts for a symmetric pattern in which every unknown is its own front: the elimination tree.
 SeparatorTree one_unknown_per_front(const Pattern& pattern);

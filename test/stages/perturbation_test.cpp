@@ -1,5 +1,5 @@
-// Pivots that are too small: which are replaced, by what, and that the factors are then exactly those of the matrix
-// with the noted shifts added (rule in kernels/panel_lu.hpp).
+// Pivots that are too small: which are replaced, by what, and that the factors are then exactly those of the
+// matrix with the noted shifts added (rule in kernels/panel_lu.hpp).
 #include <string>
 
 #include "test/stages/reference_stages.hpp"
@@ -7,7 +7,7 @@
 namespace mfs::test {
 namespace {
 
-constexpr double kBound = 0x1p-26, kTiny = 0x1p-47;
+constexpr double kBound = 0x1p-26, kTiny = 0x1p-47, kLargest = 4;
 
 /// Fronts, exchanges and shifts after a whole factorization.
 struct Factored {
@@ -43,7 +43,8 @@ std::vector<double> all_shifts(const Factored& result) {
 }
 
 /// A problem of one front of `pivots` and a root that its border lies in, with the entries given by position.
-StageProblem<double> two_fronts(Vertex pivots, Vertex border, const std::vector<Entry>& entries, Vertex max_block_size) {
+StageProblem<double> two_fronts(Vertex pivots, Vertex border, const std::vector<Entry>& entries,
+                                Vertex max_block_size) {
   SeparatorTree tree;
   for (Vertex p = 0; p < pivots + border; ++p) tree.order.push_back(p);
   tree.node_begin = {0, pivots};
@@ -55,8 +56,8 @@ StageProblem<double> two_fronts(Vertex pivots, Vertex border, const std::vector<
   return matrix_problem(from_entries_summed(pivots + border, entries), tree, max_block_size);
 }
 
-/// Sum over all fronts of (rows exchanged back) [L_P; L] [U_P U], by position: what the factors multiply out to, and
-/// the same of absolute values: what rounding is measured by.
+/// Sum over all fronts of (rows exchanged back) [L_P; L] [U_P U], by position: what the factors multiply out
+/// to, and the same of absolute values: what rounding is measured by.
 struct Product {
   std::vector<std::vector<double>> value, size;
 };
@@ -67,7 +68,9 @@ Product multiplied_out(const SymbolicPlan& plan, const Factored& result) {
   product.size = product.value;
   for (Vertex f = 0; f < plan.num_fronts; ++f) {
     const Vertex p = plan.pivots(f), rows = p + plan.border_rows(f), first = plan.pivot_begin[f];
-    const auto position = [&](Vertex i) { return i < p ? first + i : plan.border[plan.border_begin[f] + i - p]; };
+    const auto position = [&](Vertex i) {
+      return i < p ? first + i : plan.border[plan.border_begin[f] + i - p];
+    };
     const auto& lower = result.fronts[f].lower;
     const auto& upper = result.fronts[f].upper;
     for (Vertex i = 0; i < rows; ++i) {
@@ -75,7 +78,8 @@ Product multiplied_out(const SymbolicPlan& plan, const Factored& result) {
       for (Vertex j = 0; j < rows; ++j) {
         for (Vertex k = 0; k < std::min({p, i + 1, j + 1}); ++k) {
           const double l = i == k ? 1.0 : lower[i + static_cast<Offset>(k) * rows];
-          const double u = j < p ? lower[k + static_cast<Offset>(j) * rows] : upper[k + static_cast<Offset>(j - p) * p];
+          const double u =
+              j < p ? lower[k + static_cast<Offset>(j) * rows] : upper[k + static_cast<Offset>(j - p) * p];
           product.value[row][position(j)] += l * u;
           product.size[row][position(j)] += std::abs(l * u);
         }
@@ -131,7 +135,8 @@ class PerturbationTest : public testing::Test {
   void for_each_way(const Check& check) {
     for (const int threads : thread_counts<Tested>()) {
       for (const Path path : {Path::small, Path::large}) {
-        SCOPED_TRACE("path " + std::to_string(static_cast<int>(path)) + ", threads " + std::to_string(threads));
+        SCOPED_TRACE("path " + std::to_string(static_cast<int>(path)) + ", threads " +
+                     std::to_string(threads));
         check(path, threads);
       }
     }
@@ -147,7 +152,8 @@ class PerturbationTest : public testing::Test {
         SCOPED_TRACE("pivot " + std::to_string(lone.pivot) + ", border " + std::to_string(lone.border));
         const StageProblem<double> problem =
             two_fronts(1, 1, {{0, 0, lone.pivot}, {1, 0, lone.border}, {0, 1, 0.0}, {1, 1, 1.0}}, 64);
-        const Factored result = factored<typename Tested::Exec>(problem, path, threads, {kBound, kTiny});
+        const Factored result =
+            factored<typename Tested::Exec>(problem, path, threads, {kBound, kTiny, kLargest});
         EXPECT_EQ(result.shift[0][0], lone.shift);
         EXPECT_EQ(result.status.perturbed, lone.shift == 0 ? 0u : 1u);
         expect_exact_factors(problem, result);
@@ -164,10 +170,17 @@ TYPED_TEST(PerturbationTest, LargePivotIsLeftAlone) {
 
 TYPED_TEST(PerturbationTest, TinyPivotBecomesTheBoundWithItsSign) {
   this->expect_shifts({{0.0, 1.0, kBound},
-                       {0.0, 0.0, kBound},
-                       {kTiny, 0.0, kBound - kTiny},  // tiny itself is tiny
-                       {-kTiny, 0.0, kTiny - kBound},
+                       {0.0, 10.5 * kTiny, kBound},
+                       {kTiny, 1.0, kBound - kTiny},  // tiny itself is tiny
+                       {-kTiny, 1.0, kTiny - kBound},
                        {5e-324, 1.0, kBound - 5e-324}});
+}
+
+TYPED_TEST(PerturbationTest, ColumnThatDependsOnOthersGetsALargePivot) {
+  this->expect_shifts({{0.0, 0.0, kLargest},
+                       {kTiny, 0.0, kLargest - kTiny},
+                       {-kTiny, 5 * kTiny, kTiny - kLargest},
+                       {0.0, 10 * kTiny, kLargest}});
 }
 
 TYPED_TEST(PerturbationTest, SuspectPivotIsJudgedByItsBorder) {
@@ -186,10 +199,17 @@ TYPED_TEST(PerturbationTest, BorderIsSeenAfterTheColumnsBefore) {
   const double suspect = 0x1p-30;
   const auto shift = [&](double g, Vertex block_size, Path path, int threads) {
     const StageProblem<double> problem = two_fronts(2, 1,
-                                            {{0, 0, 1.0}, {0, 1, 1.0}, {1, 0, 1.0}, {1, 1, 1.0 + suspect},
-                                             {2, 0, 0.5}, {2, 1, g}, {0, 2, 0.25}, {2, 2, 1.0}},
-                                            block_size);
-    const Factored result = factored<typename TypeParam::Exec>(problem, path, threads, {kBound, kTiny});
+                                                    {{0, 0, 1.0},
+                                                     {0, 1, 1.0},
+                                                     {1, 0, 1.0},
+                                                     {1, 1, 1.0 + suspect},
+                                                     {2, 0, 0.5},
+                                                     {2, 1, g},
+                                                     {0, 2, 0.25},
+                                                     {2, 2, 1.0}},
+                                                    block_size);
+    const Factored result =
+        factored<typename TypeParam::Exec>(problem, path, threads, {kBound, kTiny, kLargest});
     expect_exact_factors(problem, result);
     EXPECT_EQ(result.shift[0][0], 0.0);
     return result.shift[0][1];
@@ -203,7 +223,7 @@ TYPED_TEST(PerturbationTest, BorderIsSeenAfterTheColumnsBefore) {
   });
 }
 
-// A zero pivot block: every pivot is replaced by the bound, whatever the border.
+// A zero pivot block: every pivot is replaced, whatever the border.
 TYPED_TEST(PerturbationTest, ZeroPivotBlocks) {
   std::vector<StageProblem<double>> problems;
   for (const Vertex p : {1, 2, 33, 150}) {
@@ -225,8 +245,10 @@ TYPED_TEST(PerturbationTest, ZeroPivotBlocks) {
     for (const StageProblem<double>& problem : problems) {
       const Vertex p = problem.plan->pivots(0);
       SCOPED_TRACE(std::to_string(p) + " pivots, border " + std::to_string(problem.plan->border_rows(0)));
-      const Factored result = factored<typename TypeParam::Exec>(problem, path, threads, {kBound, kTiny});
-      EXPECT_EQ(result.shift[0], std::vector<double>(p, kBound));
+      const Factored result =
+          factored<typename TypeParam::Exec>(problem, path, threads, {kBound, kTiny, kLargest});
+      EXPECT_EQ(result.shift[0],
+                std::vector<double>(p, problem.plan->border_rows(0) > 0 ? kBound : kLargest));
       expect_exact_factors(problem, result);
     }
   });
@@ -274,24 +296,27 @@ TYPED_TEST(PerturbationTest, TreesWithManySuspectPivots) {
     StageProblem<double> problem = artificial_problem(mixed_tree(), {seed, 0.5, 32});
     Random random(seed);
     for (Vertex row = 0; row < problem.pattern->n; ++row) {
-      const double factor = random.chance(0.15) ? std::ldexp(1.0, -static_cast<int>(random.integer(10, 40))) : 1.0;
+      const double factor =
+          random.chance(0.15) ? std::ldexp(1.0, -static_cast<int>(random.integer(10, 40))) : 1.0;
       for (Offset k = problem.pattern->offsets[row]; k < problem.pattern->offsets[row + 1]; ++k) {
         problem.values[k] *= factor;
       }
     }
-    const ReferenceStages<double> expected(problem, {kBound, kTiny});
+    const ReferenceStages<double> expected(problem, {kBound, kTiny, kLargest});
     unsigned long long perturbed = 0;
     for (const auto& front : expected.fronts) {
       for (const double shift : front.shift) perturbed += shift != 0;
     }
     EXPECT_GT(perturbed, 0u);
     this->for_each_way([&](Path path, int threads) {
-      const Factored result = factored<typename TypeParam::Exec>(problem, path, threads, {kBound, kTiny});
+      const Factored result =
+          factored<typename TypeParam::Exec>(problem, path, threads, {kBound, kTiny, kLargest});
       EXPECT_EQ(result.status.perturbed, perturbed);
       for (Vertex f = 0; f < problem.plan->num_fronts; ++f) {
         EXPECT_EQ(result.row_at[f], expected.fronts[f].row_at) << "front " << f;
         for (Vertex i = 0; i < problem.plan->pivots(f); ++i) {
-          EXPECT_EQ(result.shift[f][i] != 0, expected.fronts[f].shift[i] != 0) << "front " << f << ", pivot " << i;
+          EXPECT_EQ(result.shift[f][i] != 0, expected.fronts[f].shift[i] != 0)
+              << "front " << f << ", pivot " << i;
         }
       }
       expect_exact_factors(problem, result);
@@ -302,8 +327,11 @@ TYPED_TEST(PerturbationTest, TreesWithManySuspectPivots) {
 TYPED_TEST(PerturbationTest, PivotsThatAreNoNumbersAreCounted) {
   const double infinity = std::numeric_limits<double>::infinity();
   this->for_each_way([&](Path path, int threads) {
-    const StageProblem<double> problem = two_fronts(2, 1, {{0, 0, infinity}, {1, 1, 1.0}, {2, 0, 1.0}, {2, 2, 1.0}}, 64);
-    EXPECT_GT(factored<typename TypeParam::Exec>(problem, path, threads, {kBound, kTiny}).status.nonfinite, 0u);
+    const StageProblem<double> problem =
+        two_fronts(2, 1, {{0, 0, infinity}, {1, 1, 1.0}, {2, 0, 1.0}, {2, 2, 1.0}}, 64);
+    EXPECT_GT(factored<typename TypeParam::Exec>(problem, path, threads, {kBound, kTiny, kLargest})
+                  .status.nonfinite,
+              0u);
   });
 }
 

@@ -46,7 +46,8 @@ std::vector<std::pair<std::string, Pattern>> small_patterns() {
 std::vector<std::vector<Vertex>> borders_of(const SymbolicPlan& plan) {
   std::vector<std::vector<Vertex>> borders;
   for (Vertex f = 0; f < plan.num_fronts; ++f) {
-    borders.emplace_back(plan.border.begin() + plan.border_begin[f], plan.border.begin() + plan.border_begin[f + 1]);
+    borders.emplace_back(plan.border.begin() + plan.border_begin[f],
+                         plan.border.begin() + plan.border_begin[f + 1]);
   }
   return borders;
 }
@@ -86,8 +87,8 @@ TEST(PlanCounts, FillCoversEliminationWhereFrontsAreMerged) {
   }
 }
 
-// In these trees a border may pass by its parent: the parent's front then carries it along, so a border holds what
-// elimination needs, and exactly what the front's own entries and its children bring.
+// In these trees a border may pass by its parent: the parent's front then carries it along, so a border holds
+// what elimination needs, and exactly what the front's own entries and its children bring.
 TEST(PlanCounts, ArtificialTreesWithPermutedRows) {
   for (const auto& shapes : {mixed_tree(), broom(), chain(), leaf_and_root(33, 65), leaf_and_root(7, 0)}) {
     for (const std::uint64_t seed : {1, 2}) {
@@ -164,8 +165,8 @@ TEST(PlanCounts, BlockWidthsAreAsEqualAsCanBe) {
   EXPECT_EQ(plan.block_width(7), 1);
 }
 
-// Counted by hand: 2 pivots, 1 border row. LU of 2 x 2: one division, one multiplication, one subtraction; column
-// block and row block: 5 + 3 - as LAPACK counts both together; update: 1 x 2 times 2 x 1.
+// Counted by hand: 2 pivots, 1 border row. LU of 2 x 2: one division, one multiplication, one subtraction;
+// column block and row block: 5 + 3 - as LAPACK counts both together; update: 1 x 2 times 2 x 1.
 TEST(PlanCounts, OperationsOfASmallFront) {
   const BlockFlops flops = block_flops(2, 1);
   EXPECT_EQ(flops.getrf, 3);

@@ -10,7 +10,7 @@ namespace mfs::test {
 template <class Scalar>
 struct ReferenceStages {
   std::vector<FrontBlocks<Scalar>> assembled, factored, updated;  // by front
-  std::vector<ReferenceFront<Scalar>> fronts;             // after all stages
+  std::vector<ReferenceFront<Scalar>> fronts;                     // after all stages
 
   ReferenceStages(const StageProblem<Scalar>& problem, const ReferenceRule& rule) {
     for (Vertex f = 0; f < problem.plan->num_fronts; ++f) {

@@ -1,8 +1,8 @@
-// Runs single stages of an execution space on chosen input, and shows what they left. All memory that a stage is
-// not given holds NaN, so that what it reads or leaves out by mistake is seen.
+// Runs single stages of an execution space on chosen input, and shows what they left. All memory that a stage
+// is not given holds NaN, so that what it reads or leaves out by mistake is seen.
 //
-// StageBench<Exec, Scalar> is written for execution spaces that work in the memory of the host; one with a memory of its
-// own joins by a specialization with the same members and a line in `Kinds`.
+// StageBench<Exec, Scalar> is written for execution spaces that work in the memory of the host; one with a
+// memory of its own joins by a specialization with the same members and a line in `Kinds`.
 #pragma once
 
 #include <limits>
@@ -26,8 +26,9 @@ struct Kind {
   /// All sizes and thread counts are run in double precision; the other kinds of number share its code.
   static constexpr bool kThorough = std::is_same_v<Scalar, double>;
 };
-using Kinds = testing::Types<Kind<Kokkos::Serial, double>, Kind<Kokkos::OpenMP, double>, Kind<Kokkos::Serial, float>,
-                             Kind<Kokkos::OpenMP, std::complex<double>>, Kind<Kokkos::OpenMP, std::complex<float>>>;
+using Kinds =
+    testing::Types<Kind<Kokkos::Serial, double>, Kind<Kokkos::OpenMP, double>, Kind<Kokkos::Serial, float>,
+                   Kind<Kokkos::OpenMP, std::complex<double>>, Kind<Kokkos::OpenMP, std::complex<float>>>;
 
 /// Thread counts worth running a space with.
 template <class Tested>
@@ -123,8 +124,8 @@ class StageBench {
     exec_.fence();
   }
 
-  /// Vectors of the stage "solve", n x columns by position: `v` goes in and comes out, `y` lies between forward and
-  /// backward.
+  /// Vectors of the stage "solve", n x columns by position: `v` goes in and comes out, `y` lies between
+  /// forward and backward.
   void put_vectors(Vertex columns, const std::vector<Scalar>& v, const std::vector<Scalar>& y) {
     columns_ = columns;
     v_ = v;
@@ -135,8 +136,9 @@ class StageBench {
   const std::vector<Scalar>& y() const { return y_; }
 
   void solve_depth(const DepthSchedule& schedule, bool forward, bool transposed) {
-    mfs::solve_depth(exec_, store_, schedule, SolveVectors<Scalar>{columns_, v_.data(), y_.data(), border_.data()},
-                     forward, transposed);
+    mfs::solve_depth(exec_, store_, schedule,
+                     SolveVectors<Scalar>{columns_, v_.data(), y_.data(), border_.data()}, forward,
+                     transposed);
     exec_.fence();
   }
 
@@ -153,7 +155,8 @@ class StageBench {
   blas::SequentialScope sequential_;
 };
 
-/// Largest difference relative to the largest entry of `expected`; infinity where lengths differ or one is NaN.
+/// Largest difference relative to the largest entry of `expected`; infinity where lengths differ or one is
+/// NaN.
 template <class Scalar>
 double difference(const std::vector<Scalar>& actual, const std::vector<Scalar>& expected) {
   double most = 0, size = 0;

@@ -138,15 +138,23 @@ TEST(Fronts, SpokesOfAStarAreBundled) {
 }
 
 TEST(Fronts, SpokesOfDifferentCentresAreNotBundled) {
-  // The first `half` spokes hang on unknown 0, the others on unknown 1.
-  for (Vertex half = 90; half < 110; ++half) {
-    std::vector<std::pair<Vertex, Vertex>> edges{{0, 1}};
-    for (Vertex i = 2; i < 202; ++i) edges.emplace_back(i < half ? 0 : 1, i);
-    std::vector<Vertex> order = natural(202);
-    std::rotate(order.begin(), order.begin() + 2, order.end());
-    const SeparatorTree tree = fronts(202, symmetric(202, edges), order);
-    for (Vertex k = 0; k < tree.num_nodes(); ++k) {
-      if (tree.parent[k] < 0) continue;
+  // A clique 0 ... 59, which is one front; spokes hang on unknown 0 (those below `half`) or on unknown 1 of
+  // it.
+  const Vertex clique = 60, n = 260;
+  for (Vertex half = 150; half < 166; ++half) {
+    std::vector<std::pair<Vertex, Vertex>> edges;
+    for (Vertex i = 0; i < clique; ++i) {
+      for (Vertex j = 0; j < i; ++j) edges.emplace_back(i, j);
+    }
+    for (Vertex i = clique; i < n; ++i) {
+      edges.emplace_back(0, i);
+      edges.emplace_back(i < half ? 1 : 2, i);
+    }
+    std::vector<Vertex> order = natural(n);
+    std::rotate(order.begin(), order.begin() + clique, order.end());
+    const SeparatorTree tree = fronts(n, symmetric(n, edges), order);
+    EXPECT_LT(tree.num_nodes(), 30);
+    for (Vertex k = 0; k + 1 < tree.num_nodes(); ++k) {
       std::set<bool> centres;
       for (Vertex p = tree.node_begin[k]; p < tree.node_begin[k + 1]; ++p)
         centres.insert(tree.order[p] < half);

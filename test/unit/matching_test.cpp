@@ -150,19 +150,25 @@ TEST(Pairing, AnEvenCycleIsCutIntoItsBetterPairs) {
 }
 
 TEST(Pairing, AnOddCycleLeavesOutWhatLeavesTheBestPairs) {
-  const std::vector<int> none(5, kZeroEntry);
   for (Vertex single = 0; single < 5; ++single) {
-    // Good edges are those of the pairs behind the single; only its diagonal is fine.
-    std::vector<int> edges(5, -4), diagonal = none;
+    // Good edges are those of the pairs behind the single; diagonal entries are all alike, and fine or not.
+    std::vector<int> edges(5, -4);
     edges[(single + 1) % 5] = edges[(single + 3) % 5] = 0;
-    diagonal[single] = 0;
-    std::vector<Vertex> expected(5);
-    expected[single] = single;
+    std::vector<Vertex> pairs(5);
+    pairs[single] = single;
     for (const Vertex a : {(single + 1) % 5, (single + 3) % 5}) {
-      expected[a] = (a + 1) % 5;
-      expected[(a + 1) % 5] = a;
+      pairs[a] = (a + 1) % 5;
+      pairs[(a + 1) % 5] = a;
     }
-    EXPECT_EQ(pairs_of_ring(edges, diagonal), expected) << "single " << single;
+    // One more weak diagonal in each pair, so that no pair is superfluous.
+    std::vector<int> diagonal(5, -20);
+    diagonal[single] = 0;
+    EXPECT_EQ(pairs_of_ring(edges, diagonal), pairs) << "single " << single;
+    diagonal[single] = -20;
+    pairs[single] = (single + 1) % 5;
+    pairs[(single + 1) % 5] = (single + 2) % 5;
+    pairs[(single + 2) % 5] = single;
+    EXPECT_EQ(pairs_of_ring(edges, diagonal), pairs) << "weak single " << single;
   }
 }
 

@@ -32,8 +32,8 @@ template <class Scalar>
 struct CsrView {
   std::int64_t rows = 0;
   std::int64_t columns = 0;
-  IndexSpan row_offsets;     ///< rows + 1
-  IndexSpan column_indices;  ///< row_offsets[rows]
+  IndexSpan row_offsets;           ///< rows + 1
+  IndexSpan column_indices;        ///< row_offsets[rows]
   const Scalar* values = nullptr;  ///< row_offsets[rows]; may be null where only the pattern is asked for
 };
 

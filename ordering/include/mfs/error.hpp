@@ -1,6 +1,6 @@
-// What can go wrong, one class per kind, each with its place. All derive from mfs::Error. After any of them the
-// object that threw can be used again: an operation that throws leaves the last completed phase as it was,
-// unless its documentation says that the phase is lost.
+// What can go wrong, one class per kind, each with its place. All derive from mfs::Error. After any of them
+// the object that threw can be used again: an operation that throws leaves the last completed phase as it
+// was, unless its documentation says that the phase is lost.
 //
 // Rows, columns and entries are 0-based and in the caller's numbering; -1 means "none".
 #pragma once
@@ -22,7 +22,8 @@ class MFS_API Error : public std::runtime_error {
 /// An argument that cannot be accepted: which one, and which entry of it.
 class MFS_API InvalidInput : public Error {
  public:
-  InvalidInput(std::string argument, const std::string& what, std::int64_t row = -1, std::int64_t column = -1);
+  InvalidInput(std::string argument, const std::string& what, std::int64_t row = -1,
+               std::int64_t column = -1);
   const std::string& argument() const { return argument_; }
   std::int64_t row() const { return row_; }
   std::int64_t column() const { return column_; }

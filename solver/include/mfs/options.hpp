@@ -10,9 +10,9 @@ namespace mfs {
 
 enum class Backend { serial, openmp, cuda };
 
-/// Precision of the factors. With `single` a double precision solver takes half the memory and less time; every
-/// solution is refined to the asked accuracy all the same, and where that is not reached, the matrix is factored
-/// again in full precision.
+/// Precision of the factors. With `single` a double precision solver takes half the memory and less time;
+/// every solution is refined to the asked accuracy all the same, and where that is not reached, the matrix is
+/// factored again in full precision.
 enum class Precision { full, single };
 
 struct FactorOptions {

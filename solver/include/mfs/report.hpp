@@ -22,9 +22,9 @@ struct Flops {
 struct DepthSummary {
   std::int32_t depth = 0;
   std::int64_t fronts = 0;
-  std::int64_t pivots = 0;            ///< unknowns eliminated at this depth
-  std::int64_t max_front = 0;         ///< largest front (pivots + border), rows
-  std::int64_t factor_entries = 0;    ///< entries of L and U stored
+  std::int64_t pivots = 0;          ///< unknowns eliminated at this depth
+  std::int64_t max_front = 0;       ///< largest front (pivots + border), rows
+  std::int64_t factor_entries = 0;  ///< entries of L and U stored
   std::int64_t contribution_entries = 0;
   Flops flops;
 };
@@ -52,8 +52,8 @@ struct Report {
   std::int64_t max_front = 0;
 
   std::int64_t bytes_factor = 0;  ///< predicted bytes of the factors alone
-  std::int64_t bytes_peak = 0;    ///< predicted bytes of factors, contribution blocks, plan copy and workspace
-  std::int64_t bytes_used = 0;    ///< bytes that the numeric phases really took
+  std::int64_t bytes_peak = 0;  ///< predicted bytes of factors, contribution blocks, plan copy and workspace
+  std::int64_t bytes_used = 0;  ///< bytes that the numeric phases really took
 
   double time_order = 0;  ///< s, matrix check, matching, graph, separators
   double time_symbolic = 0;
@@ -63,12 +63,12 @@ struct Report {
 
   std::int64_t perturbed_pivots = 0;
   bool single_precision = false;  ///< the factors in use are of single precision
-  int reanalyses = 0;  ///< times that the tree was changed because pivots failed
+  int reanalyses = 0;             ///< times that the tree was changed because pivots failed
   // What the last solve needed to reach the tolerance (all 0: the factors alone were good enough).
   int refinement_steps = 0;
-  int krylov_steps = 0;                ///< of FGMRES, where refinement stalled
-  std::int64_t corrected_pivots = 0;   ///< perturbed pivots taken back by an exact low-rank correction
-  double backward_error = 0;  ///< componentwise, the worst of the last solve's right-hand sides
+  int krylov_steps = 0;               ///< of FGMRES, where refinement stalled
+  std::int64_t corrected_pivots = 0;  ///< perturbed pivots taken back by an exact low-rank correction
+  double backward_error = 0;          ///< componentwise, the worst of the last solve's right-hand sides
 };
 
 }  // namespace mfs

@@ -50,14 +50,15 @@ class MFS_API BasicSolver {
 
   /// Solves A X = B. `b` and `x` are n x nrhs, column-major, leading dimensions ldb and ldx (0 takes n); they
   /// may be the same array. On return each column's backward error is at most the asked tolerance.
-  /// Throws StateError, InvalidInput, SingularMatrix (numerical), AccuracyNotReached; x is then unchanged.
+  /// Throws StateError, InvalidInput, SingularMatrix (numerical), AccuracyNotReached, OutOfMemory; x is then
+  /// unchanged, but for whole blocks of 16 columns that were solved before the failure.
   void solve(const Scalar* b, Scalar* x, std::int64_t nrhs = 1, std::int64_t ldb = 0, std::int64_t ldx = 0);
   /// Solves A^T X = B.
   void solve_transpose(const Scalar* b, Scalar* x, std::int64_t nrhs = 1, std::int64_t ldb = 0,
                        std::int64_t ldx = 0);
 
-  /// Estimate of the condition number |A|_1 |A^-1|_1 (Higham and Tisseur 2000; rarely below a third of it), by a few
-  /// solves. Infinite if A is singular. Throws StateError, OutOfMemory.
+  /// Estimate of the condition number |A|_1 |A^-1|_1 (Higham and Tisseur 2000; rarely below a third of it),
+  /// by a few solves. Infinite if A is singular. Throws StateError, OutOfMemory.
   double condition_estimate();
   /// The determinant of A, from the pivots. Throws StateError, and AccuracyNotReached where more pivots were
   /// perturbed than can be taken back.

@@ -1,0 +1,140 @@
+// Solves adversarial matrices with MFS and holds every answer against plain code and UMFPACK:
+//   - a solution that is returned has a componentwise backward error of at most 1e-12, computed here;
+//   - a matrix that is singular by construction is refused;
+//   - a matrix is refused only where UMFPACK, or a dense LU by LAPACK, finds a reciprocal condition below
+//   1e-14.
+//
+//   test_adversarial [COUNT [FIRST_SEED]]        prints the seed of each failure and a table by kind
+#include <umfpack.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <map>
+#include <string>
+
+#include <mfs/mfs.hpp>
+
+#include "test/adversarial/hard_matrices.hpp"
+#include "test/reference/random.hpp"
+
+extern "C" {
+void dgetrf_(const int*, const int*, double*, const int*, int*, int*);
+void dgecon_(const char*, const int*, const double*, const int*, const double*, double*, double*, int*, int*);
+}
+
+namespace {
+
+using mfs::test::HardMatrix;
+using mfs::test::SparseMatrix;
+
+constexpr double kTolerance = 1e-12, kSingularBelow = 1e-14;
+
+struct Tally {
+  int solved = 0, refused = 0, wrong = 0, refused_regular = 0;
+  double worst = 0;
+};
+
+// LAPACK's estimate from a dense LU with partial pivoting; 0 where it meets a zero pivot.
+double dense_reciprocal_condition(const SparseMatrix& a) {
+  const int n = static_cast<int>(a.n);
+  std::vector<double> dense(static_cast<std::size_t>(n) * n, 0.0), work(static_cast<std::size_t>(4 * n)),
+      sums(n, 0.0);
+  std::vector<int> pivots(n);
+  for (const mfs::test::Entry& e : mfs::test::entries_of(a)) {
+    dense[e.row + e.column * n] += e.value;
+    sums[e.column] += std::abs(e.value);
+  }
+  const double norm = *std::max_element(sums.begin(), sums.end());
+  double condition = 0;
+  int info = 0;
+  dgetrf_(&n, &n, dense.data(), &n, pivots.data(), &info);
+  if (info == 0) dgecon_("1", &n, dense.data(), &n, &norm, &condition, work.data(), pivots.data(), &info);
+  return condition;
+}
+
+// UMFPACK's estimate; 0 where it calls the matrix singular. The arrays are A by columns of A^T: same
+// condition.
+double reciprocal_condition(const SparseMatrix& a) {
+  double control[UMFPACK_CONTROL], info[UMFPACK_INFO];
+  umfpack_dl_defaults(control);
+  control[UMFPACK_IRSTEP] = 0;
+  std::vector<SuiteSparse_long> offsets(a.offsets.begin(), a.offsets.end()),
+      columns(a.columns.begin(), a.columns.end());
+  void *symbolic = nullptr, *numeric = nullptr;
+  double condition = 0;
+  if (umfpack_dl_symbolic(a.n, a.n, offsets.data(), columns.data(), a.values.data(), &symbolic, control,
+                          info) == UMFPACK_OK &&
+      umfpack_dl_numeric(offsets.data(), columns.data(), a.values.data(), symbolic, &numeric, control,
+                         info) == UMFPACK_OK) {
+    condition = info[UMFPACK_RCOND];
+  }
+  umfpack_dl_free_symbolic(&symbolic);
+  umfpack_dl_free_numeric(&numeric);
+  return condition;
+}
+
+std::vector<double> right_hand_side(const HardMatrix& hard, std::uint64_t seed) {
+  mfs::test::Random random(seed);
+  std::vector<double> x = random.vector(hard.matrix.n);
+  if (hard.solution_sizes.empty() && !hard.singular) return x;
+  for (std::size_t i = 0; i < hard.solution_sizes.size(); ++i) x[i] *= hard.solution_sizes[i];
+  return mfs::test::multiply(hard.matrix,
+                             x);  // a singular system gets a consistent one: it must be refused as well
+}
+
+void judge(std::uint64_t seed, mfs::Backend backend, Tally& tally) {
+  const HardMatrix hard = mfs::test::hard_matrix(seed);
+  const std::vector<double> b = right_hand_side(hard, seed);
+  std::vector<double> x(b.size(), 0.0);
+  mfs::Options options;
+  options.backend = backend;
+  mfs::Solver solver(options);
+  try {
+    solver.factor(hard.matrix.view());
+    solver.solve(b.data(), x.data());
+  } catch (const mfs::Error& error) {
+    ++tally.refused;
+    if (hard.singular) return;
+    const double condition = reciprocal_condition(hard.matrix);
+    if (condition < kSingularBelow || dense_reciprocal_condition(hard.matrix) < kSingularBelow) return;
+    ++tally.refused_regular;
+    std::printf("refused: %s, n = %ld, though UMFPACK's rcond is %.1e: %s\n", hard.name.c_str(),
+                static_cast<long>(hard.matrix.n), condition, error.what());
+    return;
+  }
+  ++tally.solved;
+  const double error = mfs::test::backward_error(hard.matrix, b, x);
+  tally.worst = std::max(tally.worst, error);
+  if (hard.singular || !(error <= kTolerance)) {
+    ++tally.wrong;
+    std::printf("WRONG SUCCESS: %s, n = %ld, backward error %.1e%s\n", hard.name.c_str(),
+                static_cast<long>(hard.matrix.n), error, hard.singular ? ", the matrix is singular" : "");
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::uint64_t count = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 400;
+  const std::uint64_t first = argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 1;
+  std::printf("%lu adversarial matrices from seed %lu\n", static_cast<unsigned long>(count),
+              static_cast<unsigned long>(first));
+  std::map<std::string, Tally> kinds;
+  int bad = 0;
+  for (std::uint64_t seed = first; seed < first + count; ++seed) {
+    const std::string name = mfs::test::hard_matrix(seed).name;
+    Tally& tally = kinds[name.substr(0, name.rfind(", seed"))];
+    const int before = tally.wrong + tally.refused_regular;
+    judge(seed, seed % 2 ? mfs::Backend::serial : mfs::Backend::openmp, tally);
+    bad += tally.wrong + tally.refused_regular - before;
+  }
+  std::printf("%-28s %8s %8s %8s %8s %10s\n", "kind", "solved", "refused", "wrong", "too shy", "worst");
+  for (const auto& [kind, t] : kinds) {
+    std::printf("%-28s %8d %8d %8d %8d %10.1e\n", kind.c_str(), t.solved, t.refused, t.wrong,
+                t.refused_regular, t.worst);
+  }
+  std::printf("%d of %lu not as they should be\n", bad, static_cast<unsigned long>(count));
+  return bad ? 1 : 0;
+}

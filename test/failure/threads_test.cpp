@@ -1,0 +1,225 @@
+// One library in a process with other things going on: threads of the caller, other solvers, BLAS and OpenMP
+// settings, output, callbacks.
+#include <dlfcn.h>
+#include <omp.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <set>
+#include <thread>
+
+#include "test/failure/fresh_solver.hpp"
+
+extern char** environ;
+
+namespace mfs::test {
+namespace {
+
+double seconds(clockid_t clock) {
+  timespec now{};
+  clock_gettime(clock, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+/// Processors that were busy for this process, on average. A loaded machine can only make it less.
+template <class Work>
+double busy_processors(const Work& work) {
+  const double wall = seconds(CLOCK_MONOTONIC), used = seconds(CLOCK_PROCESS_CPUTIME_ID);
+  work();
+  return (seconds(CLOCK_PROCESS_CPUTIME_ID) - used) / (seconds(CLOCK_MONOTONIC) - wall);
+}
+
+TEST(Threads, NoMoreThanAskedForDoTheWork) {
+  const SparseMatrix a = grid_2d(150, 150);
+  const std::vector<double> b = right_hand_sides(a, 16, a.n, 1);
+  std::vector<double> x(b.size());
+  for (const int threads : {1, 2, 1}) {
+    const double busy = busy_processors([&] {
+      Solver solver(with_threads(threads));
+      for (int k = 0; k < 3; ++k) {
+        solver.factor(a.view());
+        solver.solve(b.data(), x.data(), 16);
+      }
+    });
+    EXPECT_LE(busy, threads + 0.2);
+  }
+}
+
+TEST(Threads, SettingsOfBlasAndOpenMpAreLeftAlone) {
+  const auto get = reinterpret_cast<int (*)()>(dlsym(RTLD_DEFAULT, "openblas_get_num_threads"));
+  const auto set = reinterpret_cast<void (*)(int)>(dlsym(RTLD_DEFAULT, "openblas_set_num_threads"));
+  const int omp_before = omp_get_max_threads();
+  for (const int wanted : {1, 2}) {
+    if (set) set(wanted);
+    Options options = with_threads(2);
+    options.solve.tolerance = 1e-30;  // an error on the way changes nothing
+    Solver solver(options);
+    const SparseMatrix a = grid_2d(40, 40);
+    solver.factor(a.view());
+    const std::vector<double> b = right_hand_sides(a, 1, a.n, 1);
+    std::vector<double> x(b.size());
+    failure_of<AccuracyNotReached>([&] { solver.solve(b.data(), x.data()); });
+    if (get && set) {
+      EXPECT_EQ(get(), wanted);
+    }
+    EXPECT_EQ(omp_get_max_threads(), omp_before);
+  }
+}
+
+TEST(Threads, EnvironmentAndRandomNumbersAreLeftAlone) {
+  const auto snapshot = [] {
+    std::vector<std::string> all;
+    for (char** variable = environ; *variable; ++variable) all.emplace_back(*variable);
+    return all;
+  };
+  const std::vector<std::string> before = snapshot();
+  const SparseMatrix a = grid_2d(40, 40);
+  std::srand(5);
+  const int first = std::rand(), second = std::rand();
+  std::srand(5);
+  EXPECT_EQ(std::rand(), first);
+  Solver solver(with_threads(2));
+  solver.factor(a.view());
+  EXPECT_EQ(std::rand(), second);
+  EXPECT_EQ(snapshot(), before);
+}
+
+void solve_often(int threads, std::uint64_t seed, Backend backend = Backend::openmp) {
+  Options options = with_threads(threads);
+  options.backend = backend;
+  Solver solver(options);
+  const SparseMatrix a = random_diagonally_dominant(200, 4, seed);
+  solver.factor(a.view());
+  for (int k = 0; k < 5; ++k) {
+    solver.refactor(a.values.data());
+    expect_solves(solver, a);
+  }
+}
+
+TEST(Threads, CallsFromManyThreadsAtOnce) {
+  std::vector<std::thread> callers;
+  for (int t = 0; t < 5; ++t) {
+    callers.emplace_back([t] { solve_often(1 + t % 3, static_cast<std::uint64_t>(t)); });
+  }
+  for (std::thread& caller : callers) caller.join();
+}
+
+TEST(Threads, CallsFromAParallelRegion) {
+#pragma omp parallel for num_threads(3)
+  for (int t = 0; t < 6; ++t) solve_often(1 + t % 2, static_cast<std::uint64_t>(t));
+  EXPECT_FALSE(omp_in_parallel());
+}
+
+// Solvers with different numbers of threads and different backends, alternating: each finds the others'
+// settings.
+TEST(Threads, SolversTakeTurns) {
+  const SparseMatrix small = grid_2d(12, 12), large = grid_2d(120, 120);
+  for (const SparseMatrix* a : {&small, &large}) {
+    std::vector<Solver> solvers;
+    for (const int threads : {1, 2, 3, 2, 1}) solvers.emplace_back(with_threads(threads));
+    Options serial;
+    serial.backend = Backend::serial;
+    solvers.emplace_back(serial);
+    for (Solver& solver : solvers) solver.factor(a->view());
+    for (int round = 0; round < 4; ++round) {
+      for (Solver& solver : solvers) {
+        solver.refactor(a->values.data());
+        expect_solves(solver, *a);
+      }
+    }
+  }
+}
+
+TEST(Threads, SolverMayMoveToAnotherThread) {
+  const SparseMatrix a = grid_2d(30, 30);
+  Solver solver(with_threads(2));
+  std::thread([&] { solver.factor(a.view()); }).join();
+  expect_solves(solver, a);
+  std::thread([&] { expect_solves(solver, a); }).join();
+}
+
+TEST(Callbacks, ProgressComesInTheCallersThreadAndGrows) {
+  struct Told {
+    std::string phase;
+    double fraction;
+  };
+  std::vector<Told> told;
+  std::set<std::thread::id> threads;
+  Options options = with_threads(2);
+  options.progress = [&](const Progress& progress) {
+    told.push_back({progress.phase, progress.fraction});
+    threads.insert(std::this_thread::get_id());
+  };
+  Solver solver(options);
+  const SparseMatrix a = grid_2d(260, 260);
+  solver.factor(a.view());
+  const std::vector<double> b = right_hand_sides(a, 20, a.n, 1);
+  std::vector<double> x(b.size());
+  solver.solve(b.data(), x.data(), 20);
+  EXPECT_EQ(threads, std::set<std::thread::id>{std::this_thread::get_id()});
+  const std::set<std::string> known{"matching", "ordering", "symbolic", "factor", "solve"};
+  ASSERT_FALSE(told.empty());
+  for (std::size_t k = 0; k < told.size(); ++k) {
+    EXPECT_TRUE(known.count(told[k].phase)) << told[k].phase;
+    EXPECT_GE(told[k].fraction, 0.0);
+    EXPECT_LE(told[k].fraction, 1.0 + 1e-9);
+  }
+  EXPECT_EQ(told.back().phase, "solve");
+}
+
+TEST(Callbacks, WhatProgressThrowsComesOutAndTheSolverStaysUsable) {
+  struct Stop {};
+  bool armed = true;
+  Options options = with_threads(2);
+  options.progress = [&](const Progress&) {
+    if (armed) throw Stop();
+  };
+  Solver solver(options);
+  const SparseMatrix a = grid_2d(260, 260);  // long enough to be told on the way
+  EXPECT_THROW(solver.analyze(a.view()), Stop);
+  EXPECT_THROW(solver.factor(a.view()), Stop);
+  armed = false;
+  expect_usable(solver);
+}
+
+TEST(Callbacks, LogGetsLinesByLevel) {
+  for (const int level : {0, 1, 2}) {
+    std::vector<std::string> lines;
+    Options options = with_threads(1);
+    options.verbosity = level;
+    options.log = [&](const std::string& line) { lines.push_back(line); };
+    Solver solver(options);
+    solver.factor(grid_2d(10, 10).view());
+    EXPECT_EQ(lines.empty(), level == 0);
+  }
+}
+
+TEST(Silence, NothingIsPrinted) {
+  testing::internal::CaptureStdout();
+  testing::internal::CaptureStderr();
+  for (const int threads : {1, 2, 7}) {
+    Solver solver(with_threads(threads));
+    for (const NamedMatrix& named : adversarial_matrices(5)) {
+      try {
+        solver.analyze(named.matrix.view());
+        solver.factor(named.matrix.view());
+        const std::vector<double> b(named.matrix.n, 1.0);
+        std::vector<double> x(b.size());
+        solver.solve(b.data(), x.data());
+      } catch (const Error&) {
+      }
+    }
+    try {
+      solver.analyze(from_entries(2, {{0, 0, 1.0}}).view());
+    } catch (const SingularMatrix&) {
+    }
+  }
+  std::fflush(nullptr);
+  EXPECT_EQ(testing::internal::GetCapturedStdout(), "");
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
+}  // namespace
+}  // namespace mfs::test

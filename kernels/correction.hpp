@@ -18,6 +18,7 @@
 
 #include "kernels/blas.hpp"
 #include "kernels/factorization.hpp"
+#include "kernels/vector_ops.hpp"
 
 namespace mfs {
 
@@ -104,12 +105,12 @@ class Correction {
     for (std::size_t i = 0; i < k; ++i) {
       Wide<Scalar> sum = 0;
       for (std::size_t j = 0; j < k; ++j)
-        sum += Wide<Scalar>(conjugate(left_[j + i * k])) * Wide<Scalar>(at_columns_[j]);
+        sum += Wide<Scalar>(conjugated(left_[j + i * k])) * Wide<Scalar>(at_columns_[j]);
       rotated_[i] = sum / singular_[i];
     }
     for (std::size_t i = 0; i < k; ++i) {
       Wide<Scalar> sum = 0;
-      for (std::size_t j = 0; j < k; ++j) sum += Wide<Scalar>(conjugate(right_[j + i * k])) * rotated_[j];
+      for (std::size_t j = 0; j < k; ++j) sum += Wide<Scalar>(conjugated(right_[j + i * k])) * rotated_[j];
       const Scalar factor = static_cast<Scalar>(sum) * scale_[i];
       const Scalar* z = z_.data() + i * static_cast<std::size_t>(n_);
       for (Vertex row = 0; row < n_; ++row) x[row] += factor * z[row];
@@ -122,7 +123,7 @@ class Correction {
     const std::size_t k = perturbations_.size();
     std::vector<Scalar> null_vector(static_cast<std::size_t>(n_), Scalar(0));
     for (std::size_t i = 0; i < k; ++i) {
-      const Scalar factor = conjugate(right_[k - 1 + i * k]) * scale_[i];
+      const Scalar factor = conjugated(right_[k - 1 + i * k]) * scale_[i];
       const Scalar* z = z_.data() + i * static_cast<std::size_t>(n_);
       for (Vertex row = 0; row < n_; ++row) null_vector[row] += factor * z[row];
     }
@@ -134,7 +135,7 @@ class Correction {
     const std::size_t k = perturbations_.size();
     std::fill(out, out + n_, Scalar(0));
     for (std::size_t i = 0; i < k; ++i)
-      out[perturbations_[i].column] = conjugate(left_[i + (k - 1) * k]) / scale_[i];
+      out[perturbations_[i].column] = conjugated(left_[i + (k - 1) * k]) / scale_[i];
   }
 
   std::size_t bytes() const { return z_.size() * sizeof(Scalar); }
@@ -182,13 +183,6 @@ class Correction {
                                            right_.data());
     for (const double value : singular_) nullity_ += !(value > noise * std::max(1.0, singular_.front()));
     usable_ = info == 0;
-  }
-
-  static double conjugate(double value) { return value; }
-  static float conjugate(float value) { return value; }
-  template <class Real>
-  static std::complex<Real> conjugate(std::complex<Real> value) {
-    return std::conj(value);
   }
 
   Vertex n_;

@@ -17,6 +17,15 @@ using Team = typename TeamPolicy<Exec>::member_type;
 template <class Exec>
 constexpr bool kOnHost = std::is_same_v<typename Exec::memory_space, Kokkos::HostSpace>;
 
+// A named functor: nvcc takes no extended lambda whose body is a plain one.
+template <class Exec, class Body>
+struct TeamBody {
+  Body body;
+  KOKKOS_INLINE_FUNCTION void operator()(const Team<Exec>& team) const {
+    body(team, static_cast<Vertex>(team.league_rank()));
+  }
+};
+
 /// Calls body(team, i) for i = 0 ... count-1, in any order, one team each; the bodies differ in length.
 template <class Exec, class Body>
 void for_each_team(const Exec& exec, const char* label, Vertex count, const Body& body) {
@@ -24,9 +33,7 @@ void for_each_team(const Exec& exec, const char* label, Vertex count, const Body
   TeamPolicy<Exec> policy =
       kOnHost<Exec> ? TeamPolicy<Exec>(exec, count, 1) : TeamPolicy<Exec>(exec, count, Kokkos::AUTO);
   if (kOnHost<Exec>) policy.set_chunk_size(1);
-  Kokkos::parallel_for(
-      label, policy,
-      KOKKOS_LAMBDA(const Team<Exec>& team) { body(team, static_cast<Vertex>(team.league_rank())); });
+  Kokkos::parallel_for(label, policy, TeamBody<Exec, Body>{body});
 }
 
 /// Calls body(i) for i = 0 ... count-1, in any order; the bodies are short and alike.

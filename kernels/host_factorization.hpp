@@ -54,7 +54,7 @@ class HostFactorization final : public Factorization<Value> {
     const blas::SequentialScope sequential;
     *store_.status = FactorStatus();
     for (auto& correction : correction_) correction.reset();
-    largest_ = largest_scaled_entry();
+    largest_ = largest_scaled_entry(exec_, store_);
     const PivotRule rule{tolerance * largest_,
                          kTinyPivot * std::numeric_limits<RealOf<Scalar>>::epsilon() * largest_, largest_};
     const double total = plan_->flops.getrf + plan_->flops.trsm + plan_->flops.gemm;
@@ -176,16 +176,18 @@ class HostFactorization final : public Factorization<Value> {
   void apply_inverse(const Value* from, Value* to, Vertex columns, bool transposed) {
     const SolveVectors<Scalar> vectors{columns, vector<Scalar>(solve_layout_.v),
                                        vector<Scalar>(solve_layout_.y), vector<Scalar>(solve_layout_.border)};
-    permute(from, vectors.v, columns, transposed ? store_.column_of : store_.row_of,
-            transposed ? store_.column_scale : store_.row_scale, true);
+    const Vertex* in = transposed ? store_.column_of : store_.row_of;
+    const Vertex* out = transposed ? store_.row_of : store_.column_of;
+    const double* in_scale = transposed ? store_.column_scale : store_.row_scale;
+    const double* out_scale = transposed ? store_.row_scale : store_.column_scale;
+    gather_scaled<Value>(exec_, store_.n, columns, in, in_scale, from, vectors.v);
     for (auto depth = schedule_.begin(); depth != schedule_.end(); ++depth) {
       solve_depth(exec_, store_, *depth, vectors, true, transposed);
     }
     for (auto depth = schedule_.rbegin(); depth != schedule_.rend(); ++depth) {
       solve_depth(exec_, store_, *depth, vectors, false, transposed);
     }
-    permute(vectors.v, to, columns, transposed ? store_.row_of : store_.column_of,
-            transposed ? store_.row_scale : store_.column_scale, false);
+    scatter_scaled<Value>(exec_, store_.n, columns, out, out_scale, vectors.v, to);
   }
 
   // The inverse corrected for perturbed pivots, where that has been made.
@@ -332,42 +334,6 @@ class HostFactorization final : public Factorization<Value> {
     if (!transposed) return {store_.matrix_offsets, store_.matrix_columns, nullptr, store_.matrix_values};
     return {transposed->offsets.data(), transposed->columns.data(), transposed->slots.data(),
             store_.matrix_values};
-  }
-
-  double largest_scaled_entry() const {
-    const FrontStore<Scalar, Value> store = store_;
-    double largest = 0;
-    Kokkos::parallel_reduce(
-        "mfs::largest", Kokkos::RangePolicy<Exec, Kokkos::IndexType<Offset>>(exec_, 0, store.n),
-        KOKKOS_LAMBDA(Offset row, double& most) {
-          for (Offset k = store.matrix_offsets[row]; k < store.matrix_offsets[row + 1]; ++k) {
-            const double size = std::abs(store.matrix_values[k]) * store.row_scale[row] *
-                                store.column_scale[store.matrix_columns[k]];
-            if (size > most) most = size;
-          }
-        },
-        Kokkos::Max<double>(largest));
-    return largest;
-  }
-
-  // Into elimination order: to[position] = scale * from[index[position]]; back: to[index] = scale *
-  // from[position].
-  template <class From, class To>
-  void permute(const From* from, To* to, Vertex columns, const Vertex* index, const double* scale,
-               bool into) {
-    const Vertex n = store_.n;
-    for_each_index(
-        exec_, "mfs::permute", n, KOKKOS_LAMBDA(Offset position) {
-          const Offset i = index[position];
-          const auto factor = static_cast<RealOf<Value>>(scale[i]);
-          for (Offset j = 0; j < columns; ++j) {
-            if (into) {
-              to[position + j * n] = static_cast<To>(Value(from[i + j * n]) * factor);
-            } else {
-              to[i + j * n] = static_cast<To>(Value(from[position + j * n]) * factor);
-            }
-          }
-        });
   }
 
   std::shared_ptr<const SymbolicPlan> plan_;

@@ -14,6 +14,7 @@
 
 #include "kernels/factorization.hpp"
 #include "kernels/residual.hpp"
+#include "kernels/vector_ops.hpp"
 
 namespace mfs {
 
@@ -157,7 +158,7 @@ class Refinement {
     for (size_t i = 0; i < k; ++i) {
       const auto [c, s] = rotations[i];
       const Scalar upper = column[i];
-      column[i] = conjugate(c) * upper + conjugate(s) * column[i + 1];
+      column[i] = conjugated(c) * upper + conjugated(s) * column[i + 1];
       column[i + 1] = -s * upper + c * column[i + 1];
     }
     const Scalar size = real(std::hypot(std::abs(column[k]), std::abs(column[k + 1])));
@@ -170,16 +171,7 @@ class Refinement {
     column[k] = size;
     column[k + 1] = Scalar(0);
     rhs.push_back(-s * rhs[k]);
-    rhs[k] = conjugate(c) * rhs[k];
-  }
-
-  template <class Real>
-  static Real conjugate(Real value) {
-    return value;
-  }
-  template <class Real>
-  static std::complex<Real> conjugate(std::complex<Real> value) {
-    return std::conj(value);
+    rhs[k] = conjugated(c) * rhs[k];
   }
 
   void apply_directions(Vertex j, const std::vector<std::vector<Scalar>>& h, std::vector<Scalar> y,
@@ -203,37 +195,13 @@ class Refinement {
 
   Scalar* column(Scalar* block, Vertex j) const { return block + static_cast<Offset>(j) * n_; }
 
-  void copy(const Scalar* from, Scalar* to) const {
-    for_each_index(
-        exec_, "mfs::copy", n_, KOKKOS_LAMBDA(Offset i) { to[i] = from[i]; });
-  }
-  void add(Scalar factor, const Scalar* from, Scalar* to) const {
-    for_each_index(
-        exec_, "mfs::add", n_, KOKKOS_LAMBDA(Offset i) { to[i] += factor * from[i]; });
-  }
-  void scale(Scalar factor, Scalar* to) const {
-    for_each_index(
-        exec_, "mfs::scale", n_, KOKKOS_LAMBDA(Offset i) { to[i] *= factor; });
-  }
+  void copy(const Scalar* from, Scalar* to) const { copy_vector(exec_, n_, from, to); }
+  void add(Scalar factor, const Scalar* from, Scalar* to) const { add_vector(exec_, n_, factor, from, to); }
+  void scale(Scalar factor, Scalar* x) const { scale_vector(exec_, n_, factor, x); }
   void multiply_weight(const Scalar* from, Scalar* to, bool inverse) const {
-    const double* weight = weight_;
-    for_each_index(
-        exec_, "mfs::weight", n_, KOKKOS_LAMBDA(Offset i) {
-          to[i] = inverse ? from[i] / static_cast<RealOf<Scalar>>(weight[i])
-                          : from[i] * static_cast<RealOf<Scalar>>(weight[i]);
-        });
+    weigh_vector(exec_, n_, weight_, inverse, from, to);
   }
-  Scalar dot(const Scalar* a, const Scalar* b) const {
-    Kokkos::complex<double> sum(0);
-    Kokkos::parallel_reduce(
-        "mfs::dot", Kokkos::RangePolicy<Exec, Kokkos::IndexType<Offset>>(exec_, 0, n_),
-        KOKKOS_LAMBDA(Offset i, Kokkos::complex<double> & part) {
-          const std::complex<double> product(conjugate(a[i]) * b[i]);
-          part += Kokkos::complex<double>(product.real(), product.imag());
-        },
-        sum);
-    return from_parts<Scalar>(sum.real(), sum.imag());
-  }
+  Scalar dot(const Scalar* a, const Scalar* b) const { return dot_product(exec_, n_, a, b); }
   double norm2(const Scalar* a) const { return std::sqrt(std::abs(dot(a, a))); }
 
   Exec exec_;

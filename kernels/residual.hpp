@@ -42,7 +42,9 @@ double residual(const Exec& exec, Vertex n, const RowAccess<Scalar>& a, const Sc
         const double error = std::abs(sum);
         // A size beyond the range would make any residual look small: it counts as infinite, too.
         const bool measured = size <= std::numeric_limits<double>::max();
-        const double ratio = error == 0 ? 0 : measured ? error / size : std::numeric_limits<double>::infinity();
+        const double ratio = error == 0 ? 0
+                             : measured ? error / size
+                                        : std::numeric_limits<double>::infinity();
         // NaN compares false: written so that it counts as infinite.
         if (!(ratio <= most)) most = ratio <= 1e300 ? ratio : std::numeric_limits<double>::infinity();
       },

@@ -1,6 +1,8 @@
 #include "solver/memory_limit.hpp"
 
+#include <fcntl.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -13,22 +15,25 @@ namespace {
 
 constexpr std::size_t kUnlimited = std::numeric_limits<std::size_t>::max();
 
-// The first number in a file, or after `key` at a line's begin; `otherwise` when it is not there.
+// The first number in a file, or after `key` at a line's begin; `otherwise` when it is not there. Allocates
+// nothing: it is asked when there may be nothing left.
 std::size_t read_number(const char* path, const char* key, std::size_t otherwise) {
-  std::FILE* file = std::fopen(path, "r");
-  if (!file) return otherwise;
-  char line[256];
-  std::size_t value = otherwise;
+  const int file = open(path, O_RDONLY | O_CLOEXEC);
+  if (file < 0) return otherwise;
+  char text[4096];
+  const ssize_t length = read(file, text, sizeof text - 1);
+  close(file);
+  if (length <= 0) return otherwise;
+  text[length] = '\0';
   const std::size_t key_length = std::strlen(key);
-  while (std::fgets(line, sizeof line, file)) {
+  for (const char* line = text; line; line = std::strchr(line, '\n')) {
+    line += *line == '\n';
     unsigned long long number = 0;
     if (std::strncmp(line, key, key_length) == 0 && std::sscanf(line + key_length, "%llu", &number) == 1) {
-      value = static_cast<std::size_t>(number);
-      break;
+      return static_cast<std::size_t>(number);
     }
   }
-  std::fclose(file);
-  return value;
+  return otherwise;
 }
 
 std::size_t difference(std::size_t limit, std::size_t used) {

@@ -166,6 +166,13 @@ TEST(Callbacks, ProgressComesInTheCallersThreadAndGrows) {
     EXPECT_GE(told[k].fraction, 0.0);
     EXPECT_LE(told[k].fraction, 1.0 + 1e-9);
   }
+  for (std::size_t k = 1; k < told.size(); ++k) {
+    if (told[k].phase == told[k - 1].phase) {
+      EXPECT_GE(told[k].fraction, told[k - 1].fraction) << told[k].phase;
+    } else if (told[k - 1].phase == "factor") {
+      EXPECT_NEAR(told[k - 1].fraction, 1.0, 1e-9);
+    }
+  }
   EXPECT_EQ(told.back().phase, "solve");
 }
 

@@ -1,0 +1,111 @@
+// Vector operations of the solve phase. Free functions: nvcc takes no extended lambda of a private member.
+#pragma once
+
+#include <complex>
+
+#include "kernels/dispatch.hpp"
+#include "kernels/front_store.hpp"
+
+namespace mfs {
+
+template <class Real>
+Real conjugated(Real value) {
+  return value;
+}
+template <class Real>
+std::complex<Real> conjugated(std::complex<Real> value) {
+  return std::conj(value);
+}
+
+/// to = from
+template <class Exec, class Scalar>
+void copy_vector(const Exec& exec, Vertex n, const Scalar* from, Scalar* to) {
+  for_each_index(
+      exec, "mfs::copy", n, KOKKOS_LAMBDA(Offset i) { to[i] = from[i]; });
+}
+
+/// to += factor * from
+template <class Exec, class Scalar>
+void add_vector(const Exec& exec, Vertex n, Scalar factor, const Scalar* from, Scalar* to) {
+  for_each_index(
+      exec, "mfs::add", n, KOKKOS_LAMBDA(Offset i) { to[i] += factor * from[i]; });
+}
+
+/// x *= factor
+template <class Exec, class Scalar>
+void scale_vector(const Exec& exec, Vertex n, Scalar factor, Scalar* x) {
+  for_each_index(
+      exec, "mfs::scale", n, KOKKOS_LAMBDA(Offset i) { x[i] *= factor; });
+}
+
+/// to = from * weight, entry by entry, or from / weight.
+template <class Exec, class Scalar>
+void weigh_vector(const Exec& exec, Vertex n, const double* weight, bool divide, const Scalar* from,
+                  Scalar* to) {
+  for_each_index(
+      exec, "mfs::weight", n, KOKKOS_LAMBDA(Offset i) {
+        const auto factor = static_cast<RealOf<Scalar>>(weight[i]);
+        to[i] = divide ? from[i] / factor : from[i] * factor;
+      });
+}
+
+/// a^H b, summed in double precision.
+template <class Exec, class Scalar>
+Scalar dot_product(const Exec& exec, Vertex n, const Scalar* a, const Scalar* b) {
+  Kokkos::complex<double> sum(0);
+  Kokkos::parallel_reduce(
+      "mfs::dot", Kokkos::RangePolicy<Exec, Kokkos::IndexType<Offset>>(exec, 0, n),
+      KOKKOS_LAMBDA(Offset i, Kokkos::complex<double> & part) {
+        const std::complex<double> product(conjugated(a[i]) * b[i]);
+        part += Kokkos::complex<double>(product.real(), product.imag());
+      },
+      sum);
+  return from_parts<Scalar>(sum.real(), sum.imag());
+}
+
+/// Into elimination order, to[position] = scale * from[index[position]], for n x columns; computed as Value.
+template <class Value, class Exec, class From, class To>
+void gather_scaled(const Exec& exec, Vertex n, Vertex columns, const Vertex* index, const double* scale,
+                   const From* from, To* to) {
+  for_each_index(
+      exec, "mfs::permute", n, KOKKOS_LAMBDA(Offset position) {
+        const Offset i = index[position];
+        const auto factor = static_cast<RealOf<Value>>(scale[i]);
+        for (Offset j = 0; j < columns; ++j) {
+          to[position + j * n] = static_cast<To>(Value(from[i + j * n]) * factor);
+        }
+      });
+}
+
+/// And back: to[index[position]] = scale * from[position].
+template <class Value, class Exec, class From, class To>
+void scatter_scaled(const Exec& exec, Vertex n, Vertex columns, const Vertex* index, const double* scale,
+                    const From* from, To* to) {
+  for_each_index(
+      exec, "mfs::permute", n, KOKKOS_LAMBDA(Offset position) {
+        const Offset i = index[position];
+        const auto factor = static_cast<RealOf<Value>>(scale[i]);
+        for (Offset j = 0; j < columns; ++j) {
+          to[i + j * n] = static_cast<To>(Value(from[position + j * n]) * factor);
+        }
+      });
+}
+
+/// Largest |a_ij| row_scale[i] column_scale[j].
+template <class Exec, class Scalar, class Value>
+double largest_scaled_entry(const Exec& exec, const FrontStore<Scalar, Value>& store) {
+  double largest = 0;
+  Kokkos::parallel_reduce(
+      "mfs::largest", Kokkos::RangePolicy<Exec, Kokkos::IndexType<Offset>>(exec, 0, store.n),
+      KOKKOS_LAMBDA(Offset row, double& most) {
+        for (Offset k = store.matrix_offsets[row]; k < store.matrix_offsets[row + 1]; ++k) {
+          const double scale = store.row_scale[row] * store.column_scale[store.matrix_columns[k]];
+          const double size = std::abs(store.matrix_values[k]) * scale;
+          if (size > most) most = size;
+        }
+      },
+      Kokkos::Max<double>(largest));
+  return largest;
+}
+
+}  // namespace mfs

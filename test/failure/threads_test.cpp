@@ -4,6 +4,7 @@
 #include <omp.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
@@ -36,9 +37,11 @@ TEST(Threads, NoMoreThanAskedForDoTheWork) {
   const std::vector<double> b = right_hand_sides(a, 16, a.n, 1);
   std::vector<double> x(b.size());
   for (const int threads : {1, 2, 1}) {
+    // Idle threads of BLAS (from its load on) and OpenMP spin for some milliseconds before they sleep.
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
     const double busy = busy_processors([&] {
       Solver solver(with_threads(threads));
-      for (int k = 0; k < 3; ++k) {
+      for (int k = 0; k < 8; ++k) {
         solver.factor(a.view());
         solver.solve(b.data(), x.data(), 16);
       }

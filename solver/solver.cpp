@@ -213,8 +213,9 @@ class BasicSolver<Scalar>::Impl {
   }
   void report_progress() { options_.progress(Progress{progress_.phase, progress_.fraction}); }
 
+  bool logs(int level) const { return options_.log && options_.verbosity >= level; }
   void log(int level, const std::string& line) {
-    if (options_.log && options_.verbosity >= level) options_.log(line);
+    if (logs(level)) options_.log(line);
   }
 
   void forget() {
@@ -279,6 +280,7 @@ class BasicSolver<Scalar>::Impl {
     report_.perturbed_pivots = static_cast<std::int64_t>(status.perturbed);
     report_.bytes_used = numeric_->bytes();
     nonfinite_ = status.nonfinite > 0;
+    if (logs(2)) log(2, "factors: " + std::to_string(report_.perturbed_pivots) + " perturbed pivots");
   }
 
   // Merges fronts whose pivots failed into their parents while that helps and costs little.
@@ -405,6 +407,11 @@ class BasicSolver<Scalar>::Impl {
     report_.bytes_peak = bytes.total();
     report_.time_order = analysis_->time_order;
     report_.time_symbolic = analysis_->time_symbolic;
+    if (logs(2)) {
+      log(2, "plan: " + std::to_string(report_.fronts) + " fronts in " + std::to_string(report_.depths) +
+                 " depths, " + std::to_string(report_.nnz_factor) + " factor entries, " +
+                 std::to_string(report_.bytes_peak) + " bytes");
+    }
   }
 
   Options options_;

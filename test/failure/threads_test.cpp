@@ -4,6 +4,7 @@
 #include <omp.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -203,6 +204,12 @@ TEST(Callbacks, LogGetsLinesByLevel) {
     Solver solver(options);
     solver.factor(grid_2d(10, 10).view());
     EXPECT_EQ(lines.empty(), level == 0);
+    const auto tells = [&](const std::string& begin) {
+      return std::any_of(lines.begin(), lines.end(),
+                         [&](const std::string& line) { return line.rfind(begin, 0) == 0; });
+    };
+    EXPECT_EQ(tells("plan: "), level == 2);
+    EXPECT_EQ(tells("factors: 0 perturbed"), level == 2);
   }
 }
 

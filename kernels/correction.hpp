@@ -6,7 +6,9 @@
 //
 // A is singular exactly when C is, and of the same nullity: this is where "singular" is decided. With C q = 0
 // the null vector of A is Z q: its largest entry names a column that depends on the others. The singular
-// values are those of C between scaled unknowns, D^-1 C D, so that they mean something. For A^T the two ends
+// values are those of C between scaled unknowns, D^-1 C D, with rows and columns of C that hold large entries
+// scaled down to the identity's 1, so that they mean something. C is a difference of nearly equal numbers
+// where A is singular, so the residuals that refine Z are summed in extended precision. For A^T the two ends
 // of each perturbation change places.
 #pragma once
 
@@ -18,6 +20,7 @@
 
 #include "kernels/blas.hpp"
 #include "kernels/factorization.hpp"
+#include "kernels/residual.hpp"
 #include "kernels/vector_ops.hpp"
 
 namespace mfs {
@@ -29,8 +32,12 @@ struct Perturbation {
   Scalar amount;
 };
 
-/// More perturbed pivots than this are not corrected: Z would outgrow the factors.
-constexpr std::size_t kMostCorrected = 128;
+/// More perturbed pivots than this are not corrected: Z (n x k) must not outgrow the factors, and the
+/// singular values of C cost k^3.
+inline std::size_t most_corrected(const SymbolicPlan& plan) {
+  constexpr Offset kAlways = 128, kNever = 512;
+  return static_cast<std::size_t>(std::clamp(plan.factor_entries / plan.n, kAlways, kNever));
+}
 
 /// The entry of x that is largest in scaled unknowns.
 template <class Scalar>
@@ -47,22 +54,27 @@ Vertex largest_unknown(Vertex n, const Scalar* x, const double* scale) {
   return best;
 }
 
+/// What a residual is summed in where cancellation must leave digits.
+template <class Scalar>
+using Extended =
+    std::conditional_t<std::is_same_v<Scalar, RealOf<Scalar>>, long double, std::complex<long double>>;
+
 template <class Scalar>
 class Correction {
  public:
   /// `scale[u]` is the scale of unknown u; `inverse(x, columns)` puts A'^-1 X in the place of
-  /// X, at most kSolveColumns at once; `product(x, y)` gives y = -A x of one column;
-  /// a singular value of C up to `noise` cannot be told from zero.
-  template <class Inverse, class Product>
+  /// X, at most kSolveColumns at once; `rows` are those of A; a singular value of C up to `noise` cannot be
+  /// told from zero.
+  template <class Inverse>
   Correction(Vertex n, std::vector<Perturbation<Scalar>> perturbations, const double* scale,
-             const Inverse& inverse, const Product& product, double noise)
+             const Inverse& inverse, const RowAccess<Scalar>& rows, double noise)
       : n_(n), perturbations_(std::move(perturbations)) {
     const std::size_t k = perturbations_.size();
     for (const Perturbation<Scalar>& p : perturbations_)
       scale_.push_back(static_cast<RealOf<Scalar>>(scale[p.column]));
     z_.assign(static_cast<std::size_t>(n) * k, Scalar(0));
     for (std::size_t first = 0; first < k; first += kSolveColumns) {
-      solve_columns(first, std::min<std::size_t>(kSolveColumns, k - first), inverse, product);
+      solve_columns(first, std::min<std::size_t>(kSolveColumns, k - first), inverse, rows);
     }
     decompose(noise);
   }
@@ -100,8 +112,9 @@ class Correction {
   /// x := A^-1 b, given x = A'^-1 b.
   void apply(Scalar* x) {
     const std::size_t k = perturbations_.size();
-    for (std::size_t i = 0; i < k; ++i) at_columns_[i] = x[perturbations_[i].column] / scale_[i];
-    // C^-1 = V diag(1 / singular) U^H
+    for (std::size_t i = 0; i < k; ++i)
+      at_columns_[i] = x[perturbations_[i].column] / scale_[i] * down_rows_[i];
+    // C^-1 = columns V diag(1 / singular) U^H rows
     for (std::size_t i = 0; i < k; ++i) {
       Wide<Scalar> sum = 0;
       for (std::size_t j = 0; j < k; ++j)
@@ -111,7 +124,7 @@ class Correction {
     for (std::size_t i = 0; i < k; ++i) {
       Wide<Scalar> sum = 0;
       for (std::size_t j = 0; j < k; ++j) sum += Wide<Scalar>(conjugated(right_[j + i * k])) * rotated_[j];
-      const Scalar factor = static_cast<Scalar>(sum) * scale_[i];
+      const Scalar factor = static_cast<Scalar>(sum) * (down_columns_[i] * scale_[i]);
       const Scalar* z = z_.data() + i * static_cast<std::size_t>(n_);
       for (Vertex row = 0; row < n_; ++row) x[row] += factor * z[row];
     }
@@ -123,7 +136,7 @@ class Correction {
     const std::size_t k = perturbations_.size();
     std::vector<Scalar> null_vector(static_cast<std::size_t>(n_), Scalar(0));
     for (std::size_t i = 0; i < k; ++i) {
-      const Scalar factor = conjugated(right_[k - 1 + i * k]) * scale_[i];
+      const Scalar factor = conjugated(right_[k - 1 + i * k]) * (down_columns_[i] * scale_[i]);
       const Scalar* z = z_.data() + i * static_cast<std::size_t>(n_);
       for (Vertex row = 0; row < n_; ++row) null_vector[row] += factor * z[row];
     }
@@ -135,29 +148,45 @@ class Correction {
     const std::size_t k = perturbations_.size();
     std::fill(out, out + n_, Scalar(0));
     for (std::size_t i = 0; i < k; ++i)
-      out[perturbations_[i].column] = conjugated(left_[i + (k - 1) * k]) / scale_[i];
+      out[perturbations_[i].column] = conjugated(left_[i + (k - 1) * k]) * (down_rows_[i] / scale_[i]);
   }
 
   std::size_t bytes() const { return z_.size() * sizeof(Scalar); }
 
  private:
-  // Columns of Z with one step of refinement against A' = A + sum of the perturbations.
-  template <class Inverse, class Product>
-  void solve_columns(std::size_t first, std::size_t columns, const Inverse& inverse, const Product& product) {
+  // Columns of Z, refined.
+  template <class Inverse>
+  void solve_columns(std::size_t first, std::size_t columns, const Inverse& inverse,
+                     const RowAccess<Scalar>& rows) {
+    constexpr int kSteps = 2;
     const std::size_t n = static_cast<std::size_t>(n_);
     Scalar* z = z_.data() + first * n;
     for (std::size_t j = 0; j < columns; ++j)
       z[perturbations_[first + j].row + j * n] = perturbations_[first + j].amount;
     inverse(z, static_cast<Vertex>(columns));
     std::vector<Scalar> residual(n * columns);
-    for (std::size_t j = 0; j < columns; ++j) {
-      Scalar* r = residual.data() + j * n;
-      product(z + j * n, r);
-      r[perturbations_[first + j].row] += perturbations_[first + j].amount;
-      for (const Perturbation<Scalar>& p : perturbations_) r[p.row] -= p.amount * z[p.column + j * n];
+    for (int step = 0; step < kSteps; ++step) {
+      for (std::size_t j = 0; j < columns; ++j) residual_of_column(rows, first + j, residual.data() + j * n);
+      inverse(residual.data(), static_cast<Vertex>(columns));
+      for (std::size_t i = 0; i < residual.size(); ++i) z[i] += residual[i];
     }
-    inverse(residual.data(), static_cast<Vertex>(columns));
-    for (std::size_t i = 0; i < residual.size(); ++i) z[i] += residual[i];
+  }
+
+  // r = U - A' Z for one column, A' = A + sum of the perturbations.
+  void residual_of_column(const RowAccess<Scalar>& rows, std::size_t column, Scalar* r) const {
+    const Scalar* z = z_.data() + column * static_cast<std::size_t>(n_);
+    std::vector<Extended<Scalar>> sum(static_cast<std::size_t>(n_));
+    for (Vertex i = 0; i < n_; ++i) {
+      for (Offset k = rows.offsets[i]; k < rows.offsets[i + 1]; ++k) {
+        const Scalar value = rows.values[rows.slots ? rows.slots[k] : k];
+        sum[i] -= Extended<Scalar>(value) * Extended<Scalar>(z[rows.columns[k]]);
+      }
+    }
+    const Perturbation<Scalar>& own = perturbations_[column];
+    sum[own.row] += Extended<Scalar>(own.amount);
+    for (const Perturbation<Scalar>& p : perturbations_)
+      sum[p.row] -= Extended<Scalar>(p.amount) * Extended<Scalar>(z[p.column]);
+    for (Vertex i = 0; i < n_; ++i) r[i] = static_cast<Scalar>(sum[i]);
   }
 
   void decompose(double noise) {
@@ -179,21 +208,43 @@ class Correction {
                 return std::isfinite(std::abs(entry));
               });
     if (!usable_) return;  // LAPACK does not come back from NaN
+    scale_down(c);
     const int info = blas::singular_values(static_cast<Vertex>(k), c.data(), singular_.data(), left_.data(),
                                            right_.data());
     for (const double value : singular_) nullity_ += !(value > noise * std::max(1.0, singular_.front()));
     usable_ = info == 0;
   }
 
+  // Rows, then columns, whose largest entry is above 1 are brought down to it: rows_ C columns_. Smaller ones
+  // may hold nothing but rounding.
+  void scale_down(std::vector<Scalar>& c) {
+    const std::size_t k = perturbations_.size();
+    const auto brought_down = [](double largest) {
+      return static_cast<RealOf<Scalar>>(largest > 1 ? std::ldexp(1.0, -std::ilogb(largest)) : 1.0);
+    };
+    for (const bool by_rows : {true, false}) {
+      std::vector<RealOf<Scalar>>& down = by_rows ? down_rows_ : down_columns_;
+      std::vector<double> largest(k, 0.0);
+      for (std::size_t i = 0; i < k * k; ++i) {
+        double& most = largest[by_rows ? i % k : i / k];
+        most = std::max<double>(most, std::abs(c[i]));
+      }
+      down.resize(k);
+      std::transform(largest.begin(), largest.end(), down.begin(), brought_down);
+      for (std::size_t i = 0; i < k * k; ++i) c[i] *= down[by_rows ? i % k : i / k];
+    }
+  }
+
   Vertex n_;
   std::vector<Perturbation<Scalar>> perturbations_;
-  std::vector<RealOf<Scalar>> scale_;  // of the unknown of each perturbation
-  std::vector<Scalar> z_;              // n x k
-  std::vector<Scalar> capacitance_;    // C between scaled unknowns, k x k
-  std::vector<double> singular_;       // k, descending
-  std::vector<Scalar> left_, right_;   // U and V^H of C, k x k
-  std::vector<Scalar> at_columns_;     // work
-  std::vector<Wide<Scalar>> rotated_;  // work
+  std::vector<RealOf<Scalar>> scale_;                     // of the unknown of each perturbation
+  std::vector<Scalar> z_;                                 // n x k
+  std::vector<Scalar> capacitance_;                       // C between scaled unknowns, k x k
+  std::vector<RealOf<Scalar>> down_rows_, down_columns_;  // of C, k each
+  std::vector<double> singular_;                          // of C as scaled down; k, descending
+  std::vector<Scalar> left_, right_;                      // U and V^H of C, k x k
+  std::vector<Scalar> at_columns_;                        // work
+  std::vector<Wide<Scalar>> rotated_;                     // work
   Vertex nullity_ = 0;
   bool usable_ = false;
 };

@@ -65,7 +65,8 @@ class Factorization {
   virtual SolveOutcome solve(Vertex columns, const TransposedPattern* transposed,
                              const SolveControls& controls) = 0;
 
-  /// Estimate of |A|_1 |A^-1|_1, infinite for a singular matrix.
+  /// Estimate of |A|_1 |A^-1|_1, infinite for a singular matrix, NaN if too many pivots were perturbed to
+  /// know it.
   virtual double condition_estimate(const TransposedPattern& transposed) = 0;
   /// The determinant of A as phase * exp(log_abs); false if too many pivots were perturbed to know it.
   virtual bool determinant(Scalar& phase, double& log_abs) = 0;

@@ -25,6 +25,7 @@ SolveLayout::SolveLayout(const SymbolicPlan& plan, Offset scalar_bytes, Offset v
   const Offset block = static_cast<Offset>(plan.n) * columns;
   for (Offset* vector : {&v, &y}) *vector = arena.add(block * scalar_bytes);
   for (Offset* vector : {&b, &x, &best, &r, &d}) *vector = arena.add(block * value_bytes);
+  size = arena.add(plan.n * static_cast<Offset>(sizeof(double)));
   border = arena.add(static_cast<Offset>(plan.border.size()) * columns * scalar_bytes);
 }
 

@@ -1,9 +1,12 @@
 // The factorization in the memory of the host, for any host execution space of Kokkos.
 #pragma once
 
+#include <optional>
+
 #include "kernels/arena.hpp"
 #include "kernels/correction.hpp"
 #include "kernels/factorization.hpp"
+#include "kernels/probe.hpp"
 #include "kernels/refinement.hpp"
 #include "kernels/stages.hpp"
 
@@ -23,7 +26,7 @@ struct SolveLayout {
   SolveLayout(const SymbolicPlan& plan, Offset scalar_bytes, Offset value_bytes, Vertex columns);
   ArenaLayout arena;
   Vertex columns;
-  Offset v, y, border, b, x, best, r, d;
+  Offset v, y, border, b, x, best, r, d, size;
 };
 
 /// The plan's arrays as pointers, and the arena's regions behind them.
@@ -54,6 +57,7 @@ class HostFactorization final : public Factorization<Value> {
     const blas::SequentialScope sequential;
     *store_.status = FactorStatus();
     for (auto& correction : correction_) correction.reset();
+    probed_.reset();
     largest_ = largest_scaled_entry(exec_, store_);
     const PivotRule rule{tolerance * largest_,
                          kTinyPivot * std::numeric_limits<RealOf<Scalar>>::epsilon() * largest_, largest_};
@@ -97,6 +101,13 @@ class HostFactorization final : public Factorization<Value> {
       }
       outcome.corrected_pivots = correction.rank();
     }
+    if (store_.status->perturbed > most_corrected(*plan_)) {
+      if (!probed_) probe(columns);
+      if (!probed_->regular) {
+        outcome = probed_->refusal;
+        return outcome;
+      }
+    }
     refine(columns, transposed, controls, outcome);
     return outcome;
   }
@@ -107,6 +118,7 @@ class HostFactorization final : public Factorization<Value> {
       make_correction(flip, flip ? &transposed : nullptr);
       if (correction_[flip] && correction_[flip]->nullity() > 0)
         return std::numeric_limits<double>::infinity();
+      if (!correction_[flip] && store_.status->perturbed > 0) return std::numeric_limits<double>::quiet_NaN();
     }
     const Vertex n = store_.n;
     const double inverse_norm = blas::estimate_norm<Value>(
@@ -203,22 +215,63 @@ class HostFactorization final : public Factorization<Value> {
     const auto inverse = [&](const Value* from, Value* to, Vertex count) {
       apply_best_inverse(from, to, count, transposed != nullptr);
     };
-    const auto residual = [&](const Value* b, const Value* x, Value* r) {
-      return mfs::residual(exec_, store_.n, matrix_rows(transposed), b, x, r);
+    const auto residual = [&](const Value* b, const Value* x, Value* r, double* size) {
+      return mfs::residual(exec_, store_.n, matrix_rows(transposed), b, x, r, size);
     };
     const SolveLayout& at = solve_layout_;
     const RefinementVectors<Value> vectors{vector<Value>(at.b), vector<Value>(at.x), vector<Value>(at.best),
-                                           vector<Value>(at.r), vector<Value>(at.d)};
+                                           vector<Value>(at.r), vector<Value>(at.d), vector<double>(at.size)};
     Refinement<Exec, Value, decltype(inverse), decltype(residual)> refinement(
-        exec_, store_.n, columns, controls, transposed ? store_.column_scale : store_.row_scale, vectors,
-        inverse, residual);
+        exec_, store_.n, columns, controls, vectors, inverse, residual);
     refinement.run(krylov_space_, outcome);
+  }
+
+  // Whether A is singular, where more pivots were perturbed than the exact correction takes: by the solutions
+  // for a right-hand side that is in nobody's range by chance (kernels/probe.hpp). Keeps what is in rhs().
+  void probe(Vertex columns) {
+    Value* b = vector<Value>(solve_layout_.b);
+    const std::vector<Value> held(b, b + static_cast<Offset>(store_.n) * columns);
+    probed_ = Probed();
+    const NullDirection column = probe_direction(nullptr);
+    probed_->regular = column.regular;
+    if (!column.regular) {
+      const TransposedPattern transposed = transpose(*pattern_);
+      const NullDirection row = probe_direction(&transposed);
+      probed_->refusal.backward_error = std::numeric_limits<double>::infinity();
+      if (column.null && row.null) {
+        probed_->refusal.dependent_rows = dependent_pivots();
+        probed_->refusal.row = row.unknown;
+        probed_->refusal.column = column.unknown;
+      }
+    }
+    std::copy(held.begin(), held.end(), b);
+  }
+
+  NullDirection probe_direction(const TransposedPattern* transposed) {
+    const double* in_scale = transposed ? store_.column_scale : store_.row_scale;
+    const double* out_scale = transposed ? store_.row_scale : store_.column_scale;
+    Value *b = vector<Value>(solve_layout_.b), *r = vector<Value>(solve_layout_.r);
+    const Value* x = vector<Value>(solve_layout_.x);
+    probing_vector(store_.n, in_scale, b);
+    SolveOutcome outcome;
+    refine(1, transposed, probing_controls<Value>(), outcome);
+    mfs::residual(exec_, store_.n, matrix_rows(transposed), static_cast<const Value*>(b), x, r);
+    return null_direction(store_.n, in_scale, r, out_scale, x, largest_);
+  }
+
+  // Pivots that were replaced by something of the size of the largest entry: their columns depend on those
+  // before them.
+  Vertex dependent_pivots() const {
+    Vertex count = 0;
+    for (Vertex position = 0; position < store_.n; ++position)
+      count += std::abs(store_.shift[position]) >= 0.5 * largest_;
+    return std::max(count, Vertex(1));
   }
 
   // What was added to A by perturbed pivots; for A^T with rows and columns exchanged.
   std::vector<Perturbation<Value>> perturbed_entries(bool transposed) const {
     std::vector<Perturbation<Value>> entries;
-    for (Vertex position = 0; position < store_.n && entries.size() <= kMostCorrected; ++position) {
+    for (Vertex position = 0; position < store_.n && entries.size() <= most_corrected(*plan_); ++position) {
       if (store_.shift[position] == Scalar(0)) continue;
       const Vertex row = pivot_row(position), column = store_.column_of[position];
       const double scale = store_.row_scale[row] * store_.column_scale[column];
@@ -233,15 +286,12 @@ class HostFactorization final : public Factorization<Value> {
   bool make_correction(bool flip, const TransposedPattern* transposed) {
     if (correction_[flip]) return true;
     std::vector<Perturbation<Value>> perturbations = perturbed_entries(flip);
-    if (perturbations.empty() || perturbations.size() > kMostCorrected) return false;
+    if (perturbations.empty() || perturbations.size() > most_corrected(*plan_)) return false;
     rhs(kSolveColumns);  // room for the vectors of a full block
     const auto inverse = [&](Value* x, Vertex count) { apply_inverse(x, x, count, flip); };
-    const auto product = [&](const Value* x, Value* y) {
-      mfs::residual(exec_, store_.n, matrix_rows(transposed), static_cast<const Value*>(nullptr), x, y);
-    };
-    correction_[flip] = std::make_unique<Correction<Value>>(store_.n, std::move(perturbations),
-                                                            flip ? store_.row_scale : store_.column_scale,
-                                                            inverse, product, capacitance_noise());
+    correction_[flip] = std::make_unique<Correction<Value>>(
+        store_.n, std::move(perturbations), flip ? store_.row_scale : store_.column_scale, inverse,
+        matrix_rows(transposed), capacitance_noise());
     if (!correction_[flip]->usable()) correction_[flip].reset();
     return correction_[flip] != nullptr;
   }
@@ -344,8 +394,13 @@ class HostFactorization final : public Factorization<Value> {
   FrontStore<Scalar, Value> store_;
   SolveLayout solve_layout_;
   std::unique_ptr<HostArena> solve_arena_;
-  std::vector<Value> krylov_space_;                   // taken when FGMRES is first needed
-  double largest_ = 0;                                // scaled entry of the matrix that is factored
+  std::vector<Value> krylov_space_;  // taken when FGMRES is first needed
+  double largest_ = 0;               // scaled entry of the matrix that is factored
+  struct Probed {
+    bool regular = false;
+    SolveOutcome refusal;
+  };
+  std::optional<Probed> probed_;
   std::unique_ptr<Correction<Value>> correction_[2];  // for A, for A^T; made when first needed
   Exec exec_;
 };

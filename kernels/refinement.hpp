@@ -1,10 +1,12 @@
 // From an approximate inverse to a solution whose componentwise backward error is known: iterative
-// refinement, and, for a column where that stalls (pivots were perturbed), FGMRES with the factors as
-// preconditioner. With k perturbed pivots A differs from the factored matrix by a matrix of rank k, so FGMRES
-// needs about k + 1 steps.
+// refinement, and, for a column where that stalls, FGMRES with the factors as preconditioner. It stalls where
+// pivots were perturbed (with k of them A differs from the factored matrix by a matrix of rank k, so FGMRES
+// needs about k + 1 steps), and where |A| |x| + |b| differs by many decades between rows: then small rows
+// drown in what large entries of x leave there. FGMRES therefore measures row i of the residual by
+// (|A| |x| + |b|)_i: what it makes small is the backward error itself.
 //
-// Sources: Skeel 1980; Arioli, Demmel, Duff 1989 (refinement and its stopping); Saad 1993 (FGMRES); Arioli,
-// Duff, Gratton, Pralet 2007 (FGMRES on factors with static pivoting).
+// Sources: Skeel 1979, 1980; Arioli, Demmel, Duff 1989 (refinement and its stopping); Saad 1993 (FGMRES);
+// Arioli, Duff, Gratton, Pralet 2007 (FGMRES on factors with static pivoting).
 #pragma once
 
 #include <algorithm>
@@ -22,24 +24,28 @@ namespace mfs {
 template <class Scalar>
 struct RefinementVectors {
   Scalar *b, *x, *best, *r, *d;
+  double* size;  // n: what the residual of each row is measured by
 };
 
 /// FGMRES keeps this many directions before it restarts, and restarts this often at most.
 constexpr Vertex kKrylovDirections = 40;
 constexpr int kKrylovRestarts = 3;
+/// A cycle ends when the weighted residual, an upper bound of the backward error, is below this part of the
+/// tolerance.
+constexpr double kEnough = 0.1;
 
 /// One use: one block of right-hand sides. `Inverse` is called as inverse(from, to, columns), `Residual` as
-/// residual(b or null, x, r) and returns the componentwise backward error.
+/// residual(b or null, x, r, sizes of
+/// rows or null) and returns the componentwise backward error.
 template <class Exec, class Scalar, class Inverse, class Residual>
 class Refinement {
  public:
-  Refinement(const Exec& exec, Vertex n, Vertex columns, const SolveControls& controls, const double* weight,
+  Refinement(const Exec& exec, Vertex n, Vertex columns, const SolveControls& controls,
              const RefinementVectors<Scalar>& vectors, const Inverse& inverse, const Residual& residual)
       : exec_(exec),
         n_(n),
         columns_(columns),
         controls_(controls),
-        weight_(weight),
         at_(vectors),
         inverse_(inverse),
         residual_(residual) {}
@@ -48,7 +54,7 @@ class Refinement {
   void run(std::vector<Scalar>& krylov_space, SolveOutcome& outcome) {
     inverse_(at_.b, at_.x, columns_);
     for (Vertex j = 0; j < columns_; ++j) {
-      error_[j] = residual_(column(at_.b, j), column(at_.x, j), column(at_.r, j));
+      error_[j] = measure(j);
       open_[j] = error_[j] > controls_.tolerance;
     }
     refine();
@@ -81,12 +87,17 @@ class Refinement {
     }
   }
 
+  // The residual of column j, and its backward error.
+  double measure(Vertex j) const {
+    return residual_(column(at_.b, j), column(at_.x, j), column(at_.r, j), nullptr);
+  }
+
   // x += d, kept only if it is better.
   void improve(Vertex j, const Scalar* correction) {
     const double before = error_[j];
     copy(column(at_.x, j), column(at_.best, j));
     add(Scalar(1), correction, column(at_.x, j));
-    const double after = residual_(column(at_.b, j), column(at_.x, j), column(at_.r, j));
+    const double after = measure(j);
     if (after < before) {
       error_[j] = after;
     } else {
@@ -95,17 +106,17 @@ class Refinement {
     open_[j] = after > controls_.tolerance && after < 0.5 * before;
   }
 
-  // FGMRES for one column, the residual weighted by the row scaling.
+  // FGMRES for one column, each row of the residual measured by its size for the x at hand.
   void accelerate(Vertex j, std::vector<Scalar>& space) {
     space.resize(static_cast<size_t>(n_) * (2 * kKrylovDirections + 1));
     Scalar* const basis = space.data();
     Scalar* const directions = basis + static_cast<Offset>(n_) * (kKrylovDirections + 1);
     for (int restart = 0; restart < kKrylovRestarts && error_[j] > controls_.tolerance; ++restart) {
       const double before = error_[j];
-      residual_(column(at_.b, j), column(at_.x, j), column(at_.r, j));
+      residual_(column(at_.b, j), column(at_.x, j), column(at_.r, j), at_.size);
       krylov_cycle(j, basis, directions);
       for (int step = 0; step < 2 && error_[j] > controls_.tolerance; ++step) {
-        residual_(column(at_.b, j), column(at_.x, j), column(at_.r, j));
+        measure(j);
         inverse_(column(at_.r, j), column(at_.d, 0), 1);
         ++refinement_steps_;
         improve(j, column(at_.d, 0));
@@ -118,7 +129,7 @@ class Refinement {
     std::vector<std::vector<Scalar>> h;  // columns of the Hessenberg matrix, already rotated
     std::vector<std::array<Scalar, 2>> rotations;
     std::vector<Scalar> rhs;
-    multiply_weight(column(at_.r, j), basis, false);
+    weigh(column(at_.r, j), basis, false);
     const double norm = norm2(basis);
     if (!(norm > 0) || !std::isfinite(norm)) return;
     scale(real(1 / norm), basis);
@@ -126,11 +137,11 @@ class Refinement {
     while (static_cast<Vertex>(h.size()) < kKrylovDirections) {
       const Offset k = static_cast<Offset>(h.size());
       Scalar *v = basis + k * n_, *z = directions + k * n_, *w = v + n_;
-      multiply_weight(v, column(at_.d, 0), true);
+      weigh(v, column(at_.d, 0), true);
       inverse_(column(at_.d, 0), z, 1);
       ++krylov_steps_;
-      residual_(nullptr, z, column(at_.d, 0));  // -A z
-      multiply_weight(column(at_.d, 0), w, false);
+      residual_(nullptr, z, column(at_.d, 0), nullptr);  // -A z
+      weigh(column(at_.d, 0), w, false);
       scale(Scalar(-1), w);
       std::vector<Scalar> hessenberg(k + 2);
       for (int pass = 0; pass < 2; ++pass) {  // twice is enough (Giraud et al. 2005)
@@ -145,7 +156,7 @@ class Refinement {
       hessenberg[k + 1] = real(length);
       rotate(hessenberg, rotations, rhs);
       h.push_back(hessenberg);
-      if (length == 0 || std::abs(rhs.back()) < 0.01 * controls_.tolerance * norm) break;
+      if (length == 0 || std::abs(rhs.back()) < kEnough * controls_.tolerance) break;
       scale(real(1 / length), w);
     }
     apply_directions(j, h, rhs, directions);
@@ -184,7 +195,7 @@ class Refinement {
     const double before = error_[j];
     copy(column(at_.x, j), column(at_.best, j));
     for (Offset k = 0; k < m; ++k) add(y[k], directions + k * n_, column(at_.x, j));
-    error_[j] = residual_(column(at_.b, j), column(at_.x, j), column(at_.r, j));
+    error_[j] = measure(j);
     if (!(error_[j] < before)) {
       copy(column(at_.best, j), column(at_.x, j));
       error_[j] = before;
@@ -198,8 +209,8 @@ class Refinement {
   void copy(const Scalar* from, Scalar* to) const { copy_vector(exec_, n_, from, to); }
   void add(Scalar factor, const Scalar* from, Scalar* to) const { add_vector(exec_, n_, factor, from, to); }
   void scale(Scalar factor, Scalar* x) const { scale_vector(exec_, n_, factor, x); }
-  void multiply_weight(const Scalar* from, Scalar* to, bool inverse) const {
-    weigh_vector(exec_, n_, weight_, inverse, from, to);
+  void weigh(const Scalar* from, Scalar* to, bool inverse) const {
+    weigh_vector(exec_, n_, at_.size, !inverse, from, to);
   }
   Scalar dot(const Scalar* a, const Scalar* b) const { return dot_product(exec_, n_, a, b); }
   double norm2(const Scalar* a) const { return std::sqrt(std::abs(dot(a, a))); }
@@ -207,7 +218,6 @@ class Refinement {
   Exec exec_;
   Vertex n_, columns_;
   SolveControls controls_;
-  const double* weight_;
   RefinementVectors<Scalar> at_;
   const Inverse& inverse_;
   const Residual& residual_;

@@ -22,10 +22,11 @@ struct RowAccess {
   const Scalar* values;
 };
 
-/// r = b - A x for one column (b null: r = -A x); returns its backward error.
+/// r = b - A x for one column (b null: r = -A x); returns its backward error. Where `size_of_row` is not
+/// null, size_of_row[i] = (|A| |x| + |b|)_i, or 1 where that is no divisor (zero, subnormal, infinite).
 template <class Exec, class Scalar>
 double residual(const Exec& exec, Vertex n, const RowAccess<Scalar>& a, const Scalar* b, const Scalar* x,
-                Scalar* r) {
+                Scalar* r, double* size_of_row = nullptr) {
   double worst = 0;
   Kokkos::parallel_reduce(
       "mfs::residual", Kokkos::RangePolicy<Exec, Kokkos::IndexType<Offset>>(exec, 0, n),
@@ -39,6 +40,10 @@ double residual(const Exec& exec, Vertex n, const RowAccess<Scalar>& a, const Sc
           size += std::abs(product);
         }
         r[i] = static_cast<Scalar>(sum);
+        if (size_of_row) {
+          using Limits = std::numeric_limits<RealOf<Scalar>>;
+          size_of_row[i] = size >= Limits::min() && size <= Limits::max() ? size : 1;
+        }
         const double error = std::abs(sum);
         // A size beyond the range would make any residual look small: it counts as infinite, too.
         const bool measured = size <= std::numeric_limits<double>::max();

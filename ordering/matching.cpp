@@ -15,8 +15,9 @@ namespace mfs {
 namespace {
 
 constexpr double kNearlySymmetric =
-    0.9;                          // share of off-diagonal entries whose mirror image is in the pattern
-constexpr int kLargestEntry = 2;  // exponent that a scaled entry may have under symmetrised scales
+    0.9;                           // share of off-diagonal entries whose mirror image is in the pattern
+constexpr int kLargestEntry = 2;   // exponent that a scaled entry may have under symmetrised scales
+constexpr int kFarBelowOne = -20;  // exponent of a matched entry only where scales had to be clamped
 
 /// True where some diagonal entry is missing, zero, or small beside the largest of its row and of its column.
 bool diagonal_is_weak(const Pattern& pattern, const std::vector<Exponent>& exponents,
@@ -129,6 +130,15 @@ std::vector<Vertex> matched_rows(const Pattern& pattern, const Scalar* values,
   return std::move(matching.row_of_column);
 }
 
+/// True where clamped scales leave a matched entry far below 1.
+bool clamped_far(const Pattern& pattern, const std::vector<Exponent>& exponents, const PowerScaling& scaling,
+                 const std::vector<Vertex>& row_of_column) {
+  for (Vertex j = 0; j < pattern.n; ++j) {
+    if (scaled_exponent(pattern, exponents, scaling, row_of_column[j], j) < kFarBelowOne) return true;
+  }
+  return false;
+}
+
 std::vector<double> powers_of_two(const std::vector<std::int32_t>& exponents) {
   std::vector<double> scales(exponents.size());
   std::transform(exponents.begin(), exponents.end(), scales.begin(),
@@ -162,6 +172,7 @@ MatchedScaling match_and_scale(const Pattern& pattern, const Scalar* slot_values
   if (wanted) {
     result.matched = true;
     std::vector<Vertex> rows = matched_rows(pattern, slot_values, exponents, threads, scaling);
+    result.beyond_range = has_values && clamped_far(pattern, exponents, scaling, rows);
     if (pattern_is_nearly_symmetric(pattern)) {
       result.pair = pair_unknowns(pattern, exponents, scaling, rows);
     }

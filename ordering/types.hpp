@@ -62,6 +62,9 @@ struct MatchedScaling {
   /// Chains of more than two are allowed: i, pair[i], pair[pair[i]], ... form one cycle.
   std::vector<Vertex> pair;
   bool matched = false;
+  /// Scales under which matched entries are near 1 are no doubles: some matched entry stayed far below 1, and
+  /// a small pivot says nothing about the matrix.
+  bool beyond_range = false;
 };
 
 /// A tree of pivot sets over the unknowns, breadth first: nodes of the deepest depth come first, siblings lie

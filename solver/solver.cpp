@@ -92,10 +92,14 @@ class BasicSolver<Scalar>::Impl {
     check_values(a, threads_);
     const Stopwatch watch;
     const bool first = !numeric_;
-    if (first) make_numeric();
-    refactored_ = !first;
-    run_factor(a);
-    if (first) enlarge_pivot_blocks();
+    if (first) {
+      make_numeric();
+      refactored_ = false;
+      run_factor(a);
+      enlarge_pivot_blocks();
+    } else {
+      factor_other_values(a);
+    }
     report_.time_factor = watch.seconds();
   }
 
@@ -127,6 +131,7 @@ class BasicSolver<Scalar>::Impl {
       solve_block(b + first * ldb, ldb, x + first * ldx, ldx, columns, transposed);
       tell("solve", static_cast<double>(first + columns) / static_cast<double>(nrhs));
     }
+    watch_effort();
     report_.time_solve = watch.seconds();
   }
 
@@ -137,6 +142,7 @@ class BasicSolver<Scalar>::Impl {
       make_transposed();
       condition = numeric_->condition_estimate(*transposed_pattern_);
     });
+    if (std::isnan(condition)) throw AccuracyNotReached(std::numeric_limits<double>::infinity(), tolerance_);
     return condition;
   }
 
@@ -185,8 +191,7 @@ class BasicSolver<Scalar>::Impl {
 
   void refactor_known(const CsrView<Scalar>& a, const Stopwatch& watch) {
     check_values(a, threads_);
-    refactored_ = true;
-    run_factor(a);
+    factor_other_values(a);
     report_.time_refactor = watch.seconds();
   }
 
@@ -219,7 +224,9 @@ class BasicSolver<Scalar>::Impl {
   }
 
   void forget() {
-    factored_ = refactored_ = false;
+    factored_ = refactored_ = drifted_ = false;
+    usual_effort_ = 0;
+    rematches_ = 0;
     numeric_.reset();
     transposed_pattern_.reset();
     analysis_.reset();
@@ -262,16 +269,50 @@ class BasicSolver<Scalar>::Impl {
   }
 
   void run_factor(const CsrView<Scalar>& a) {
-    factored_ = false;
-    run("factor", [&] { sum_into_slots(*analysis_->pattern, a, numeric_->matrix_values(), threads_); });
+    take_values(a);
     factor_values();
   }
 
+  // For an object that has been factored before.
+  void factor_other_values(const CsrView<Scalar>& a) {
+    refactored_ = true;
+    if (drifted_) {
+      take_values(a);
+      rematch();
+    } else {
+      run_factor(a);
+    }
+  }
+
+  void take_values(const CsrView<Scalar>& a) {
+    factored_ = false;
+    strengthened_ = 0;
+    run("factor", [&] { sum_into_slots(*analysis_->pattern, a, numeric_->matrix_values(), threads_); });
+  }
+
+  // Notes what solves need at first after an analysis. Where they need clearly more for later values, these
+  // have drifted away from the matching and the scales, and the next refactor makes new ones: not for ever,
+  // as values may go to and fro.
+  void watch_effort() {
+    constexpr std::int64_t kMore = 4;
+    const std::int64_t effort = report_.refinement_steps + report_.krylov_steps + report_.corrected_pivots;
+    if (!refactored_) {
+      usual_effort_ = effort;
+    } else if (effort > usual_effort_ + kMore && rematches_ < options_.factor.max_reanalyses) {
+      drifted_ = true;
+    }
+  }
+
+  double pivot_tolerance() const {
+    return options_.factor.pivot_tolerance > 0 ? options_.factor.pivot_tolerance
+           : report_.single_precision          ? default_pivot_tolerance<Narrow<Scalar>>()
+                                               : default_pivot_tolerance<Scalar>();
+  }
+
+  void factor_values() { factor_values(pivot_tolerance()); }
+
   // Factors what is in matrix_values().
-  void factor_values() {
-    const double tolerance = options_.factor.pivot_tolerance > 0 ? options_.factor.pivot_tolerance
-                             : report_.single_precision          ? default_pivot_tolerance<Narrow<Scalar>>()
-                                                                 : default_pivot_tolerance<Scalar>();
+  void factor_values(double tolerance) {
     FactorStatus status{};
     const auto factor_progress = [this](double fraction) { tell("factor", fraction); };
     run("factor", [&] { status = numeric_->factor(tolerance, std::ref(factor_progress)); });
@@ -288,19 +329,45 @@ class BasicSolver<Scalar>::Impl {
     constexpr double kGrowth = 1.5, kFree = 1e8;
     const double allowed = kGrowth * report_.flops.total() + kFree;
     for (int round = 0; round < options_.factor.max_reanalyses && report_.perturbed_pivots > 0; ++round) {
-      std::shared_ptr<const SymbolicPlan> plan;
-      run("symbolic", [&] {
-        const SeparatorTree tree =
-            merge_into_parents(*analysis_->plan, numeric_->failed_fronts(*analysis_->plan));
-        plan = std::make_shared<SymbolicPlan>(make_symbolic_plan(
-            *analysis_->pattern, analysis_->matched.row_order, tree, options_.analysis.max_block_size));
-      });
-      const double flops = plan->flops.getrf + plan->flops.trsm + plan->flops.gemm;
-      if (plan->num_fronts == analysis_->plan->num_fronts || flops > allowed) break;
-      analysis_->plan = std::move(plan);
-      ++report_.reanalyses;
+      if (!merge_failed_fronts(allowed)) break;
       replace_numeric();
     }
+  }
+
+  // Takes the plan in which the fronts with perturbed pivots are merged into their parents. False where that
+  // changes nothing, or costs more operations than allowed or more memory than there is.
+  bool merge_failed_fronts(double allowed_flops) {
+    std::shared_ptr<const SymbolicPlan> plan;
+    run("symbolic", [&] {
+      const SeparatorTree tree =
+          merge_into_parents(*analysis_->plan, numeric_->failed_fronts(*analysis_->plan));
+      plan = std::make_shared<SymbolicPlan>(make_symbolic_plan(
+          *analysis_->pattern, analysis_->matched.row_order, tree, options_.analysis.max_block_size));
+    });
+    const double flops = plan->flops.getrf + plan->flops.trsm + plan->flops.gemm;
+    if (plan->num_fronts == analysis_->plan->num_fronts || flops > allowed_flops) return false;
+    if (static_cast<std::size_t>(factor_bytes(*plan).total()) > available_host_memory()) return false;
+    analysis_->plan = std::move(plan);
+    ++report_.reanalyses;
+    return true;
+  }
+
+  // Pivots large enough to pass can still be small beside their border, and then the factors grow. Factors
+  // once with every pivot judged by its border, as threshold pivoting does (tolerance 1: the largest entry),
+  // and merges the fronts that have no better ones. False where nothing is left to merge.
+  bool strengthen() {
+    constexpr double kGrowth = 4, kFree = 2e10;  // a second, against a refusal
+    if (strengthened_ >= options_.factor.max_reanalyses) return false;
+    ++strengthened_;
+    const double allowed = kGrowth * report_.flops.total() + kFree;
+    factor_values(1.0);
+    if (report_.perturbed_pivots > 0 && merge_failed_fronts(allowed)) {
+      replace_numeric();
+      return true;
+    }
+    strengthened_ = options_.factor.max_reanalyses;
+    factor_values();
+    return false;
   }
 
   // Makes the factorization anew for the same values, after the plan or the precision has changed.
@@ -319,15 +386,25 @@ class BasicSolver<Scalar>::Impl {
   }
 
   // The next rung after all that can be done with the present factors: full precision, then a new matching
-  // and tree for values that have changed since the analysis. False when there is none.
-  bool climb() {
+  // and tree for values that have changed since the analysis, then larger pivot blocks wherever the factors
+  // grow (no help to a singular matrix). False when there is none.
+  bool climb(bool singular) {
     if (report_.single_precision) {
       report_.single_precision = false;
       replace_numeric();
       return true;
     }
-    if (!refactored_ || (report_.perturbed_pivots == 0 && !nonfinite_)) return false;
-    refactored_ = false;
+    if (refactored_) {
+      rematch();
+      return true;
+    }
+    return !singular && strengthen();
+  }
+
+  // Matching, scaling, ordering and factors anew for the present values.
+  void rematch() {
+    refactored_ = drifted_ = false;
+    ++rematches_;
     run("ordering", [&] {
       reanalyze(*analysis_, numeric_->matrix_values(), options_.analysis, threads_,
                 [this](const char* phase, double fraction) { tell(phase, fraction); });
@@ -335,7 +412,6 @@ class BasicSolver<Scalar>::Impl {
     ++report_.reanalyses;
     replace_numeric();
     enlarge_pivot_blocks();
-    return true;
   }
 
   void solve_block(const Scalar* b, Offset ldb, Scalar* x, Offset ldx, Vertex columns, bool transposed) {
@@ -352,7 +428,7 @@ class BasicSolver<Scalar>::Impl {
       report_.refinement_steps = std::max(report_.refinement_steps, outcome.refinement_steps);
       report_.krylov_steps = std::max(report_.krylov_steps, outcome.krylov_steps);
       report_.corrected_pivots = std::max<std::int64_t>(report_.corrected_pivots, outcome.corrected_pivots);
-    } while (!(outcome.backward_error <= tolerance_) && climb());
+    } while (!(outcome.backward_error <= tolerance_) && climb(outcome.dependent_rows > 0));
     report_.bytes_used = numeric_->bytes();
     if (!(outcome.backward_error <= tolerance_)) refuse(outcome);
     report_.backward_error = std::max(report_.backward_error, outcome.backward_error);
@@ -360,22 +436,13 @@ class BasicSolver<Scalar>::Impl {
     for (Vertex j = 0; j < columns; ++j) std::copy(solution + j * n, solution + (j + 1) * n, x + j * ldx);
   }
 
-  // The tolerance was missed: because A is singular, because pivots vanished, or in spite of sound pivots.
+  // The tolerance was missed: because A is singular, or in spite of a regular A.
   [[noreturn]] void refuse(const SolveOutcome& outcome) const {
-    constexpr const char* kWhat = "the matrix is singular to working precision";
-    if (outcome.dependent_rows > 0) {
-      throw SingularMatrix(SingularMatrix::Kind::numerical, outcome.row, outcome.column,
-                           outcome.dependent_rows, kWhat);
-    }
-    if (report_.perturbed_pivots == 0 && !nonfinite_) {
+    if (outcome.dependent_rows == 0 || nonfinite_ || analysis_->matched.beyond_range) {
       throw AccuracyNotReached(outcome.backward_error, tolerance_);
     }
-    const SymbolicPlan& plan = *analysis_->plan;
-    Vertex position = 0;
-    while (position + 1 < plan.n && numeric_->pivot_shift(position) == Scalar(0)) ++position;
-    throw SingularMatrix(SingularMatrix::Kind::numerical, numeric_->pivot_row(position),
-                         plan.column_of[position], std::max<std::int64_t>(report_.perturbed_pivots, 1),
-                         kWhat);
+    throw SingularMatrix(SingularMatrix::Kind::numerical, outcome.row, outcome.column, outcome.dependent_rows,
+                         "the matrix is singular to working precision");
   }
 
   void check_vectors(const Scalar* b, const Scalar* x, Offset nrhs, Offset ldb, Offset ldx) const {
@@ -423,7 +490,11 @@ class BasicSolver<Scalar>::Impl {
   std::unique_ptr<Factorization<Scalar>> numeric_;
   std::optional<TransposedPattern> transposed_pattern_;
   bool factored_ = false;
-  bool refactored_ = false;  // the values are not those of the analysis any more
+  bool refactored_ = false;        // the values are not those of the analysis any more
+  bool drifted_ = false;           // solves have become dearer: the next refactor matches anew
+  std::int64_t usual_effort_ = 0;  // steps that a solve took for the values of the analysis
+  int rematches_ = 0;
+  int strengthened_ = 0;  // rounds of strengthen() for the present values
   bool nonfinite_ = false;
   ProgressState progress_;
 };

@@ -58,7 +58,8 @@ class MFS_API BasicSolver {
                        std::int64_t ldx = 0);
 
   /// Estimate of the condition number |A|_1 |A^-1|_1 (Higham and Tisseur 2000; rarely below a third of it),
-  /// by a few solves. Infinite if A is singular. Throws StateError, OutOfMemory.
+  /// by a few solves. Infinite if A is singular. Throws StateError, OutOfMemory, and AccuracyNotReached where
+  /// more pivots were perturbed than can be taken back.
   double condition_estimate();
   /// The determinant of A, from the pivots. Throws StateError, and AccuracyNotReached where more pivots were
   /// perturbed than can be taken back.

@@ -1,0 +1,134 @@
+// The rungs above refinement, each on matrices that need it: FGMRES in the measure of the backward error,
+// larger pivot blocks, a new matching for values that drifted, and "singular" only where it is true.
+#include <gtest/gtest.h>
+
+#include <mfs/mfs.hpp>
+
+#include "test/adversarial/hard_matrices.hpp"
+#include "test/reference/random.hpp"
+
+namespace mfs::test {
+namespace {
+
+Options one_thread() {
+  Options options;
+  options.backend = Backend::serial;
+  return options;
+}
+
+/// Solves A x = b for the last values given to `solver`; the answer must be as good as promised.
+void expect_right(Solver& solver, const SparseMatrix& a) {
+  const std::vector<double> b = Random(3).vector(a.n);
+  std::vector<double> x(b.size());
+  solver.solve(b.data(), x.data());
+  EXPECT_LE(backward_error(a, b, x), 1e-12);
+}
+
+/// A grid with random entries whose diagonal is `diagonal` times a random number.
+SparseMatrix weak_grid(std::int64_t rows, double diagonal, std::uint64_t seed) {
+  Random random(seed);
+  const SparseMatrix grid = grid_2d(rows, rows + 1);
+  std::vector<Entry> entries = entries_of(grid);
+  for (Entry& e : entries) e.value = random.entry() * (e.row == e.column ? diagonal : 1.0);
+  return from_entries(grid.n, entries);
+}
+
+// |A| |x| + |b| differs by tens of decades between rows, the scaled matrix is well conditioned, no pivot is
+// small: small rows of the residual drown in what large entries of x leave there, unless measured by their
+// size.
+TEST(Ladder, SmallRowsDoNotDrown) {
+  for (const std::uint64_t seed : {105047, 107607, 500727}) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const HardMatrix hard = hard_matrix(seed);
+    const std::vector<double> b = Random(seed).vector(hard.matrix.n);
+    std::vector<double> x(b.size());
+    Solver solver(one_thread());
+    solver.factor(hard.matrix.view());
+    solver.solve(b.data(), x.data());
+    EXPECT_LE(backward_error(hard.matrix, b, x), 1e-12);
+    EXPECT_GT(solver.report().krylov_steps, 0);
+    EXPECT_EQ(solver.report().reanalyses, 0);
+  }
+}
+
+// No pivot is below the tolerance asked for, but many are small beside their border: no perturbation, no
+// accuracy. Larger pivot blocks are all that helps.
+TEST(Ladder, PivotBlocksGrowWhereFactorsGrow) {
+  for (const double diagonal : {1e-10, 1e-12}) {
+    for (const std::uint64_t seed : {40, 41, 42}) {
+      SCOPED_TRACE("diagonal " + std::to_string(diagonal) + ", seed " + std::to_string(seed));
+      const SparseMatrix a = weak_grid(40, diagonal, seed);
+      Options options = one_thread();
+      options.analysis.matching = Matching::never;
+      options.analysis.leaf_size = 8;
+      options.factor.pivot_tolerance = 1e-15;
+      Solver solver(options);
+      solver.factor(a.view());
+      EXPECT_EQ(solver.report().reanalyses, 0);
+      expect_right(solver, a);
+      EXPECT_GT(solver.report().reanalyses, 0);
+
+      options.factor.max_reanalyses = 0;
+      Solver weak(options);
+      weak.factor(a.view());
+      EXPECT_THROW(expect_right(weak, a), AccuracyNotReached);
+      EXPECT_EQ(weak.report().reanalyses, 0);
+    }
+  }
+}
+
+int effort(const Report& report) {
+  return report.refinement_steps + report.krylov_steps + static_cast<int>(report.corrected_pivots);
+}
+
+// The first values need no matching, the later ones do: the solve says so, the next refactor takes the hint.
+TEST(Ladder, DriftedValuesAreMatchedAnew) {
+  const SparseMatrix strong = weak_grid(40, 50.0, 5), weak = weak_grid(40, 3e-8, 6);
+  Solver solver(one_thread());
+  solver.factor(strong.view());
+  expect_right(solver, strong);
+  EXPECT_FALSE(solver.report().matched);
+  solver.refactor(weak.view());
+  expect_right(solver, weak);
+  EXPECT_EQ(solver.report().reanalyses, 0);
+  const int dear = effort(solver.report());
+  EXPECT_GT(dear, 5);
+  solver.refactor(weak.view());
+  EXPECT_TRUE(solver.report().matched);
+  EXPECT_GT(solver.report().reanalyses, 0);
+  expect_right(solver, weak);
+  EXPECT_LT(effort(solver.report()), dear);
+}
+
+// Values that go to and fro must not cost an analysis each time, and the limit is the caller's.
+TEST(Ladder, MatchingAnewHasAnEnd) {
+  const SparseMatrix strong = weak_grid(40, 50.0, 5), weak = weak_grid(40, 3e-8, 6);
+  for (const int allowed : {0, 2}) {
+    Options options = one_thread();
+    options.factor.max_reanalyses = allowed;
+    Solver solver(options);
+    solver.factor(strong.view());
+    expect_right(solver, strong);
+    for (int round = 0; round < 12; ++round) {
+      const SparseMatrix& a = round % 4 < 2 ? weak : strong;
+      solver.refactor(a.view());
+      expect_right(solver, a);
+    }
+    EXPECT_EQ(solver.report().matched, allowed > 0);
+    EXPECT_LE(solver.report().reanalyses, allowed * (1 + allowed));
+  }
+}
+
+// The scales that would show this matrix regular are no doubles: not reached, but not "singular" either.
+TEST(Ladder, BeyondTheRangeIsNotSingular) {
+  for (const std::uint64_t seed : {600248, 601408, 602848, 600428}) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const HardMatrix hard = hard_matrix(seed);
+    Solver solver(one_thread());
+    solver.factor(hard.matrix.view());
+    EXPECT_THROW(expect_right(solver, hard.matrix), AccuracyNotReached);
+  }
+}
+
+}  // namespace
+}  // namespace mfs::test

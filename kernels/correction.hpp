@@ -5,7 +5,8 @@
 //   A^-1 = A'^-1 + Z C^-1 V^T A'^-1,    Z = A'^-1 U,    C = I - V^T Z   (k x k, the capacitance matrix).
 //
 // A is singular exactly when C is, and of the same nullity: this is where "singular" is decided. With C q = 0
-// the null vector of A is Z q: its largest entry names a column that depends on the others. The singular
+// the null vector of A is Z q, and it is judged as one: |A Z q| / | |A| |Z q| | is at least the reciprocal
+// condition number of A. Its largest entry names a column that depends on the others. The singular
 // values are those of C between scaled unknowns, D^-1 C D, with rows and columns of C that hold large entries
 // scaled down to the identity's 1, so that they mean something. C is a difference of nearly equal numbers
 // where A is singular, so the residuals that refine Z are summed in extended precision. For A^T the two ends
@@ -62,12 +63,11 @@ using Extended =
 template <class Scalar>
 class Correction {
  public:
-  /// `scale[u]` is the scale of unknown u; `inverse(x, columns)` puts A'^-1 X in the place of
-  /// X, at most kSolveColumns at once; `rows` are those of A; a singular value of C up to `noise` cannot be
-  /// told from zero.
+  /// `scale[u]` is the scale of unknown u, `row_scale[i]` that of row i; `inverse(x, columns)` puts A'^-1 X
+  /// in the place of X, at most kSolveColumns at once; `rows` are those of A.
   template <class Inverse>
   Correction(Vertex n, std::vector<Perturbation<Scalar>> perturbations, const double* scale,
-             const Inverse& inverse, const RowAccess<Scalar>& rows, double noise)
+             const double* row_scale, const Inverse& inverse, const RowAccess<Scalar>& rows)
       : n_(n), perturbations_(std::move(perturbations)) {
     const std::size_t k = perturbations_.size();
     for (const Perturbation<Scalar>& p : perturbations_)
@@ -76,7 +76,8 @@ class Correction {
     for (std::size_t first = 0; first < k; first += kSolveColumns) {
       solve_columns(first, std::min<std::size_t>(kSolveColumns, k - first), inverse, rows);
     }
-    decompose(noise);
+    decompose(scale);
+    while (usable_ && nullity_ < static_cast<Vertex>(k) && is_null(nullity_, rows, row_scale)) ++nullity_;
   }
 
   /// False where the numbers ran out of range: then there is no correction.
@@ -133,14 +134,7 @@ class Correction {
   /// The unknown with the largest entry, in scaled unknowns, of the null vector that belongs to the smallest
   /// singular value.
   Vertex dependent_unknown(const double* scale) const {
-    const std::size_t k = perturbations_.size();
-    std::vector<Scalar> null_vector(static_cast<std::size_t>(n_), Scalar(0));
-    for (std::size_t i = 0; i < k; ++i) {
-      const Scalar factor = conjugated(right_[k - 1 + i * k]) * (down_columns_[i] * scale_[i]);
-      const Scalar* z = z_.data() + i * static_cast<std::size_t>(n_);
-      for (Vertex row = 0; row < n_; ++row) null_vector[row] += factor * z[row];
-    }
-    return largest_unknown(n_, null_vector.data(), scale);
+    return largest_unknown(n_, null_vector(0).data(), scale);
   }
 
   /// V p with C^T p = 0: A'^-T of it is the null vector of A^T.
@@ -154,6 +148,39 @@ class Correction {
   std::size_t bytes() const { return z_.size() * sizeof(Scalar); }
 
  private:
+  // Z q for the singular vector q of the smallest singular value (order 0), the next one, ...
+  std::vector<Scalar> null_vector(Vertex order) const {
+    const std::size_t k = perturbations_.size(), place = k - 1 - static_cast<std::size_t>(order);
+    std::vector<Scalar> vector(static_cast<std::size_t>(n_), Scalar(0));
+    for (std::size_t i = 0; i < k; ++i) {
+      const Scalar factor = conjugated(right_[place + i * k]) * (down_columns_[i] * scale_[i]);
+      const Scalar* z = z_.data() + i * static_cast<std::size_t>(n_);
+      for (Vertex row = 0; row < n_; ++row) vector[row] += factor * z[row];
+    }
+    return vector;
+  }
+
+  // |A x| <= kSingular | |A| |x| | in scaled rows proves that the scaled A has a reciprocal condition number
+  // of at most kSingular (maximum norm).
+  bool is_null(Vertex order, const RowAccess<Scalar>& rows, const double* row_scale) const {
+    constexpr double kSingular = 45 * std::numeric_limits<RealOf<Scalar>>::epsilon();  // double: 1e-14
+    const std::vector<Scalar> x = null_vector(order);
+    double product = 0, size = 0;
+    for (Vertex i = 0; i < n_; ++i) {
+      Extended<Scalar> sum = 0;
+      double sizes = 0;
+      for (Offset k = rows.offsets[i]; k < rows.offsets[i + 1]; ++k) {
+        const Extended<Scalar> term = Extended<Scalar>(rows.values[rows.slots ? rows.slots[k] : k]) *
+                                      Extended<Scalar>(x[rows.columns[k]]);
+        sum += term;
+        sizes += static_cast<double>(std::abs(term));
+      }
+      product = std::max(product, static_cast<double>(std::abs(sum)) * row_scale[i]);
+      size = std::max(size, sizes * row_scale[i]);
+    }
+    return size > 0 && product <= kSingular * size;
+  }
+
   // Columns of Z, refined.
   template <class Inverse>
   void solve_columns(std::size_t first, std::size_t columns, const Inverse& inverse,
@@ -189,7 +216,7 @@ class Correction {
     for (Vertex i = 0; i < n_; ++i) r[i] = static_cast<Scalar>(sum[i]);
   }
 
-  void decompose(double noise) {
+  void decompose(const double* scale) {
     const std::size_t k = perturbations_.size();
     std::vector<Scalar> c(k * k);
     for (std::size_t j = 0; j < k; ++j) {
@@ -204,20 +231,18 @@ class Correction {
     at_columns_.resize(k);
     rotated_.resize(k);
     capacitance_ = c;
-    usable_ = std::isfinite(noise) && std::all_of(c.begin(), c.end(), [](const Scalar& entry) {
-                return std::isfinite(std::abs(entry));
-              });
+    usable_ =
+        std::all_of(c.begin(), c.end(), [](const Scalar& entry) { return std::isfinite(std::abs(entry)); });
     if (!usable_) return;  // LAPACK does not come back from NaN
-    scale_down(c);
+    scale_down(c, scale);
     const int info = blas::singular_values(static_cast<Vertex>(k), c.data(), singular_.data(), left_.data(),
                                            right_.data());
-    for (const double value : singular_) nullity_ += !(value > noise * std::max(1.0, singular_.front()));
     usable_ = info == 0;
   }
 
-  // Rows, then columns, whose largest entry is above 1 are brought down to it: rows_ C columns_. Smaller ones
-  // may hold nothing but rounding.
-  void scale_down(std::vector<Scalar>& c) {
+  // Rows, then columns, whose largest entry is above 1 are brought down to it, columns with that of Z (both
+  // in scaled unknowns). Smaller ones may hold nothing but rounding.
+  void scale_down(std::vector<Scalar>& c, const double* scale) {
     const std::size_t k = perturbations_.size();
     const auto brought_down = [](double largest) {
       return static_cast<RealOf<Scalar>>(largest > 1 ? std::ldexp(1.0, -std::ilogb(largest)) : 1.0);
@@ -228,6 +253,11 @@ class Correction {
       for (std::size_t i = 0; i < k * k; ++i) {
         double& most = largest[by_rows ? i % k : i / k];
         most = std::max<double>(most, std::abs(c[i]));
+      }
+      for (std::size_t j = 0; j < k && !by_rows; ++j) {
+        const Scalar* z = z_.data() + j * static_cast<std::size_t>(n_);
+        for (Vertex row = 0; row < n_; ++row)
+          largest[j] = std::max(largest[j], std::abs(z[row]) / scale[row] * scale_[j]);
       }
       down.resize(k);
       std::transform(largest.begin(), largest.end(), down.begin(), brought_down);

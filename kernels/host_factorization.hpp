@@ -290,53 +290,10 @@ class HostFactorization final : public Factorization<Value> {
     rhs(kSolveColumns);  // room for the vectors of a full block
     const auto inverse = [&](Value* x, Vertex count) { apply_inverse(x, x, count, flip); };
     correction_[flip] = std::make_unique<Correction<Value>>(
-        store_.n, std::move(perturbations), flip ? store_.row_scale : store_.column_scale, inverse,
-        matrix_rows(transposed), capacitance_noise());
+        store_.n, std::move(perturbations), flip ? store_.row_scale : store_.column_scale,
+        flip ? store_.column_scale : store_.row_scale, inverse, matrix_rows(transposed));
     if (!correction_[flip]->usable()) correction_[flip].reset();
     return correction_[flip] != nullptr;
-  }
-
-  // What a singular value of the capacitance matrix may be by rounding alone: no more than the error of a
-  // solve, and in practice (Z is refined) some hundred epsilons, times how far the smallest replaced pivot is
-  // below the rest.
-  double capacitance_noise() {
-    double smallest = largest_;
-    for (Vertex position = 0; position < store_.n; ++position) {
-      if (store_.shift[position] != Scalar(0))
-        smallest = std::min<double>(smallest, std::abs(store_.shift[position]));
-    }
-    const double refined = 100 * std::numeric_limits<RealOf<Value>>::epsilon() * largest_ / smallest;
-    return std::min({10 * solve_error(), refined, 0.1});
-  }
-
-  // Relative error to be expected of a solve with the factors: machine epsilon times the condition of the
-  // scaled matrix that they belong to.
-  double solve_error() {
-    const Vertex n = store_.n;
-    const auto apply = [&](Value* x, bool flip) {
-      const double* in = flip ? store_.column_scale : store_.row_scale;
-      const double* out = flip ? store_.row_scale : store_.column_scale;
-      for (Vertex i = 0; i < n; ++i) x[i] /= static_cast<RealOf<Value>>(in[i]);
-      apply_inverse(x, x, 1, flip);
-      for (Vertex i = 0; i < n; ++i) x[i] /= static_cast<RealOf<Value>>(out[i]);
-    };
-    const double inverse_norm = blas::estimate_norm<Value>(
-        n, [&](Value* x) { apply(x, false); },
-        [&](Value* x) {
-          conjugate(n, x);
-          apply(x, true);
-          conjugate(n, x);
-        });
-    std::vector<double> column_sum(static_cast<std::size_t>(n), 0.0);
-    for (Vertex row = 0; row < n; ++row) {
-      for (Offset k = store_.matrix_offsets[row]; k < store_.matrix_offsets[row + 1]; ++k) {
-        const Vertex column = store_.matrix_columns[k];
-        column_sum[column] +=
-            std::abs(store_.matrix_values[k]) * store_.row_scale[row] * store_.column_scale[column];
-      }
-    }
-    return std::numeric_limits<RealOf<Scalar>>::epsilon() * inverse_norm *
-           *std::max_element(column_sum.begin(), column_sum.end());
   }
 
   // Of the row permutation that elimination made: the rows as they came to the diagonal against the columns.

@@ -511,59 +511,65 @@ BasicSolver<Scalar>::BasicSolver(BasicSolver&&) noexcept = default;
 template <class Scalar>
 BasicSolver<Scalar>& BasicSolver<Scalar>::operator=(BasicSolver&&) noexcept = default;
 
+// The implementation, unless the object was moved from.
+template <class Scalar>
+typename BasicSolver<Scalar>::Impl& BasicSolver<Scalar>::impl() const {
+  if (!impl_) throw StateError("the solver was moved from");
+  return *impl_;
+}
 template <class Scalar>
 void BasicSolver<Scalar>::analyze(const CsrView<Scalar>& a) {
-  impl_->analyze(a);
+  impl().analyze(a);
 }
 template <class Scalar>
 void BasicSolver<Scalar>::factor(const CsrView<Scalar>& a) {
-  impl_->factor(a);
+  impl().factor(a);
 }
 template <class Scalar>
 void BasicSolver<Scalar>::refactor(const CsrView<Scalar>& a) {
-  impl_->refactor(a);
+  impl().refactor(a);
 }
 template <class Scalar>
 void BasicSolver<Scalar>::refactor(const Scalar* values) {
-  impl_->refactor(values);
+  impl().refactor(values);
 }
 template <class Scalar>
 void BasicSolver<Scalar>::solve(const Scalar* b, Scalar* x, std::int64_t nrhs, std::int64_t ldb,
                                 std::int64_t ldx) {
-  impl_->solve(b, x, nrhs, ldb, ldx, false);
+  impl().solve(b, x, nrhs, ldb, ldx, false);
 }
 template <class Scalar>
 void BasicSolver<Scalar>::solve_transpose(const Scalar* b, Scalar* x, std::int64_t nrhs, std::int64_t ldb,
                                           std::int64_t ldx) {
-  impl_->solve(b, x, nrhs, ldb, ldx, true);
+  impl().solve(b, x, nrhs, ldb, ldx, true);
 }
 template <class Scalar>
 double BasicSolver<Scalar>::condition_estimate() {
-  return impl_->condition_estimate();
+  return impl().condition_estimate();
 }
 template <class Scalar>
 Determinant<Scalar> BasicSolver<Scalar>::determinant() {
-  return impl_->determinant();
+  return impl().determinant();
 }
 template <class Scalar>
 bool BasicSolver<Scalar>::analyzed() const {
-  return impl_->analyzed();
+  return impl_ && impl_->analyzed();
 }
 template <class Scalar>
 bool BasicSolver<Scalar>::factored() const {
-  return impl_->factored();
+  return impl_ && impl_->factored();
 }
 template <class Scalar>
 const Report& BasicSolver<Scalar>::report() const {
-  return impl_->report();
+  return impl().report();
 }
 template <class Scalar>
 const Options& BasicSolver<Scalar>::options() const {
-  return impl_->options();
+  return impl().options();
 }
 template <class Scalar>
 std::vector<DepthSummary> BasicSolver<Scalar>::depths() const {
-  return impl_->depths();
+  return impl().depths();
 }
 
 template class BasicSolver<float>;

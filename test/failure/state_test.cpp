@@ -28,6 +28,30 @@ TEST(State, PhasesOutOfOrder) {
   expect_usable(solver);
 }
 
+TEST(State, MovedFrom) {
+  const SparseMatrix a = grid_2d(4, 4);
+  std::vector<double> b(a.n, 1.0), x(a.n);
+  Solver solver(with_threads(1));
+  solver.factor(a.view());
+  Solver taken(std::move(solver));
+  expect_solves(taken, a);
+  EXPECT_FALSE(solver.analyzed());  // NOLINT(bugprone-use-after-move)
+  EXPECT_FALSE(solver.factored());
+  failure_of<StateError>([&] { solver.analyze(a.view()); });
+  failure_of<StateError>([&] { solver.factor(a.view()); });
+  failure_of<StateError>([&] { solver.refactor(a.view()); });
+  failure_of<StateError>([&] { solver.refactor(a.values.data()); });
+  failure_of<StateError>([&] { solver.solve(b.data(), x.data()); });
+  failure_of<StateError>([&] { solver.solve_transpose(b.data(), x.data()); });
+  failure_of<StateError>([&] { solver.condition_estimate(); });
+  failure_of<StateError>([&] { solver.determinant(); });
+  failure_of<StateError>([&] { solver.report(); });
+  failure_of<StateError>([&] { solver.options(); });
+  failure_of<StateError>([&] { solver.depths(); });
+  solver = std::move(taken);
+  expect_solves(solver, a);
+}
+
 TEST(State, PatternChanged) {
   const SparseMatrix a = grid_2d(5, 5);
   Solver solver(with_threads(2));

@@ -2,3 +2,4 @@
 #pragma once
 
 #define MFS_API __attribute__((visibility("default")))
+#define MFS_HIDDEN __attribute__((visibility("hidden")))

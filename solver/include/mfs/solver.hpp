@@ -7,8 +7,10 @@
 //   solver.refactor(A_next);                   // same pattern, new values: no analysis, no allocation
 //   solver.solve_transpose(b, x);
 //
-// One object belongs to one thread at a time; objects are independent of each other. No call prints, changes
-// the environment or lets a foreign exception type out. Every failure is one of the classes of mfs/error.hpp.
+// One object belongs to one thread at a time; objects are independent of each other. One that was moved from
+// is neither analyzed nor factored and throws StateError from every other call but assignment. No call
+// prints, changes the environment or lets a foreign exception type out. Every failure is one of the classes
+// of mfs/error.hpp.
 #pragma once
 
 #include <complex>
@@ -73,7 +75,8 @@ class MFS_API BasicSolver {
   std::vector<DepthSummary> depths() const;
 
  private:
-  class Impl;
+  class MFS_HIDDEN Impl;
+  MFS_HIDDEN Impl& impl() const;
   std::unique_ptr<Impl> impl_;
 };
 

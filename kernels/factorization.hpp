@@ -32,6 +32,7 @@ struct SolveOutcome {
   int refinement_steps = 0;
   int krylov_steps = 0;
   double backward_error = 0;     // the worst of all columns
+  double time_ladder = 0;        // s, for correction, refinement and FGMRES
   int corrected_pivots = 0;      // perturbed pivots that an exact low-rank correction took back
   Vertex dependent_rows = 0;     // > 0: A is singular to working precision, and this row and this column
   Vertex row = -1, column = -1;  // of A depend on the others

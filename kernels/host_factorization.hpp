@@ -91,10 +91,12 @@ class HostFactorization final : public Factorization<Value> {
     const blas::SequentialScope sequential;
     const bool flip = transposed != nullptr;
     SolveOutcome outcome;
+    const Stopwatch before_the_solve;
     // Whether A is singular is settled before any right-hand side is: one that happens to be consistent would
     // hide it.
     if (make_correction(flip, transposed)) {
       const Correction<Value>& correction = *correction_[flip];
+      outcome.time_ladder = before_the_solve.seconds();
       if (correction.nullity() > 0) {
         name_dependent(correction, flip, outcome);
         return outcome;

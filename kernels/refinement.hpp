@@ -17,6 +17,7 @@
 #include "kernels/factorization.hpp"
 #include "kernels/residual.hpp"
 #include "kernels/vector_ops.hpp"
+#include "ordering/stopwatch.hpp"
 
 namespace mfs {
 
@@ -57,6 +58,7 @@ class Refinement {
       error_[j] = measure(j);
       open_[j] = error_[j] > controls_.tolerance;
     }
+    const Stopwatch beyond_the_factors;
     refine();
     for (Vertex j = 0; j < columns_; ++j) {
       if (error_[j] > controls_.tolerance && std::isfinite(error_[j]) && controls_.max_steps > 0) {
@@ -66,6 +68,7 @@ class Refinement {
     outcome.backward_error = *std::max_element(error_.begin(), error_.begin() + columns_);
     outcome.refinement_steps = refinement_steps_;
     outcome.krylov_steps = krylov_steps_;
+    if (refinement_steps_ + krylov_steps_ > 0) outcome.time_ladder += beyond_the_factors.seconds();
   }
 
  private:

@@ -34,6 +34,10 @@ std::string accuracy_text(double reached, double asked) {
 
 }  // namespace
 
+void Error::append(const std::string& note) {
+  std::runtime_error::operator=(std::runtime_error(what() + note));
+}
+
 InvalidInput::InvalidInput(std::string argument, const std::string& what, std::int64_t row,
                            std::int64_t column)
     : Error(placed(argument, what, row, column)),

@@ -5,7 +5,7 @@
 #include "ordering/matching.hpp"
 #include "ordering/matrix_check.hpp"
 #include "ordering/order_matrix.hpp"
-#include "solver/stopwatch.hpp"
+#include "ordering/stopwatch.hpp"
 
 namespace mfs {
 

@@ -12,9 +12,10 @@
 #include "kernels/factorization.hpp"
 #include "ordering/matrix_check.hpp"
 #include "ordering/merge_fronts.hpp"
+#include "ordering/stopwatch.hpp"
 #include "solver/analysis.hpp"
+#include "solver/failing_system.hpp"
 #include "solver/memory_limit.hpp"
-#include "solver/stopwatch.hpp"
 
 namespace mfs {
 
@@ -53,6 +54,16 @@ void check_options(const Options& options) {
   if (options.solve.max_refinement_steps < 0) refuse("max_refinement_steps", "must not be negative");
   if (options.backend == Backend::cuda)
     throw BackendError("CUDA", 0, "this build of MFS has no CUDA backend");
+}
+
+// Memory that is not there comes out as one of our errors, be it missed for the text of another one.
+template <class Call>
+auto at_the_border(const Call& call) {
+  try {
+    return call();
+  } catch (const std::bad_alloc&) {
+    throw OutOfMemory(MemorySpace::host, 0, available_host_memory());
+  }
 }
 
 }  // namespace
@@ -96,7 +107,9 @@ class BasicSolver<Scalar>::Impl {
       make_numeric();
       refactored_ = false;
       run_factor(a);
+      const Stopwatch enlarging;
       enlarge_pivot_blocks();
+      if (report_.reanalyses > 0) report_.time_reanalyses = enlarging.seconds();
     } else {
       factor_other_values(a);
     }
@@ -112,7 +125,7 @@ class BasicSolver<Scalar>::Impl {
 
   void refactor(const Scalar* values) {
     if (!numeric_) throw StateError("refactor: the matrix has not been factored");
-    refactor_known(analysis_->caller_view(values), Stopwatch());
+    refactor_known(caller_view(values), Stopwatch());
   }
 
   void solve(const Scalar* b, Scalar* x, Offset nrhs, Offset ldb, Offset ldx, bool transposed) {
@@ -122,13 +135,21 @@ class BasicSolver<Scalar>::Impl {
     if (ldx == 0) ldx = n;
     check_vectors(b, x, nrhs, ldb, ldx);
     const Stopwatch watch;
+    report_.rung = Rung::factors;
+    report_.time_ladder = 0;
     report_.refinement_steps = 0;
     report_.krylov_steps = 0;
     report_.corrected_pivots = 0;
     report_.backward_error = 0;
     for (Offset first = 0; first < nrhs; first += kSolveColumns) {
       const Vertex columns = static_cast<Vertex>(std::min<Offset>(kSolveColumns, nrhs - first));
-      solve_block(b + first * ldb, ldb, x + first * ldx, ldx, columns, transposed);
+      // A failing block is left with its own right-hand sides: those before it may lie under their solutions.
+      run_phase(
+          options_.dump_prefix,
+          [&] { solve_block(b + first * ldb, ldb, x + first * ldx, ldx, columns, transposed); },
+          [&] {
+            return System<Scalar>{factored_matrix(), b + first * ldb, columns, ldb, transposed};
+          });
       tell("solve", static_cast<double>(first + columns) / static_cast<double>(nrhs));
     }
     watch_effort();
@@ -155,6 +176,7 @@ class BasicSolver<Scalar>::Impl {
     return result;
   }
 
+  CsrView<Scalar> caller_view(const Scalar* values) const { return analysis_->caller_view(values); }
   bool analyzed() const { return analysis_.has_value(); }
   bool factored() const { return factored_; }
   const Report& report() const { return report_; }
@@ -185,6 +207,13 @@ class BasicSolver<Scalar>::Impl {
   }
 
  private:
+  // Rows sorted, repeated entries summed.
+  CsrView<Scalar> factored_matrix() const {
+    if (!numeric_) throw StateError("its values are not held any more");
+    const Pattern& pattern = *analysis_->pattern;
+    return {pattern.n, pattern.n, pattern.offsets.data(), pattern.columns.data(), numeric_->matrix_values()};
+  }
+
   void make_transposed() {
     if (!transposed_pattern_) transposed_pattern_ = transpose(*analysis_->pattern);
   }
@@ -372,13 +401,13 @@ class BasicSolver<Scalar>::Impl {
 
   // Makes the factorization anew for the same values, after the plan or the precision has changed.
   void replace_numeric() {
+    std::unique_ptr<Factorization<Scalar>> old = std::move(numeric_);  // does not fit any more, come what may
+    factored_ = false;
     std::vector<Scalar> values;
     run("factor", [&] {
-      const Scalar* old = numeric_->matrix_values();
-      values.assign(old, old + analysis_->plan->nnz);
+      values.assign(old->matrix_values(), old->matrix_values() + analysis_->plan->nnz);
+      old.reset();
     });
-    factored_ = false;
-    numeric_.reset();
     report_analysis();
     make_numeric();
     std::copy(values.begin(), values.end(), numeric_->matrix_values());
@@ -390,15 +419,19 @@ class BasicSolver<Scalar>::Impl {
   // grow (no help to a singular matrix). False when there is none.
   bool climb(bool singular) {
     if (report_.single_precision) {
+      report_.rung = Rung::full_precision;
       report_.single_precision = false;
       replace_numeric();
       return true;
     }
     if (refactored_) {
+      report_.rung = Rung::reanalysis;
       rematch();
       return true;
     }
-    return !singular && strengthen();
+    if (singular) return false;
+    report_.rung = Rung::larger_blocks;
+    return strengthen();
   }
 
   // Matching, scaling, ordering and factors anew for the present values.
@@ -414,21 +447,39 @@ class BasicSolver<Scalar>::Impl {
     enlarge_pivot_blocks();
   }
 
-  void solve_block(const Scalar* b, Offset ldb, Scalar* x, Offset ldx, Vertex columns, bool transposed) {
+  // One pass over the present factors, and what can be made of it with them.
+  SolveOutcome solve_with_factors(const Scalar* b, Offset ldb, Vertex columns, bool transposed) {
     const Offset n = analysis_->pattern->n;
     const SolveControls controls{tolerance_, options_.solve.max_refinement_steps};
     SolveOutcome outcome;
-    do {
-      run("solve", [&] {
-        if (transposed) make_transposed();
-        Scalar* rhs = numeric_->rhs(columns);
-        for (Vertex j = 0; j < columns; ++j) std::copy(b + j * ldb, b + j * ldb + n, rhs + j * n);
-        outcome = numeric_->solve(columns, transposed ? &*transposed_pattern_ : nullptr, controls);
-      });
-      report_.refinement_steps = std::max(report_.refinement_steps, outcome.refinement_steps);
-      report_.krylov_steps = std::max(report_.krylov_steps, outcome.krylov_steps);
-      report_.corrected_pivots = std::max<std::int64_t>(report_.corrected_pivots, outcome.corrected_pivots);
-    } while (!(outcome.backward_error <= tolerance_) && climb(outcome.dependent_rows > 0));
+    run("solve", [&] {
+      if (transposed) make_transposed();
+      Scalar* rhs = numeric_->rhs(columns);
+      for (Vertex j = 0; j < columns; ++j) std::copy(b + j * ldb, b + j * ldb + n, rhs + j * n);
+      outcome = numeric_->solve(columns, transposed ? &*transposed_pattern_ : nullptr, controls);
+    });
+    report_.refinement_steps = std::max(report_.refinement_steps, outcome.refinement_steps);
+    report_.krylov_steps = std::max(report_.krylov_steps, outcome.krylov_steps);
+    report_.corrected_pivots = std::max<std::int64_t>(report_.corrected_pivots, outcome.corrected_pivots);
+    const Rung used = outcome.krylov_steps > 0       ? Rung::krylov
+                      : outcome.refinement_steps > 0 ? Rung::refinement
+                      : outcome.corrected_pivots > 0 ? Rung::correction
+                                                     : Rung::factors;
+    report_.rung = std::max(report_.rung, used);
+    return outcome;
+  }
+
+  void solve_block(const Scalar* b, Offset ldb, Scalar* x, Offset ldx, Vertex columns, bool transposed) {
+    const Offset n = analysis_->pattern->n;
+    SolveOutcome outcome = solve_with_factors(b, ldb, columns, transposed);
+    report_.time_ladder += outcome.time_ladder;
+    const Stopwatch other_factors;
+    bool climbed = false;
+    while (!(outcome.backward_error <= tolerance_) && climb(outcome.dependent_rows > 0)) {
+      climbed = true;
+      outcome = solve_with_factors(b, ldb, columns, transposed);
+    }
+    if (climbed) report_.time_ladder += other_factors.seconds();
     report_.bytes_used = numeric_->bytes();
     if (!(outcome.backward_error <= tolerance_)) refuse(outcome);
     report_.backward_error = std::max(report_.backward_error, outcome.backward_error);
@@ -519,37 +570,50 @@ typename BasicSolver<Scalar>::Impl& BasicSolver<Scalar>::impl() const {
 }
 template <class Scalar>
 void BasicSolver<Scalar>::analyze(const CsrView<Scalar>& a) {
-  impl().analyze(a);
+  at_the_border([&] {
+    run_phase(
+        impl().options().dump_prefix, [&] { impl().analyze(a); }, [&] { return System<Scalar>{a}; });
+  });
 }
 template <class Scalar>
 void BasicSolver<Scalar>::factor(const CsrView<Scalar>& a) {
-  impl().factor(a);
+  at_the_border([&] {
+    run_phase(
+        impl().options().dump_prefix, [&] { impl().factor(a); }, [&] { return System<Scalar>{a}; });
+  });
 }
 template <class Scalar>
 void BasicSolver<Scalar>::refactor(const CsrView<Scalar>& a) {
-  impl().refactor(a);
+  at_the_border([&] {
+    run_phase(
+        impl().options().dump_prefix, [&] { impl().refactor(a); }, [&] { return System<Scalar>{a}; });
+  });
 }
 template <class Scalar>
 void BasicSolver<Scalar>::refactor(const Scalar* values) {
-  impl().refactor(values);
+  at_the_border([&] {
+    run_phase(
+        impl().options().dump_prefix, [&] { impl().refactor(values); },
+        [&] { return System<Scalar>{impl().caller_view(values)}; });
+  });
 }
 template <class Scalar>
 void BasicSolver<Scalar>::solve(const Scalar* b, Scalar* x, std::int64_t nrhs, std::int64_t ldb,
                                 std::int64_t ldx) {
-  impl().solve(b, x, nrhs, ldb, ldx, false);
+  at_the_border([&] { impl().solve(b, x, nrhs, ldb, ldx, false); });
 }
 template <class Scalar>
 void BasicSolver<Scalar>::solve_transpose(const Scalar* b, Scalar* x, std::int64_t nrhs, std::int64_t ldb,
                                           std::int64_t ldx) {
-  impl().solve(b, x, nrhs, ldb, ldx, true);
+  at_the_border([&] { impl().solve(b, x, nrhs, ldb, ldx, true); });
 }
 template <class Scalar>
 double BasicSolver<Scalar>::condition_estimate() {
-  return impl().condition_estimate();
+  return at_the_border([&] { return impl().condition_estimate(); });
 }
 template <class Scalar>
 Determinant<Scalar> BasicSolver<Scalar>::determinant() {
-  return impl().determinant();
+  return at_the_border([&] { return impl().determinant(); });
 }
 template <class Scalar>
 bool BasicSolver<Scalar>::analyzed() const {

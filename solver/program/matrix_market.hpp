@@ -1,4 +1,5 @@
-// Matrix Market files: how matrices and vectors come into and leave the program.
+// Matrix Market files: how matrices and vectors come into the program (mfs/matrix_market.hpp is how they
+// leave it).
 //
 // A file is lines of text (the definition: Boisvert, Pozo, Remington, "The Matrix Market Exchange Formats:
 // Initial Design", NISTIR 5935, 1996):
@@ -108,10 +109,5 @@ CsrMatrix<double> read_square_matrix(const std::string& path, int threads = 0);
 CsrMatrix<double> read_square_pattern(const std::string& path, int threads = 0);
 /// Reads right-hand sides: an array file, real or integer, of `rows` rows.
 DenseMatrix<double> read_right_hand_sides(const std::string& path, std::int64_t rows, int threads = 0);
-
-/// Writes an array file with 17 significant digits, so that reading gives the same numbers back. `comment` is
-/// one line. Throws InvalidInput if the file cannot be written to its end.
-void write_matrix_market(const std::string& path, const DenseMatrix<double>& matrix,
-                         const std::string& comment);
 
 }  // namespace mfs::io

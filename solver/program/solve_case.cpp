@@ -14,6 +14,7 @@
 #include <fmt/format.h>
 
 #include <mfs/error.hpp>
+#include <mfs/matrix_market.hpp>
 #include <mfs/solver.hpp>
 #include <mfs/version.hpp>
 
@@ -137,9 +138,9 @@ class CaseRun {
   }
 
   void write() const {
-    io::write_matrix_market(request_.output, x_,
-                            fmt::format("solution of {}x = b, backward error {:.2e}",
-                                        request_.transpose ? "A^T " : "A ", *result_.backward_error));
+    write_matrix_market(request_.output, x_.values.data(), x_.rows, x_.columns, x_.rows,
+                        fmt::format("solution of {}x = b, backward error {:.2e}",
+                                    request_.transpose ? "A^T " : "A ", *result_.backward_error));
   }
 
   // Takes the solver's report when a phase ends, be it by an exception.

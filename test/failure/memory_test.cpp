@@ -17,6 +17,7 @@ struct Treatment {
   std::string name;
   SparseMatrix matrix;  // repeated entries allowed
   Options options;
+  Rung rung = Rung::factors;  // to which a solve climbs
 };
 
 /// Rows unsorted, with repeated entries: the longest way through the check. Weak diagonal: matched.
@@ -32,14 +33,6 @@ SparseMatrix awkward_matrix() {
   return from_entries(14 * 13, entries);
 }
 
-SparseMatrix adversarial_matrix(const std::string& family, std::uint64_t seed) {
-  for (const NamedMatrix& named : adversarial_matrices(seed)) {
-    if (named.name.rfind(family + ",", 0) == 0) return named.matrix;
-  }
-  ADD_FAILURE() << "no family " << family;
-  return {};
-}
-
 /// Each way that a factorization and a solve can take.
 std::vector<Treatment> treatments() {
   std::vector<Treatment> all;
@@ -49,15 +42,24 @@ std::vector<Treatment> treatments() {
   unmatched.analysis.matching = Matching::never;
   all.push_back({"fronts merged", adversarial_matrix("saddle point renumbered", 1), unmatched});
   unmatched.factor.max_reanalyses = 0;
-  all.push_back({"pivots corrected", adversarial_matrix("saddle point renumbered", 1), unmatched});
-  all.push_back({"FGMRES", adversarial_matrix("rows permuted", 4), unmatched});
+  all.push_back(
+      {"pivots corrected", adversarial_matrix("saddle point renumbered", 1), unmatched, Rung::refinement});
   Options mixed = with_threads(1);
   mixed.factor.precision = Precision::single;
-  all.push_back({"single precision factors", grid_2d(14, 13), mixed});
-  mixed.analysis.matching = Matching::never;
-  mixed.factor.max_reanalyses = 0;
-  all.push_back({"single precision given up", adversarial_matrix("block triangular, permuted", 1), mixed});
+  all.push_back({"single precision factors", grid_2d(14, 13), mixed, Rung::refinement});
+  all.push_back({"FGMRES", floating_chains(130, 4, true), mixed, Rung::krylov});
+  mixed.solve.max_refinement_steps = 0;
+  all.push_back({"single precision given up", grid_2d(14, 13), mixed, Rung::full_precision});
   return all;
+}
+
+void expect_rung(const Treatment& treatment) {
+  Solver solver(treatment.options);
+  solver.factor(treatment.matrix.view());
+  const std::vector<double> b = right_hand_sides(treatment.matrix, 1, treatment.matrix.n, 1);
+  std::vector<double> x(b.size());
+  solver.solve(b.data(), x.data());
+  EXPECT_EQ(solver.report().rung, treatment.rung) << "the way of this name is not taken";
 }
 
 /// Makes the n-th allocation of `operation` fail, for n = 0, 1, ... until it runs through. Each failure must
@@ -93,6 +95,7 @@ void fail_every_allocation(const std::string& name, const Treatment& treatment, 
     EXPECT_LE(backward_error(a, b, x), kPromised) << "after allocation " << fail_at << " failed";
     return std::pair(reached, allocations);
   };
+  expect_rung(treatment);
   const long allocations = attempt(-1).second;
   attempt(-1);
   const long before = live_blocks();
@@ -110,8 +113,9 @@ void factored(Solver& solver, const SparseMatrix& a) {
   solver.factor(a.view());
 }
 void solve_with(Solver& solver, const SparseMatrix& a, std::int64_t nrhs, bool transpose) {
-  static const std::vector<double> b = Random(3).vector(5000);
-  static std::vector<double> x(5000);
+  static const std::vector<double> b = Random(3).vector(11000);
+  static std::vector<double> x(11000);
+  ASSERT_LE(nrhs * a.n, static_cast<std::int64_t>(b.size()));
   (solver.*(transpose ? &Solver::solve_transpose : &Solver::solve))(b.data(), x.data(), nrhs, a.n, a.n);
 }
 

@@ -506,25 +506,4 @@ TEST(MatrixMarketForTheSolver, RightHandSides) {
             "line 2: the file is complex: only real and integer ones are supported");
 }
 
-TEST(MatrixMarketWriter, EveryNumberReadsBackTheSame) {
-  using Limits = std::numeric_limits<double>;
-  const DenseMatrix<double> a{
-      3, 3, {0.1, -0.0, 1.0 / 3, Limits::max(), Limits::min(), Limits::denorm_min(), -1e22, 5e-324, 7}};
-  const TemporaryFolder folder;
-  const std::string path = folder.path("x.mtx");
-  write_matrix_market(path, a, "a comment");
-  const MatrixMarket file = read_matrix_market(path);
-  const auto& b = std::get<DenseMatrix<double>>(file.content);
-  EXPECT_EQ(b.rows, 3);
-  EXPECT_EQ(b.columns, 3);
-  EXPECT_THAT(b.values, ElementsAreArray(a.values));
-  EXPECT_TRUE(std::signbit(b.values[1]));
-}
-
-TEST(MatrixMarketWriter, WhatCannotBeWrittenIsSaid) {
-  const DenseMatrix<double> a{1, 1, {1}};
-  EXPECT_THROW(write_matrix_market("/no/such/folder/x.mtx", a, ""), mfs::InvalidInput);
-  EXPECT_THROW(write_matrix_market("/dev/full", a, ""), mfs::InvalidInput);
-}
-
 }  // namespace

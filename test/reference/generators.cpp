@@ -1,6 +1,7 @@
 #include "test/reference/generators.hpp"
 
 #include <cmath>
+#include <stdexcept>
 
 #include "test/reference/random.hpp"
 
@@ -47,6 +48,29 @@ SparseMatrix random_diagonally_dominant(std::int64_t n, std::int64_t per_row, st
     for (std::int64_t k = 0; k < per_row; ++k) entries.push_back({i, random.integer(0, n), random.entry()});
   }
   return from_entries_summed(n, entries);
+}
+
+SparseMatrix floating_chains(std::int64_t chains, std::int64_t length, bool alike) {
+  std::vector<Entry> entries;
+  for (std::int64_t chain = 0; chain < chains; ++chain) {
+    Random random(alike ? 1 : static_cast<std::uint64_t>(chain) + 1);
+    for (std::int64_t k = 0; k < length; ++k) {
+      const std::int64_t i = chain * length + k;
+      const double before = k > 0 ? 1 + 0.5 * random.entry() : 0;
+      const double after = k + 1 < length ? 1 + 0.5 * random.entry() : 0;
+      if (k > 0) entries.push_back({i, i - 1, -before});
+      entries.push_back({i, i, before + after + 1e-8 * (1 + (alike ? 0 : 10 * random.unit()))});
+      if (k + 1 < length) entries.push_back({i, i + 1, -after});
+    }
+  }
+  return from_entries(chains * length, entries);
+}
+
+SparseMatrix adversarial_matrix(const std::string& family, std::uint64_t seed) {
+  for (const NamedMatrix& named : adversarial_matrices(seed)) {
+    if (named.name.rfind(family + ", seed", 0) == 0) return named.matrix;
+  }
+  throw std::invalid_argument("no family " + family);
 }
 
 namespace {

@@ -16,6 +16,12 @@ SparseMatrix tridiagonal(std::int64_t n);
 SparseMatrix arrow(std::int64_t n, std::int64_t width);
 /// Unsymmetric pattern with about `per_row` entries beside the dominant diagonal.
 SparseMatrix random_diagonally_dominant(std::int64_t n, std::int64_t per_row, std::uint64_t seed);
+/// Chains of unknowns without a boundary, so each all but singular: 1e-8 or so is added to its diagonal. For
+/// factors of single precision that is nothing, and one pivot of each chain gets perturbed. Chains that are
+/// alike are cured together.
+SparseMatrix floating_chains(std::int64_t chains, std::int64_t length, bool alike);
+/// Of adversarial_matrices(seed), below, that of the family.
+SparseMatrix adversarial_matrix(const std::string& family, std::uint64_t seed);
 
 /// One matrix of a family. Where rows and columns are graded, a solution must be as well, or some of its
 /// entries cannot be seen in b: sizes that suit A x = b and A^T x = b (empty: 1).

@@ -17,6 +17,8 @@ namespace mfs {
 class MFS_API Error : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
+  /// Adds `note` to the text of what(). Throws std::bad_alloc, and the text is then unchanged.
+  void append(const std::string& note);
 };
 
 /// An argument that cannot be accepted: which one, and which entry of it.

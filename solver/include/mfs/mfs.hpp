@@ -3,6 +3,7 @@
 
 #include <mfs/csr_view.hpp>
 #include <mfs/error.hpp>
+#include <mfs/matrix_market.hpp>
 #include <mfs/options.hpp>
 #include <mfs/report.hpp>
 #include <mfs/solver.hpp>

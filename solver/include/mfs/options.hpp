@@ -48,6 +48,11 @@ struct Options {
   int threads = 0;
   /// Called from the thread that called the solver; must not call the solver. Empty: nobody is told.
   std::function<void(const Progress&)> progress;
+  /// Not empty: where analyze, factor, refactor or solve throws, the system is left as Matrix Market files
+  /// PREFIX_A.mtx and, of a solve, PREFIX_b.mtx (the block of at most 16 right-hand sides that failed), over
+  /// those of an earlier failure, and the error's text names them; if they cannot be written, it says so and
+  /// why. Not for StateError, nor for vectors that solve does not accept.
+  std::string dump_prefix;
   /// Receives one line of text per event at this level or below: 0 none, 1 phases, 2 details. The library
   /// itself never prints.
   int verbosity = 0;

@@ -37,6 +37,39 @@ struct Determinant {
   double log_abs;
 };
 
+/// The rungs of the ladder that a solve climbs until its backward error is small enough, in the order in
+/// which they are tried.
+enum class Rung {
+  factors,         ///< none: one pass over the factors was enough
+  correction,      ///< perturbed pivots taken back by an exact low-rank correction
+  refinement,      ///< iterative refinement
+  krylov,          ///< FGMRES with the factors as preconditioner
+  full_precision,  ///< factors of full precision in place of those of single precision
+  reanalysis,      ///< a new matching and tree for values that have changed since the analysis
+  larger_blocks,   ///< larger pivot blocks wherever the factors grow
+};
+
+/// "factors", "correction", ...
+inline const char* rung_name(Rung rung) {
+  switch (rung) {
+    case Rung::factors:
+      return "factors";
+    case Rung::correction:
+      return "correction";
+    case Rung::refinement:
+      return "refinement";
+    case Rung::krylov:
+      return "krylov";
+    case Rung::full_precision:
+      return "full_precision";
+    case Rung::reanalysis:
+      return "reanalysis";
+    case Rung::larger_blocks:
+      return "larger_blocks";
+  }
+  return "unknown";
+}
+
 struct Report {
   std::int64_t n = 0;
   std::int64_t nnz = 0;  ///< entries of A after duplicates are summed
@@ -64,7 +97,10 @@ struct Report {
   std::int64_t perturbed_pivots = 0;
   bool single_precision = false;  ///< the factors in use are of single precision
   int reanalyses = 0;             ///< times that the tree was changed because pivots failed
+  double time_reanalyses = 0;     ///< s, for those that the first factorization needed; part of time_factor
   // What the last solve needed to reach the tolerance (all 0: the factors alone were good enough).
+  Rung rung = Rung::factors;  ///< the highest one that was tried
+  double time_ladder = 0;     ///< s, for all above Rung::factors; part of time_solve
   int refinement_steps = 0;
   int krylov_steps = 0;               ///< of FGMRES, where refinement stalled
   std::int64_t corrected_pivots = 0;  ///< perturbed pivots taken back by an exact low-rank correction

@@ -1,0 +1,130 @@
+// The report of the ladder: which rung a solve needed, and that its time is told where there is some.
+#include <set>
+#include <string>
+
+#include "test/reference/generators.hpp"
+#include "test/solver/systems.hpp"
+
+namespace mfs::test {
+namespace {
+
+Options without_matching() {
+  Options options = with_threads(1);
+  options.analysis.matching = Matching::never;
+  return options;
+}
+
+Options with_single_precision() {
+  Options options = with_threads(1);
+  options.factor.precision = Precision::single;
+  return options;
+}
+
+Report solve(Solver& solver, const SparseMatrix& a) {
+  const std::vector<double> b = right_hand_sides(a, 1, a.n, 1);
+  std::vector<double> x(b.size());
+  solver.solve(b.data(), x.data());
+  EXPECT_LE(backward_error(a, b, x), kPromised);
+  const Report& report = solver.report();
+  EXPECT_EQ(report.time_ladder > 0, report.rung != Rung::factors);
+  EXPECT_LE(report.time_ladder, report.time_solve);
+  return report;
+}
+
+TEST(Ladder, NothingNeeded) {
+  const SparseMatrix a = grid_2d(14, 13);
+  Solver solver(with_threads(1));
+  solver.factor(a.view());
+  const Report report = solve(solver, a);
+  EXPECT_EQ(report.rung, Rung::factors);
+  EXPECT_EQ(report.refinement_steps, 0);
+  EXPECT_EQ(report.time_reanalyses, 0);
+}
+
+TEST(Ladder, Refinement) {
+  const SparseMatrix a = grid_2d(14, 13);
+  Solver solver(with_single_precision());
+  solver.factor(a.view());
+  const Report report = solve(solver, a);
+  EXPECT_EQ(report.rung, Rung::refinement);
+  EXPECT_GT(report.refinement_steps, 0);
+  EXPECT_TRUE(report.single_precision);
+  // What the last solve needed, not any before.
+  const std::vector<double> zero(a.n, 0.0);
+  std::vector<double> x(a.n);
+  solver.solve(zero.data(), x.data());
+  EXPECT_EQ(solver.report().rung, Rung::factors);
+  EXPECT_EQ(solver.report().time_ladder, 0);
+}
+
+TEST(Ladder, ChangesOfTheTree) {
+  const SparseMatrix a = adversarial_matrix("saddle point renumbered", 1);
+  Solver solver(without_matching());
+  solver.factor(a.view());
+  EXPECT_GT(solver.report().reanalyses, 0);
+  EXPECT_GT(solver.report().time_reanalyses, 0);
+  EXPECT_LT(solver.report().time_reanalyses, solver.report().time_factor);
+}
+
+TEST(Ladder, Correction) {
+  const SparseMatrix a = adversarial_matrix("saddle point renumbered", 1);
+  Options options = without_matching();
+  options.factor.max_reanalyses = 0;
+  Solver solver(options);
+  solver.factor(a.view());
+  const Report report = solve(solver, a);
+  EXPECT_GE(report.rung, Rung::correction);
+  EXPECT_LE(report.rung, Rung::refinement);  // of what the correction left
+  EXPECT_GT(report.corrected_pivots, 0);
+}
+
+TEST(Ladder, Krylov) {
+  const SparseMatrix a = floating_chains(200, 20, true);
+  Solver solver(with_single_precision());
+  solver.factor(a.view());
+  const Report report = solve(solver, a);
+  EXPECT_EQ(report.rung, Rung::krylov);
+  EXPECT_GT(report.krylov_steps, 0);
+}
+
+TEST(Ladder, FullPrecision) {
+  const SparseMatrix a = floating_chains(200, 20, false);
+  Solver solver(with_single_precision());
+  solver.factor(a.view());
+  const Report report = solve(solver, a);
+  EXPECT_EQ(report.rung, Rung::full_precision);
+  EXPECT_FALSE(report.single_precision);
+}
+
+// A diagonal that was strong has become zero: the matching of the first values is of no use.
+TEST(Ladder, Reanalysis) {
+  const std::int64_t n = 400;
+  std::vector<Entry> entries;
+  for (std::int64_t i = 0; i < n; ++i) {
+    entries.push_back({i, i, 4.0});
+    entries.push_back({i, (i * 7 + 3) % n, 1.0});
+    entries.push_back({i, (i * 11 + 5) % n, 0.5});
+  }
+  SparseMatrix a = from_entries_summed(n, entries);
+  Solver solver(with_threads(1));
+  solver.factor(a.view());
+  for (std::int64_t i = 0; i < n; ++i)
+    for (std::int64_t k = a.offsets[i]; k < a.offsets[i + 1]; ++k)
+      if (a.columns[k] == i) a.values[k] = 0;
+  solver.refactor(a.view());
+  const Report report = solve(solver, a);
+  EXPECT_EQ(report.rung, Rung::reanalysis);
+  EXPECT_GT(report.reanalyses, 0);
+}
+
+TEST(Ladder, EveryRungHasAName) {
+  std::set<std::string> names;
+  for (const Rung rung : {Rung::factors, Rung::correction, Rung::refinement, Rung::krylov,
+                          Rung::full_precision, Rung::reanalysis})
+    names.insert(rung_name(rung));
+  EXPECT_EQ(names.size(), 6u);
+  EXPECT_EQ(names.count("unknown"), 0u);
+}
+
+}  // namespace
+}  // namespace mfs::test

@@ -10,12 +10,14 @@ namespace mfs::program {
 
 /// Componentwise backward error of column `j` of x as solution of A x = b (A^T x = b with `transpose`):
 /// max_i |b - A x|_i / (|A| |x| + |b|)_i, 0/0 = 0 (Oettli and Prager, Numer. Math. 6, 1964). Sums are taken
-/// in long double. Infinite if x is not finite.
-double backward_error(const io::CsrMatrix<double>& a, bool transpose, const io::DenseMatrix<double>& x,
-                      const io::DenseMatrix<double>& b, std::int64_t j);
+/// in long double, absolute values are moduli (for complex numbers too). Infinite if x is not finite.
+template <class Scalar>
+double backward_error(const io::CsrMatrix<Scalar>& a, bool transpose, const io::DenseMatrix<Scalar>& x,
+                      const io::DenseMatrix<Scalar>& b, std::int64_t j);
 
 /// The worst over all columns.
-double backward_error(const io::CsrMatrix<double>& a, bool transpose, const io::DenseMatrix<double>& x,
-                      const io::DenseMatrix<double>& b);
+template <class Scalar>
+double backward_error(const io::CsrMatrix<Scalar>& a, bool transpose, const io::DenseMatrix<Scalar>& x,
+                      const io::DenseMatrix<Scalar>& b);
 
 }  // namespace mfs::program

@@ -1,9 +1,11 @@
 // What is known about one matrix after `mfs solve` or `mfs bench` went through it, or as far as it came.
 #pragma once
 
+#include <complex>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <mfs/options.hpp>
 #include <mfs/report.hpp>
@@ -18,6 +20,7 @@ struct CaseResult {
   std::int64_t entries = 0;  ///< as read, both triangles, duplicates apart
   Backend backend = Backend::openmp;
   int threads = 0;  ///< as asked for; the report knows better once the solver ran
+  bool complex = false;
   std::int64_t right_hand_sides = 0;
   int refactorizations = 0;
   double tolerance = 0;
@@ -28,6 +31,11 @@ struct CaseResult {
   std::optional<Report> report;
   /// The program's own figure for the x that was returned.
   std::optional<double> backward_error;
+  // Where they were asked for.
+  std::optional<double> condition;  ///< infinite for a singular matrix
+  /// None as well where more pivots were perturbed than can be taken back.
+  std::optional<Determinant<std::complex<double>>> determinant;
+  std::vector<DepthSummary> depths;  ///< where only the analysis was asked for
 
   ExitCode code = ExitCode::solved;
   std::string message;

@@ -7,6 +7,8 @@
 #include <cstring>
 #include <filesystem>
 #include <optional>
+#include <type_traits>
+#include <variant>
 
 #include <mfs/error.hpp>
 #include <mfs/solver.hpp>
@@ -55,24 +57,31 @@ class Results {
   bool separate_ = false;
 };
 
-io::CsrMatrix<double> load_family(const BenchCase& wanted) {
+io::SquareMatrix load_family(const BenchCase& wanted) {
   perf::FamilyMatrix family = perf::make_family(wanted.family, wanted.size);
-  return {family.n, family.n, std::move(family.offsets), std::move(family.column_indices),
-          std::move(family.values)};
+  return io::CsrMatrix<double>{family.n, family.n, std::move(family.offsets),
+                               std::move(family.column_indices), std::move(family.values)};
+}
+
+template <class Scalar>
+void analyze(const io::CsrMatrix<Scalar>& a, const Options& options, CaseResult& result) {
+  result.n = a.rows;
+  result.entries = a.entries();
+  result.complex = !std::is_same_v<Scalar, double>;
+  BasicSolver<Scalar> solver(options);
+  solver.analyze(a.view());
+  result.report = solver.report();
+  result.depths = solver.depths();
 }
 
 void analyze(const Command& command, ProgressDisplay& display, CaseResult& result) {
   display.show("read", 0);
-  const io::CsrMatrix<double> a = io::read_square_pattern(command.matrix, command.request.options.threads);
-  result.n = a.rows;
-  result.entries = a.entries();
+  const io::SquareMatrix matrix = io::read_square_pattern(command.matrix, command.request.options.threads);
   Options options = command.request.options;
   options.progress = display.callback();
-  Solver solver(options);
-  solver.analyze(a.view());
+  std::visit([&](const auto& a) { analyze(a, options, result); }, matrix);
   display.clear();
-  result.report = solver.report();
-  print(analysis_summary(result, solver.depths()));
+  print(analysis_summary(result));
 }
 
 }  // namespace

@@ -27,6 +27,7 @@ std::string json_line(const CaseResult& result) {
   json["name"] = result.name;
   json["n"] = result.n;
   json["nnz"] = result.report ? report.nnz : result.entries;
+  json["field"] = result.complex ? "complex" : "real";
   json["backend"] = backend_name(result.backend);
   json["threads"] = result.report ? report.threads : result.threads;
   json["nnz_factor"] = report.nnz_factor;
@@ -46,6 +47,21 @@ std::string json_line(const CaseResult& result) {
   json["time_solve"] = report.time_solve;
   json["refinement_steps"] = report.refinement_steps;
   json["perturbed_pivots"] = report.perturbed_pivots;
+  json["krylov_steps"] = report.krylov_steps;
+  json["corrected_pivots"] = report.corrected_pivots;
+  json["reanalyses"] = report.reanalyses;
+  json["rung"] = rung_name(report.rung);
+  json["time_ladder"] = report.time_ladder;
+  json["time_reanalyses"] = report.time_reanalyses;
+  json["precision"] = report.single_precision ? "single" : "double";
+  json["condition"] = nullptr;
+  if (result.condition) json["condition"] = *result.condition;  // infinite: null as well
+  json["determinant_phase"] = nullptr;
+  json["determinant_log_abs"] = nullptr;
+  if (result.determinant) {
+    json["determinant_phase"] = {result.determinant->phase.real(), result.determinant->phase.imag()};
+    json["determinant_log_abs"] = result.determinant->log_abs;  // of 0: null as well
+  }
   json["backward_error"] = nullptr;
   if (result.backward_error) json["backward_error"] = *result.backward_error;  // infinite: null as well
   json["status"] = status_word(result.code);

@@ -84,6 +84,20 @@ void add_solve_options(CLI::App& app, Command& command) {
       ->type_name("TOL")
       ->check(open_interval().description(""))
       ->capture_default_str();
+  app.add_option_function<std::string>(
+         "--precision",
+         [&request](const std::string& name) {
+           request.options.factor.precision =
+               name == "single" ? mfs::Precision::single : mfs::Precision::full;
+         },
+         "of the factors, double (default) or single; x is as accurate either way")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"double", "single"}).description(""));
+  app.add_flag("--condition", request.condition, "estimate the condition number |A| |A^-1| in the 1-norm");
+  app.add_flag("--determinant", request.determinant, "of A, as sign or phase and logarithm");
+  app.add_option("--dump", request.options.dump_prefix,
+                 "leave a system that fails in PREFIX_A.mtx and PREFIX_b.mtx")
+      ->type_name("PREFIX");
   app.add_option("--json", command.json, "write a JSON object per matrix there ('-': standard output)")
       ->type_name("FILE|-");
   app.add_option("-o", request.output, "write X as a Matrix Market array file")->type_name("X.mtx");
@@ -95,11 +109,11 @@ void add_commands(CLI::App& app, Command& command) {
   app.footer(kExitCodes);
 
   CLI::App* solve = app.add_subcommand("solve", "Solve A x = b for a Matrix Market file, plain or gzip");
-  solve->add_option("A.mtx", command.matrix, "square, real or integer, any symmetry")->required();
+  solve->add_option("A.mtx", command.matrix, "square, real, integer or complex, any symmetry")->required();
   add_solve_options(*solve, command);
 
   CLI::App* analyze = app.add_subcommand("analyze", "Order the matrix and predict fronts, flops and memory");
-  analyze->add_option("A.mtx", command.matrix, "square; the values of a complex or pattern file are not used")
+  analyze->add_option("A.mtx", command.matrix, "square, any field and symmetry; a pattern will do")
       ->required();
   add_analysis_options(*analyze, command);
 

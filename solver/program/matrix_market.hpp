@@ -103,11 +103,16 @@ MatrixMarket read_matrix_market(const std::string& path, const ReadOptions& opti
 MatrixMarket parse_matrix_market(std::string_view text, const std::string& name,
                                  const ReadOptions& options = {});
 
-/// Reads a square real matrix (coordinate or array, real or integer). Refuses others before their entries.
-CsrMatrix<double> read_square_matrix(const std::string& path, int threads = 0);
-/// The same where values are not needed: pattern and complex files are read as well, `values` is then empty.
-CsrMatrix<double> read_square_pattern(const std::string& path, int threads = 0);
-/// Reads right-hand sides: an array file, real or integer, of `rows` rows.
-DenseMatrix<double> read_right_hand_sides(const std::string& path, std::int64_t rows, int threads = 0);
+/// Real (or integer) and complex matrices.
+using SquareMatrix = std::variant<CsrMatrix<double>, CsrMatrix<std::complex<double>>>;
+/// Reads a square matrix, coordinate or array. Refuses others, and those without values, before their
+/// entries.
+SquareMatrix read_square_matrix(const std::string& path, int threads = 0);
+/// The same where values are not needed: a pattern file is a real matrix with empty `values`.
+SquareMatrix read_square_pattern(const std::string& path, int threads = 0);
+/// Reads right-hand sides of a matrix of Scalar: an array file of `rows` rows. Real ones suit a complex
+/// matrix, complex ones are refused for a real one.
+template <class Scalar>
+DenseMatrix<Scalar> read_right_hand_sides(const std::string& path, std::int64_t rows, int threads = 0);
 
 }  // namespace mfs::io

@@ -182,15 +182,14 @@ std::string not_square(const Header& h) {
   return "the matrix is not square: " + std::to_string(h.rows) + " x " + std::to_string(h.columns);
 }
 
-std::string no_real_values(const Header& h) {
-  if (h.field == Field::complex) return "the file is complex: only real and integer ones are supported";
-  if (h.field == Field::pattern) return "the file is a pattern: it has no values";
-  return "";
+std::string no_values(const Header& h) {
+  return h.field == Field::pattern ? "the file is a pattern: it has no values" : "";
 }
 
 // Every value of a dense matrix is an entry of the sparse one, zeros too.
-CsrMatrix<double> sparse(const DenseMatrix<double>& dense) {
-  CsrMatrix<double> a;
+template <class Scalar>
+CsrMatrix<Scalar> sparse(const DenseMatrix<Scalar>& dense) {
+  CsrMatrix<Scalar> a;
   a.rows = dense.rows;
   a.columns = dense.columns;
   for (std::int64_t i = 0; i <= a.rows; ++i) a.offsets.push_back(i * a.columns);
@@ -204,8 +203,20 @@ CsrMatrix<double> sparse(const DenseMatrix<double>& dense) {
   return a;
 }
 
-CsrMatrix<double> pattern_of(CsrMatrix<Complex> a) {
-  return {a.rows, a.columns, std::move(a.offsets), std::move(a.column_indices), {}};
+template <class Scalar>
+CsrMatrix<Scalar> sparse(CsrMatrix<Scalar> a) {
+  return a;
+}
+
+SquareMatrix read_square(const std::string& path, int threads, bool pattern_suffices) {
+  ReadOptions strict;
+  strict.threads = threads;
+  strict.refuse = [pattern_suffices](const Header& h) {
+    const std::string reason = pattern_suffices ? "" : no_values(h);
+    return reason.empty() ? not_square(h) : reason;
+  };
+  MatrixMarket file = read_matrix_market(path, strict);
+  return std::visit([](auto& content) { return SquareMatrix(sparse(std::move(content))); }, file.content);
 }
 
 }  // namespace
@@ -218,32 +229,16 @@ MatrixMarket parse_matrix_market(std::string_view text, const std::string& name,
   return read([&] { return open_memory(text); }, name, options);
 }
 
-CsrMatrix<double> read_square_matrix(const std::string& path, int threads) {
-  ReadOptions strict;
-  strict.threads = threads;
-  strict.refuse = [](const Header& h) {
-    const std::string reason = no_real_values(h);
-    return reason.empty() ? not_square(h) : reason;
-  };
-  MatrixMarket file = read_matrix_market(path, strict);
-  if (auto* dense = std::get_if<DenseMatrix<double>>(&file.content)) return sparse(*dense);
-  return std::get<CsrMatrix<double>>(std::move(file.content));
+SquareMatrix read_square_matrix(const std::string& path, int threads) {
+  return read_square(path, threads, false);
 }
 
-CsrMatrix<double> read_square_pattern(const std::string& path, int threads) {
-  ReadOptions strict;
-  strict.threads = threads;
-  strict.refuse = [](const Header& h) {
-    if (h.format == Format::array && h.field == Field::complex) return no_real_values(h);
-    return not_square(h);
-  };
-  MatrixMarket file = read_matrix_market(path, strict);
-  if (auto* dense = std::get_if<DenseMatrix<double>>(&file.content)) return sparse(*dense);
-  if (auto* complex = std::get_if<CsrMatrix<Complex>>(&file.content)) return pattern_of(std::move(*complex));
-  return std::get<CsrMatrix<double>>(std::move(file.content));
+SquareMatrix read_square_pattern(const std::string& path, int threads) {
+  return read_square(path, threads, true);
 }
 
-DenseMatrix<double> read_right_hand_sides(const std::string& path, std::int64_t rows, int threads) {
+template <class Scalar>
+DenseMatrix<Scalar> read_right_hand_sides(const std::string& path, std::int64_t rows, int threads) {
   ReadOptions strict;
   strict.threads = threads;
   strict.refuse = [rows](const Header& h) {
@@ -251,9 +246,17 @@ DenseMatrix<double> read_right_hand_sides(const std::string& path, std::int64_t 
     if (h.rows != rows || h.columns == 0)
       return "right-hand sides of " + std::to_string(rows) + " rows are needed, the file holds " +
              std::to_string(h.rows) + " x " + std::to_string(h.columns);
-    return no_real_values(h);
+    if (h.field == Field::complex && std::is_same_v<Scalar, double>)
+      return std::string("the right-hand sides are complex, the matrix is real");
+    return std::string();
   };
-  return std::get<DenseMatrix<double>>(read_matrix_market(path, strict).content);
+  MatrixMarket file = read_matrix_market(path, strict);
+  if (auto* same = std::get_if<DenseMatrix<Scalar>>(&file.content)) return std::move(*same);
+  const auto& real = std::get<DenseMatrix<double>>(file.content);
+  return {real.rows, real.columns, std::vector<Scalar>(real.values.begin(), real.values.end())};
 }
+
+template DenseMatrix<double> read_right_hand_sides(const std::string&, std::int64_t, int);
+template DenseMatrix<Complex> read_right_hand_sides(const std::string&, std::int64_t, int);
 
 }  // namespace mfs::io

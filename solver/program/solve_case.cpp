@@ -5,11 +5,14 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <complex>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
 #include <random>
 #include <stdexcept>
+#include <utility>
+#include <variant>
 
 #include <fmt/format.h>
 
@@ -44,9 +47,15 @@ void check_backend(Backend wanted) {
       fmt::format("backend {} cannot be used here, only {}", backend_name(wanted), names));
 }
 
-// Uniform in [-1, 1) with 53 random bits, the same on every machine.
-double uniform(std::mt19937_64& random) {
-  return static_cast<double>(random() >> 11) * 0x1p-52 - 1.0;
+// Uniform in [-1, 1) with 53 random bits, the same on every machine; complex: both parts.
+void draw(std::mt19937_64& random, double& value) {
+  value = static_cast<double>(random() >> 11) * 0x1p-52 - 1.0;
+}
+void draw(std::mt19937_64& random, std::complex<double>& value) {
+  double real = 0, imaginary = 0;
+  draw(random, real);
+  draw(random, imaginary);
+  value = {real, imaginary};
 }
 
 // Before hours of work: can the file of -o be made at all?
@@ -58,40 +67,35 @@ void check_output(const std::string& path) {
     throw InvalidInput(path, std::string("cannot be opened for writing: ") + std::strerror(errno));
 }
 
+// A matrix that has been read, of either field.
+template <class Scalar>
 class CaseRun {
  public:
-  CaseRun(CaseResult& result, const SolveRequest& request, ProgressDisplay& display)
-      : result_(result), request_(request), display_(display) {}
+  CaseRun(io::CsrMatrix<Scalar> a, CaseResult& result, const SolveRequest& request, ProgressDisplay& display)
+      : result_(result), request_(request), display_(display), a_(std::move(a)) {
+    result_.n = a_.rows;
+    result_.entries = a_.entries();
+    result_.complex = !std::is_same_v<Scalar, double>;
+  }
 
-  void run(const std::function<io::CsrMatrix<double>()>& load) {
-    check_backend(request_.options.backend);
-    check_output(request_.output);
-    load_matrix(load);
+  void run() {
     prepare_right_hand_sides();
     Options options = request_.options;
     options.solve.tolerance = request_.tolerance;
     options.progress = display_.callback();
-    Solver solver(options);
+    BasicSolver<Scalar> solver(options);
     factor(solver);
     refactor(solver);
+    examine(solver);
     solve(solver);
     judge();
     if (!request_.output.empty()) write();
   }
 
  private:
-  void load_matrix(const std::function<io::CsrMatrix<double>()>& load) {
-    display_.show("read", 0);
-    const Stopwatch watch;
-    a_ = load();
-    result_.time_read = watch.seconds();
-    result_.n = a_.rows;
-    result_.entries = a_.entries();
-  }
-
   void prepare_right_hand_sides() {
     if (request_.rhs != "ones" && request_.rhs != "random") {
-      b_ = io::read_right_hand_sides(request_.rhs, a_.rows, request_.options.threads);
+      b_ = io::read_right_hand_sides<Scalar>(request_.rhs, a_.rows, request_.options.threads);
       if (request_.nrhs && *request_.nrhs != b_.columns)
         throw InvalidInput("--nrhs", fmt::format("{} holds {} right-hand sides", request_.rhs, b_.columns));
     } else {
@@ -100,18 +104,18 @@ class CaseRun {
       b_.values.assign(static_cast<std::size_t>(b_.rows * b_.columns), 1.0);
       std::mt19937_64 random(kRandomSeed);
       if (request_.rhs == "random")
-        for (double& value : b_.values) value = uniform(random);
+        for (Scalar& value : b_.values) draw(random, value);
     }
     result_.right_hand_sides = b_.columns;
   }
 
-  void factor(Solver& solver) {
+  void factor(BasicSolver<Scalar>& solver) {
     const Keeper keep(*this, solver);
     solver.analyze(a_.view());
     solver.factor(a_.view());
   }
 
-  void refactor(Solver& solver) {
+  void refactor(BasicSolver<Scalar>& solver) {
     const Keeper keep(*this, solver);
     for (int k = 0; k < request_.refactor; ++k) {
       solver.refactor(a_.view());
@@ -121,7 +125,19 @@ class CaseRun {
     }
   }
 
-  void solve(Solver& solver) {
+  // Before the solve, since they say why one fails.
+  void examine(BasicSolver<Scalar>& solver) {
+    const Keeper keep(*this, solver);
+    if (request_.condition) result_.condition = solver.condition_estimate();
+    if (!request_.determinant) return;
+    try {
+      const Determinant<Scalar> determinant = solver.determinant();
+      result_.determinant = {determinant.phase, determinant.log_abs};
+    } catch (const AccuracyNotReached&) {  // too many pivots were perturbed: it is not known
+    }
+  }
+
+  void solve(BasicSolver<Scalar>& solver) {
     const Keeper keep(*this, solver);
     x_ = {b_.rows, b_.columns, {}};
     x_.values.resize(b_.values.size());
@@ -146,7 +162,7 @@ class CaseRun {
   // Takes the solver's report when a phase ends, be it by an exception.
   class Keeper {
    public:
-    Keeper(CaseRun& run, const Solver& solver) : run_(run), solver_(solver) {}
+    Keeper(CaseRun& run, const BasicSolver<Scalar>& solver) : run_(run), solver_(solver) {}
     ~Keeper() {
       run_.display_.clear();
       if (solver_.analyzed()) run_.result_.report = solver_.report();
@@ -156,19 +172,30 @@ class CaseRun {
 
    private:
     CaseRun& run_;
-    const Solver& solver_;
+    const BasicSolver<Scalar>& solver_;
   };
 
   CaseResult& result_;
   const SolveRequest& request_;
   ProgressDisplay& display_;
-  io::CsrMatrix<double> a_;
-  io::DenseMatrix<double> b_, x_;
+  io::CsrMatrix<Scalar> a_;
+  io::DenseMatrix<Scalar> b_, x_;
 };
+
+void run_case(const std::function<io::SquareMatrix()>& load, const SolveRequest& request,
+              ProgressDisplay& display, CaseResult& result) {
+  check_backend(request.options.backend);
+  check_output(request.output);
+  display.show("read", 0);
+  const Stopwatch watch;
+  io::SquareMatrix matrix = load();
+  result.time_read = watch.seconds();
+  std::visit([&](auto& a) { CaseRun(std::move(a), result, request, display).run(); }, matrix);
+}
 
 }  // namespace
 
-CaseResult solve_case(const std::string& name, const std::function<io::CsrMatrix<double>()>& load,
+CaseResult solve_case(const std::string& name, const std::function<io::SquareMatrix()>& load,
                       const SolveRequest& request, ProgressDisplay& display) {
   CaseResult result;
   result.name = name;
@@ -176,7 +203,7 @@ CaseResult solve_case(const std::string& name, const std::function<io::CsrMatrix
   result.threads = request.options.threads;
   result.tolerance = request.tolerance;
   try {
-    CaseRun(result, request, display).run(load);
+    run_case(load, request, display, result);
   } catch (...) {
     const Failure failure = describe_current_exception();
     result.code = failure.code;

@@ -25,11 +25,13 @@ struct SolveRequest {
   double tolerance = 1e-12;  ///< for the solver and for the program's own judgement
   int refactor = 0;          ///< refactorizations with the same values, to time them
   std::string output;        ///< array file for X; empty: none
+  bool condition = false;    ///< estimate the condition number
+  bool determinant = false;
 };
 
 /// Never throws what concerns the case: the result says how far it came and what stopped it. A numerical
 /// solution is believed only after backward_error (above) has judged it.
-CaseResult solve_case(const std::string& name, const std::function<io::CsrMatrix<double>()>& load,
+CaseResult solve_case(const std::string& name, const std::function<io::SquareMatrix()>& load,
                       const SolveRequest& request, ProgressDisplay& display);
 
 }  // namespace mfs::program

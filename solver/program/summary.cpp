@@ -29,7 +29,8 @@ std::string rate(double flops, double seconds) {
 }
 
 void matrix_lines(Text& text, const CaseResult& r) {
-  line(text, "matrix", "{}: n = {}, {}", r.name, r.n, count(r.entries, "entry", "entries"));
+  line(text, "matrix", "{}: n = {}, {}{}", r.name, r.n, count(r.entries, "entry", "entries"),
+       r.complex ? ", complex" : "");
   const Report& report = *r.report;
   line(text, "backend", "{}, {}", backend_name(r.backend), count(report.threads, "thread", "threads"));
   line(text, "ordering", "{:.3f} s{}", report.time_order, report.matched ? ", rows matched to columns" : "");
@@ -46,6 +47,26 @@ void flop_lines(Text& text, const Flops& flops) {
   line(text, "  getrf", "{} ({:.1f} %)", with_unit(flops.getrf, "flop"), share(flops.getrf));
   line(text, "  trsm", "{} ({:.1f} %)", with_unit(flops.trsm, "flop"), share(flops.trsm));
   line(text, "  gemm", "{} ({:.1f} %)", with_unit(flops.gemm, "flop"), share(flops.gemm));
+}
+
+void examination_lines(Text& text, const CaseResult& r) {
+  if (r.condition) line(text, "condition", "{:.1e} (estimate, 1-norm)", *r.condition);
+  if (!r.determinant) return;
+  const auto [phase, log_abs] = *r.determinant;
+  // A sign, or a phase.
+  const std::string sign = r.complex ? fmt::format("({:.6g}, {:.6g})", phase.real(), phase.imag())
+                                     : fmt::format("{:g}", phase.real());
+  line(text, "determinant", "{} exp({:.15g})", sign, log_abs);
+}
+
+// What the solution took beyond one pass over the first factors.
+void ladder_line(Text& text, const Report& report) {
+  if (report.rung == Rung::factors && report.reanalyses == 0 && !report.single_precision) return;
+  line(text, "accuracy by", "{}, {:.3f} s; {}, {}, {} in {:.3f} s, {} precision factors",
+       rung_name(report.rung), report.time_ladder, count(report.krylov_steps, "FGMRES step", "FGMRES steps"),
+       count(report.corrected_pivots, "corrected pivot", "corrected pivots"),
+       count(report.reanalyses, "change of the tree", "changes of the tree"), report.time_reanalyses,
+       report.single_precision ? "single" : "double");
 }
 
 void depth_table(Text& text, const std::vector<DepthSummary>& depths) {
@@ -82,19 +103,21 @@ std::string solve_summary(const CaseResult& r) {
   if (r.time_refactor > 0)
     line(text, "refactor", "{:.3f} s at {}, the least of {}", r.time_refactor,
          rate(report.flops.total(), r.time_refactor), r.refactorizations);
+  examination_lines(text, r);
   if (!r.backward_error) return fmt::to_string(text);
   line(text, "solve", "{:.3f} s, {}, {}", report.time_solve,
        count(r.right_hand_sides, "right-hand side", "right-hand sides"),
        count(report.refinement_steps, "refinement step", "refinement steps"));
+  ladder_line(text, report);
   line(text, "backward error", "{:.2e} (componentwise, asked {:.0e})", *r.backward_error, r.tolerance);
   return fmt::to_string(text);
 }
 
-std::string analysis_summary(const CaseResult& r, const std::vector<DepthSummary>& depths) {
+std::string analysis_summary(const CaseResult& r) {
   Text text;
   matrix_lines(text, r);
   flop_lines(text, r.report->flops);
-  depth_table(text, depths);
+  depth_table(text, r.depths);
   return fmt::to_string(text);
 }
 

@@ -14,7 +14,7 @@ namespace mfs::program {
 std::string solve_summary(const CaseResult& result);
 
 /// What `mfs analyze` prints: the tree, the fronts by depth, flops by operation, memory.
-std::string analysis_summary(const CaseResult& result, const std::vector<DepthSummary>& depths);
+std::string analysis_summary(const CaseResult& result);
 
 /// What `mfs info` prints.
 std::string library_summary();

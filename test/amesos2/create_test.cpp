@@ -243,6 +243,7 @@ TEST(Amesos2Parameters, EveryNameOfTheDocumentation) {
     list.set("MaxReanalyses", 2);
     list.set("Tolerance", 1e-13);
     list.set("MaxRefinementSteps", 5);
+    list.set("DumpPrefix", "");
     list.set("Verbosity", 0);
   };
   EXPECT_NO_THROW(solver->setParameters(amesos2_parameters(all)));
@@ -280,6 +281,7 @@ TEST(Amesos2Parameters, WrongOnesAreRefused) {
   refused([](auto& list) { list.set("Precision", "double"); });
   refused([](auto& list) { list.set("MaxReanalyses", -2); });
   refused([](auto& list) { list.set("Trans", "T"); });
+  refused([](auto& list) { list.set("DumpPrefix", 3); });
   refused([](auto& list) { list.set("Verbosity", 3); });
   const auto list = Teuchos::parameterList("Amesos2");
   list->set("Transposed", true);

@@ -152,7 +152,7 @@ TEST(MatrixMarketMemory, GzipOfNearlyNothing) {
   ASSERT_EQ(gzclose(file), Z_OK);
   reset_counters();
   const std::size_t before = live;
-  const CsrMatrix<double> a = read_square_matrix(path, 2);
+  const auto a = std::get<CsrMatrix<double>>(read_square_matrix(path, 2));
   EXPECT_EQ(a.entries(), 64);
   EXPECT_LE(largest, 9 * kMegabyte);
   // Three blocks of text and what two threads parse them into, at a time.

@@ -1,5 +1,6 @@
 // What the program is made of: its own backward error, exit codes, JSON lines, units, bench cases.
 #include <cmath>
+#include <complex>
 #include <limits>
 #include <new>
 #include <stdexcept>
@@ -62,6 +63,22 @@ TEST(BackwardError, LargeNumbersDoNotOverflow) {
 TEST(BackwardError, TheWorstColumnCounts) {
   const DenseMatrix<double> x{2, 3, {1, 1, 1, 1, 1, 1}}, b{2, 3, {1, 4, 1, 5, 1, 4}};
   EXPECT_EQ(backward_error(kMatrix, false, x, b), static_cast<double>(1.0L / 9));
+}
+
+TEST(BackwardError, OfComplexNumbersByHand) {
+  using Complex = std::complex<double>;
+  // [ 3i 0 ]
+  // [ 4  1 ]
+  const CsrMatrix<Complex> a{2, 2, {0, 1, 3}, {0, 0, 1}, {{0, 3}, 4, 1}};
+  const auto error = [&](std::vector<Complex> x, std::vector<Complex> b, bool transpose) {
+    return backward_error(a, transpose, DenseMatrix<Complex>{2, 1, std::move(x)},
+                          DenseMatrix<Complex>{2, 1, std::move(b)});
+  };
+  const Complex i(0, 1);
+  EXPECT_EQ(error({1, i}, {3.0 * i, 4.0 + i}, false), 0);
+  EXPECT_EQ(error({1, i}, {3.0 * i + 4.0, 4.0 + i}, false), 0.5);  // residual 4 of |3i| + |4 + 3i|
+  EXPECT_EQ(error({1, i}, {7.0 * i, i}, true), 0);
+  EXPECT_EQ(error({{1, INFINITY}, 0}, {0, 0}, false), kInfinity);
 }
 
 template <class Exception>

@@ -7,8 +7,7 @@
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 
-#include "solver/program/matrix_market.hpp"
-#include "test/program/run_program.hpp"
+#include "test/program/program_fixture.hpp"
 
 namespace {
 
@@ -20,32 +19,6 @@ using testing::EndsWith;
 using testing::HasSubstr;
 using testing::Pointwise;
 using testing::StartsWith;
-
-const std::string kReal = "%%MatrixMarket matrix coordinate real general\n";
-const std::string kArray = "%%MatrixMarket matrix array real general\n";
-// [ 2 1 ]
-// [ 0 4 ]
-const std::string kTriangular = kReal + "2 2 3\n1 1 2\n1 2 1\n2 2 4\n";
-
-class Program : public testing::Test {
- protected:
-  std::string file(const std::string& name, const std::string& text) { return folder_.write(name, text); }
-  std::string path(const std::string& name) { return folder_.path(name); }
-  std::vector<double> solution(const std::string& path) {
-    return std::get<mfs::io::DenseMatrix<double>>(mfs::io::read_matrix_market(path).content).values;
-  }
-  /// Runs it, expects this exit code and one line of complaint that begins with "mfs: ", and gives back its
-  /// rest.
-  std::string complaint(const std::vector<std::string>& arguments, int code) {
-    const ProgramRun run = run_program(arguments);
-    EXPECT_EQ(run.code, code) << run.err;
-    EXPECT_THAT(run.err, AllOf(StartsWith("mfs: "), EndsWith("\n")));
-    EXPECT_EQ(run.err.find('\n'), run.err.size() - 1) << run.err;
-    return run.err.size() > 6 ? run.err.substr(5, run.err.size() - 6) : "";
-  }
-
-  TemporaryFolder folder_;
-};
 
 // ---- solving ----
 
@@ -110,38 +83,6 @@ TEST_F(Program, OptionsReachTheSolver) {
 
 // ---- JSON ----
 
-const std::vector<std::string> kKeys{"name",
-                                     "n",
-                                     "nnz",
-                                     "backend",
-                                     "threads",
-                                     "nnz_factor",
-                                     "flops",
-                                     "flops_getrf",
-                                     "flops_trsm",
-                                     "flops_gemm",
-                                     "bytes_factor",
-                                     "bytes_peak",
-                                     "fronts",
-                                     "depths",
-                                     "max_front",
-                                     "time_order",
-                                     "time_symbolic",
-                                     "time_factor",
-                                     "time_refactor",
-                                     "time_solve",
-                                     "refinement_steps",
-                                     "perturbed_pivots",
-                                     "backward_error",
-                                     "status",
-                                     "message"};
-
-std::vector<std::string> keys_of(const ordered_json& json) {
-  std::vector<std::string> keys;
-  for (const auto& item : json.items()) keys.push_back(item.key());
-  return keys;
-}
-
 TEST_F(Program, JsonOnStandardOutputIsAlone) {
   const ProgramRun run = run_program({"solve", file("a.mtx", kTriangular), "--json", "-"});
   EXPECT_EQ(run.code, 0);
@@ -195,6 +136,9 @@ TEST_F(Program, UsageIs2) {
                                              {"solve", a, "--backend", "gpu"},
                                              {"solve", a, "--tol", "0"},
                                              {"solve", a, "--tol", "nan"},
+                                             {"solve", a, "--precision", "half"},
+                                             {"solve", a, "--dump"},
+                                             {"analyze", a, "--condition"},
                                              {"solve", a, "--max-block", "0"},
                                              {"solve", a, "--refactor", "-1"},
                                              {"solve", a, "--json"},
@@ -217,9 +161,6 @@ TEST_F(Program, InvalidInputIs3AndNamesThePlace) {
   EXPECT_EQ(complaint({"solve", wide}, 3), wide + ": line 2: the matrix is not square: 2 x 3");
   const std::string pattern = file("p.mtx", "%%MatrixMarket matrix coordinate pattern general\n1 1 1\n1 1\n");
   EXPECT_EQ(complaint({"solve", pattern}, 3), pattern + ": line 2: the file is a pattern: it has no values");
-  const std::string complex =
-      file("c.mtx", "%%MatrixMarket matrix coordinate complex general\n1 1 1\n1 1 1 1\n");
-  EXPECT_THAT(complaint({"solve", complex}, 3), HasSubstr("line 2: the file is complex"));
   const std::string nan = file("nan.mtx", kReal + "2 2 3\n1 1 1\n2 1 nan\n2 2 1\n");
   EXPECT_THAT(complaint({"solve", nan}, 3),
               AllOf(StartsWith("nan: "), HasSubstr("(row 1, column 0)"), HasSubstr("count from 0")));

@@ -47,7 +47,8 @@ void describe_work(std::ostream& out, const Report& report) {
       << " changes of the tree\n"
       << "backward error: " << report.backward_error << " after " << report.refinement_steps
       << " refinement and " << report.krylov_steps << " FGMRES steps, " << report.corrected_pivots
-      << " pivots corrected; highest rung: " << rung_name(report.rung) << ", " << report.time_ladder << " s\n";
+      << " pivots corrected; highest rung: " << rung_name(report.rung) << ", " << report.time_ladder
+      << " s\n";
 }
 
 void describe_depths(std::ostream& out, const std::vector<DepthSummary>& depths) {

@@ -24,6 +24,7 @@
 
 #include "test/amesos2/other_unit.hpp"
 #include "test/amesos2/systems.hpp"
+#include "test/program/temporary_folder.hpp"
 
 namespace {
 
@@ -287,6 +288,22 @@ TEST(Amesos2Parameters, WrongOnesAreRefused) {
   list->set("Transposed", true);
   EXPECT_THROW(solver->setParameters(list), Teuchos::Exceptions::InvalidParameter);
   solver->numericFactorization();  // it still works, with what it had
+}
+
+TEST(Amesos2Parameters, DumpPrefixLeavesAFailingSystemInAFile) {
+  const TemporaryFolder folder;  // that of rank 0 counts
+  Entries entries = grid_entries(6, 5);
+  for (Ordinal row = 0; row < 30; ++row) entries.erase({row, 13});
+  const auto solver = Amesos2::create<Matrix, Vector>("MFS", assemble(entries, even_map(30)));
+  solver->setParameters(amesos2_parameters([&](auto& list) { list.set("DumpPrefix", folder.path("left")); }));
+  try {
+    solver->symbolicFactorization();
+    FAIL();
+  } catch (const mfs::SingularMatrix& e) {
+    EXPECT_THAT(e.what(), HasSubstr("left_A.mtx")) << "on every rank";
+  }
+  if (world()->getRank() > 0) return;
+  EXPECT_THAT(text_of(folder.path("left_A.mtx")), HasSubstr("\n30 30 "));
 }
 
 TEST(Amesos2Parameters, AListOfAnotherNameIsIgnored) {

@@ -1,5 +1,7 @@
 #include "test/failure/counted_memory.hpp"
 
+#include <malloc.h>
+
 #include <atomic>
 #include <cstdint>
 #include <cstdlib>
@@ -10,6 +12,13 @@ namespace {
 std::atomic<bool> counting{false}, failed{false};
 std::atomic<long> count{0}, victim{-1}, live{0};
 std::atomic<std::size_t> refused_size{SIZE_MAX};
+std::atomic<std::size_t> bytes_now{0}, peak{0}, largest{0};
+
+void raise(std::atomic<std::size_t>& mark, std::size_t value) {
+  std::size_t seen = mark;
+  while (seen < value && !mark.compare_exchange_weak(seen, value)) {
+  }
+}
 
 void* allocate(std::size_t bytes, std::size_t alignment) {
   bool refuse = bytes >= refused_size;
@@ -26,6 +35,8 @@ void* allocate(std::size_t bytes, std::size_t alignment) {
   }
   if (!memory) throw std::bad_alloc();
   ++live;
+  raise(largest, bytes);
+  raise(peak, bytes_now += malloc_usable_size(memory));
   return memory;
 }
 
@@ -38,7 +49,9 @@ void* allocate_or_null(std::size_t bytes, std::size_t alignment) noexcept {
 }
 
 void release(void* memory) noexcept {
-  if (memory) --live;
+  if (!memory) return;
+  --live;
+  bytes_now -= malloc_usable_size(memory);
   std::free(memory);
 }
 
@@ -120,6 +133,23 @@ bool one_has_failed() {
 
 long live_blocks() {
   return live;
+}
+
+std::size_t live_bytes() {
+  return bytes_now;
+}
+
+void restart_marks() {
+  largest = 0;
+  peak = bytes_now.load();
+}
+
+std::size_t peak_bytes() {
+  return peak;
+}
+
+std::size_t largest_request() {
+  return largest;
 }
 
 }  // namespace mfs::test

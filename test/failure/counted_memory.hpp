@@ -14,7 +14,13 @@ void fail_large_ones(std::size_t bytes);
 long stop_counting();
 /// Whether an allocation was made to fail since start_counting or fail_large_ones.
 bool one_has_failed();
-/// Blocks that are allocated now.
+/// Blocks that are allocated now, and their bytes.
 long live_blocks();
+std::size_t live_bytes();
+
+/// Since restart_marks: the most bytes that were allocated at a time, and the largest single request.
+void restart_marks();
+std::size_t peak_bytes();
+std::size_t largest_request();
 
 }  // namespace mfs::test

@@ -8,8 +8,10 @@
 namespace mfs::test {
 
 /// Factors and solves another matrix and then `a` with the same object.
-inline void expect_usable(Solver& solver) {
-  for (const SparseMatrix& a : {grid_2d(7, 6), random_diagonally_dominant(60, 3, 1)}) {
+template <class Scalar>
+void expect_usable(BasicSolver<Scalar>& solver) {
+  for (const SparseMatrix& real : {grid_2d(7, 6), random_diagonally_dominant(60, 3, 1)}) {
+    const BasicSparseMatrix<Scalar> a = in_scalar<Scalar>(real);
     solver.analyze(a.view());
     solver.factor(a.view());
     expect_solves(solver, a, 2);

@@ -1,5 +1,5 @@
 // Any bytes as a Matrix Market file: read or refused, never worse; the same whatever the blocks; what is read
-// is a matrix. Entry point of libFuzzer (-DMFS_FUZZ=ON with clang) and of replay_corpus.cpp.
+// is a matrix. Entry point of libFuzzer (preset fuzz) and of replay_corpus.cpp.
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>

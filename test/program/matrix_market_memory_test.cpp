@@ -1,11 +1,7 @@
 // No allocation for a lie: a header's promises cost nothing until the entries are there. Every allocation of
 // this program is counted.
-#include <malloc.h>
 #include <zlib.h>
 
-#include <atomic>
-#include <cstdlib>
-#include <new>
 #include <string>
 
 #include <gmock/gmock.h>
@@ -13,68 +9,23 @@
 #include <mfs/error.hpp>
 
 #include "solver/program/matrix_market.hpp"
+#include "test/failure/counted_memory.hpp"
 #include "test/program/temporary_folder.hpp"
 
 namespace {
 
-std::atomic<std::size_t> largest{0};  // single request since the last reset
-std::atomic<std::size_t> live{0}, peak{0};
-
-void raise(std::atomic<std::size_t>& mark, std::size_t value) {
-  std::size_t seen = mark;
-  while (seen < value && !mark.compare_exchange_weak(seen, value)) {
-  }
-}
-
-void* counted(std::size_t bytes) {
-  void* memory = std::malloc(bytes ? bytes : 1);
-  if (!memory) throw std::bad_alloc();
-  raise(largest, bytes);
-  raise(peak, live += malloc_usable_size(memory));
-  return memory;
-}
-
-void release(void* memory) {
-  live -= malloc_usable_size(memory);
-  std::free(memory);
-}
-
-void reset_counters() {
-  largest = 0;
-  peak = live.load();
-}
-
-}  // namespace
-
-void* operator new(std::size_t bytes) {
-  return counted(bytes);
-}
-void* operator new[](std::size_t bytes) {
-  return counted(bytes);
-}
-void operator delete(void* memory) noexcept {
-  release(memory);
-}
-void operator delete[](void* memory) noexcept {
-  release(memory);
-}
-void operator delete(void* memory, std::size_t) noexcept {
-  release(memory);
-}
-void operator delete[](void* memory, std::size_t) noexcept {
-  release(memory);
-}
-
-namespace {
-
 using namespace mfs::io;
+using mfs::test::largest_request;
+using mfs::test::live_bytes;
+using mfs::test::peak_bytes;
+using mfs::test::restart_marks;
 using testing::HasSubstr;
 
 constexpr std::size_t kMegabyte = std::size_t{1} << 20;
 
 /// The message of the error that reading `text` ends with.
 std::string fault(const std::string& text) {
-  reset_counters();
+  restart_marks();
   try {
     parse_matrix_market(text, "t");
   } catch (const mfs::Error& e) {
@@ -84,14 +35,14 @@ std::string fault(const std::string& text) {
 }
 
 TEST(MatrixMarketMemory, CountersWork) {
-  reset_counters();
-  const std::size_t before = live;
+  restart_marks();
+  const std::size_t before = live_bytes();
   char* volatile memory = new char[3 * kMegabyte];
-  EXPECT_GE(live, before + 3 * kMegabyte);
+  EXPECT_GE(live_bytes(), before + 3 * kMegabyte);
   delete[] memory;
-  EXPECT_EQ(live, before);
-  EXPECT_EQ(largest, 3 * kMegabyte);
-  EXPECT_GE(peak, before + 3 * kMegabyte);
+  EXPECT_EQ(live_bytes(), before);
+  EXPECT_EQ(largest_request(), 3 * kMegabyte);
+  EXPECT_GE(peak_bytes(), before + 3 * kMegabyte);
 }
 
 TEST(MatrixMarketMemory, HugeEntryCount) {
@@ -99,30 +50,30 @@ TEST(MatrixMarketMemory, HugeEntryCount) {
        {"coordinate real general", "coordinate real symmetric", "coordinate complex hermitian"}) {
     EXPECT_THAT(fault("%%MatrixMarket matrix " + std::string(banner) + "\n2 2 1000000000000\n1 1 1 0\n"),
                 HasSubstr("line 3"));
-    EXPECT_LE(largest, 9 * kMegabyte) << banner;
+    EXPECT_LE(largest_request(), 9 * kMegabyte) << banner;
   }
   EXPECT_THAT(fault("%%MatrixMarket matrix array real general\n1000000 1000000\n1\n"),
               HasSubstr("line 3: the file ends after 1 of 1000000000000 entries"));
-  EXPECT_LE(largest, 9 * kMegabyte);
+  EXPECT_LE(largest_request(), 9 * kMegabyte);
 }
 
 TEST(MatrixMarketMemory, HugeShape) {
   EXPECT_THAT(
       fault("%%MatrixMarket matrix coordinate real general\n2000000000 3 1\n1 1 1\n"),
       HasSubstr("t: the header claims 2000000000 rows, but at least 1999999999 of them have no entry"));
-  EXPECT_LE(largest, 9 * kMegabyte);
+  EXPECT_LE(largest_request(), 9 * kMegabyte);
 }
 
 // Legal by the definition, and singular; the row is the first one of the empty ones.
 TEST(MatrixMarketMemory, HugeSquareShapeIsStructurallySingular) {
   const auto first_empty = [](const std::string& text) {
-    reset_counters();
+    restart_marks();
     try {
       parse_matrix_market("%%MatrixMarket matrix coordinate " + text, "t");
     } catch (const mfs::SingularMatrix& e) {
       EXPECT_EQ(e.kind(), mfs::SingularMatrix::Kind::structural);
       EXPECT_GE(e.dependent_rows(), 1999999996);
-      EXPECT_LE(largest, 9 * kMegabyte);
+      EXPECT_LE(largest_request(), 9 * kMegabyte);
       return e.row();
     }
     return std::int64_t{-2};
@@ -150,13 +101,13 @@ TEST(MatrixMarketMemory, GzipOfNearlyNothing) {
   const std::string blank = std::string(kMegabyte, '\n') + "1 1 7\n";
   for (int k = 0; k < 64; ++k) ASSERT_GT(gzwrite(file, blank.data(), static_cast<unsigned>(blank.size())), 0);
   ASSERT_EQ(gzclose(file), Z_OK);
-  reset_counters();
-  const std::size_t before = live;
+  restart_marks();
+  const std::size_t before = live_bytes();
   const auto a = std::get<CsrMatrix<double>>(read_square_matrix(path, 2));
   EXPECT_EQ(a.entries(), 64);
-  EXPECT_LE(largest, 9 * kMegabyte);
+  EXPECT_LE(largest_request(), 9 * kMegabyte);
   // Three blocks of text and what two threads parse them into, at a time.
-  EXPECT_LE(peak - before, 80 * kMegabyte);
+  EXPECT_LE(peak_bytes() - before, 80 * kMegabyte);
 }
 
 }  // namespace

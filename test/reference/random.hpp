@@ -2,6 +2,7 @@
 // distributions are not.
 #pragma once
 
+#include <complex>
 #include <cstdint>
 #include <numeric>
 #include <random>
@@ -34,13 +35,25 @@ class Random {
     for (std::int64_t i = n - 1; i > 0; --i) std::swap(order[i], order[integer(0, i + 1)]);
     return order;
   }
-  std::vector<double> vector(std::int64_t n) {
-    std::vector<double> v(static_cast<std::size_t>(n));
-    for (double& value : v) value = entry();
+  /// Entries in [-1, 1), of a complex vector both parts.
+  template <class Scalar = double>
+  std::vector<Scalar> vector(std::int64_t n) {
+    std::vector<Scalar> v(static_cast<std::size_t>(n));
+    for (Scalar& value : v) draw(value);
     return v;
   }
 
  private:
+  template <class Real>
+  void draw(Real& value) {
+    value = static_cast<Real>(entry());
+  }
+  template <class Real>
+  void draw(std::complex<Real>& value) {
+    const auto real = static_cast<Real>(entry());
+    value = {real, static_cast<Real>(entry())};
+  }
+
   std::mt19937_64 engine_;
 };
 

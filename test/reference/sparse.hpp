@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <cstdint>
 #include <limits>
 #include <vector>
@@ -12,33 +13,50 @@
 
 namespace mfs::test {
 
-struct Entry {
+template <class Scalar>
+struct BasicEntry {
   std::int64_t row, column;
-  double value;
+  Scalar value;
 };
+using Entry = BasicEntry<double>;
 
 /// Compressed rows, zero-based.
-struct SparseMatrix {
+template <class Scalar>
+struct BasicSparseMatrix {
   std::int64_t n = 0;
   std::vector<std::int64_t> offsets;  // n + 1
   std::vector<std::int32_t> columns;
-  std::vector<double> values;
+  std::vector<Scalar> values;
 
-  CsrView<double> view() const { return {n, n, offsets.data(), columns.data(), values.data()}; }
+  CsrView<Scalar> view() const { return {n, n, offsets.data(), columns.data(), values.data()}; }
   std::int64_t entries() const { return static_cast<std::int64_t>(values.size()); }
 };
+using SparseMatrix = BasicSparseMatrix<double>;
+
+/// long double, or complex of it.
+template <class Scalar>
+struct WideOf {
+  using Type = long double;
+};
+template <class Real>
+struct WideOf<std::complex<Real>> {
+  using Type = std::complex<long double>;
+};
+template <class Scalar>
+using Wide = typename WideOf<Scalar>::Type;
 
 /// The entries in the order given within each row; equal places are kept side by side, not summed.
-inline SparseMatrix from_entries(std::int64_t n, const std::vector<Entry>& entries) {
-  SparseMatrix a;
+template <class Scalar = double>
+BasicSparseMatrix<Scalar> from_entries(std::int64_t n, const std::vector<BasicEntry<Scalar>>& entries) {
+  BasicSparseMatrix<Scalar> a;
   a.n = n;
   a.offsets.assign(static_cast<std::size_t>(n) + 1, 0);
-  for (const Entry& e : entries) ++a.offsets[e.row + 1];
+  for (const BasicEntry<Scalar>& e : entries) ++a.offsets[e.row + 1];
   for (std::int64_t i = 0; i < n; ++i) a.offsets[i + 1] += a.offsets[i];
   a.columns.resize(entries.size());
   a.values.resize(entries.size());
   std::vector<std::int64_t> next(a.offsets.begin(), a.offsets.end() - 1);
-  for (const Entry& e : entries) {
+  for (const BasicEntry<Scalar>& e : entries) {
     const std::int64_t k = next[e.row]++;
     a.columns[k] = static_cast<std::int32_t>(e.column);
     a.values[k] = e.value;
@@ -47,12 +65,14 @@ inline SparseMatrix from_entries(std::int64_t n, const std::vector<Entry>& entri
 }
 
 /// Rows sorted by column, equal places summed.
-inline SparseMatrix from_entries_summed(std::int64_t n, std::vector<Entry> entries) {
-  std::stable_sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
+template <class Scalar = double>
+BasicSparseMatrix<Scalar> from_entries_summed(std::int64_t n, std::vector<BasicEntry<Scalar>> entries) {
+  using Item = BasicEntry<Scalar>;
+  std::stable_sort(entries.begin(), entries.end(), [](const Item& a, const Item& b) {
     return a.row != b.row ? a.row < b.row : a.column < b.column;
   });
-  std::vector<Entry> unique;
-  for (const Entry& e : entries) {
+  std::vector<Item> unique;
+  for (const Item& e : entries) {
     if (!unique.empty() && unique.back().row == e.row && unique.back().column == e.column) {
       unique.back().value += e.value;
     } else {
@@ -62,8 +82,9 @@ inline SparseMatrix from_entries_summed(std::int64_t n, std::vector<Entry> entri
   return from_entries(n, unique);
 }
 
-inline std::vector<Entry> entries_of(const SparseMatrix& a) {
-  std::vector<Entry> entries;
+template <class Scalar>
+std::vector<BasicEntry<Scalar>> entries_of(const BasicSparseMatrix<Scalar>& a) {
+  std::vector<BasicEntry<Scalar>> entries;
   for (std::int64_t i = 0; i < a.n; ++i) {
     for (std::int64_t k = a.offsets[i]; k < a.offsets[i + 1]; ++k)
       entries.push_back({i, a.columns[k], a.values[k]});
@@ -71,43 +92,48 @@ inline std::vector<Entry> entries_of(const SparseMatrix& a) {
   return entries;
 }
 
-inline SparseMatrix transposed(const SparseMatrix& a) {
-  std::vector<Entry> entries = entries_of(a);
-  for (Entry& e : entries) std::swap(e.row, e.column);
+template <class Scalar>
+BasicSparseMatrix<Scalar> transposed(const BasicSparseMatrix<Scalar>& a) {
+  std::vector<BasicEntry<Scalar>> entries = entries_of(a);
+  for (BasicEntry<Scalar>& e : entries) std::swap(e.row, e.column);
   return from_entries(a.n, entries);
 }
 
 /// A x
-inline std::vector<double> multiply(const SparseMatrix& a, const std::vector<double>& x) {
-  std::vector<double> b(static_cast<std::size_t>(a.n));
+template <class Scalar>
+std::vector<Scalar> multiply(const BasicSparseMatrix<Scalar>& a, const std::vector<Scalar>& x) {
+  std::vector<Scalar> b(static_cast<std::size_t>(a.n));
   for (std::int64_t i = 0; i < a.n; ++i) {
-    long double sum = 0;
+    Wide<Scalar> sum = 0;
     for (std::int64_t k = a.offsets[i]; k < a.offsets[i + 1]; ++k) {
-      sum += static_cast<long double>(a.values[k]) * x[a.columns[k]];
+      sum += Wide<Scalar>(a.values[k]) * Wide<Scalar>(x[a.columns[k]]);
     }
-    b[i] = static_cast<double>(sum);
+    b[i] = static_cast<Scalar>(sum);
   }
   return b;
 }
 
 /// max_i |b - A x|_i / (|A| |x| + |b|)_i, 0/0 taken as 0, anything that is not a number as infinity.
-inline double backward_error(const SparseMatrix& a, const double* b, const double* x) {
+template <class Scalar>
+double backward_error(const BasicSparseMatrix<Scalar>& a, const Scalar* b, const Scalar* x) {
   double worst = 0;
   for (std::int64_t i = 0; i < a.n; ++i) {
-    long double residual = b[i], size = std::fabs(static_cast<long double>(b[i]));
+    Wide<Scalar> residual = b[i];
+    long double size = std::abs(residual);
     for (std::int64_t k = a.offsets[i]; k < a.offsets[i + 1]; ++k) {
-      const long double product = static_cast<long double>(a.values[k]) * x[a.columns[k]];
+      const Wide<Scalar> product = Wide<Scalar>(a.values[k]) * Wide<Scalar>(x[a.columns[k]]);
       residual -= product;
-      size += std::fabs(product);
+      size += std::abs(product);
     }
-    const long double ratio = residual == 0 ? 0 : std::fabs(residual) / size;
+    const long double ratio = residual == Wide<Scalar>(0) ? 0 : std::abs(residual) / size;
     if (!(ratio <= worst))
       worst = std::isnan(ratio) ? std::numeric_limits<double>::infinity() : static_cast<double>(ratio);
   }
   return worst;
 }
-inline double backward_error(const SparseMatrix& a, const std::vector<double>& b,
-                             const std::vector<double>& x) {
+template <class Scalar>
+double backward_error(const BasicSparseMatrix<Scalar>& a, const std::vector<Scalar>& b,
+                      const std::vector<Scalar>& x) {
   return backward_error(a, b.data(), x.data());
 }
 

@@ -8,7 +8,8 @@ namespace mfs {
 
 template <class Scalar>
 std::string write_system(const System<Scalar>& system, const std::string& prefix) {
-  const std::string matrix = prefix + "_A.mtx", vectors = prefix + "_b.mtx";
+  std::string matrix = prefix + "_A.mtx";
+  const std::string vectors = prefix + "_b.mtx";
   const std::string comment = std::string(" of a system ") + (system.transposed ? "A^T x = b" : "A x = b") +
                               " that MFS did not solve";
   write_matrix_market(matrix, system.a, "A" + comment);

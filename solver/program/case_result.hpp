@@ -33,8 +33,9 @@ struct CaseResult {
   std::optional<double> backward_error;
   // Where they were asked for.
   std::optional<double> condition;  ///< infinite for a singular matrix
-  /// None as well where more pivots were perturbed than can be taken back.
   std::optional<Determinant<std::complex<double>>> determinant;
+  /// Those that were asked for in vain, since more pivots were perturbed than can be taken back.
+  std::vector<std::string> not_known;
   std::vector<DepthSummary> depths;  ///< where only the analysis was asked for
 
   ExitCode code = ExitCode::solved;

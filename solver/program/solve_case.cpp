@@ -128,13 +128,18 @@ class CaseRun {
   // Before the solve, since they say why one fails.
   void examine(BasicSolver<Scalar>& solver) {
     const Keeper keep(*this, solver);
-    if (request_.condition) result_.condition = solver.condition_estimate();
-    if (!request_.determinant) return;
-    try {
+    const auto ask = [this](bool wanted, const char* name, const auto& answer) {
+      try {
+        if (wanted) answer();
+      } catch (const AccuracyNotReached&) {
+        result_.not_known.emplace_back(name);
+      }
+    };
+    ask(request_.condition, "condition", [&] { result_.condition = solver.condition_estimate(); });
+    ask(request_.determinant, "determinant", [&] {
       const Determinant<Scalar> determinant = solver.determinant();
       result_.determinant = {determinant.phase, determinant.log_abs};
-    } catch (const AccuracyNotReached&) {  // too many pivots were perturbed: it is not known
-    }
+    });
   }
 
   void solve(BasicSolver<Scalar>& solver) {

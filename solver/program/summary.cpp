@@ -51,6 +51,8 @@ void flop_lines(Text& text, const Flops& flops) {
 
 void examination_lines(Text& text, const CaseResult& r) {
   if (r.condition) line(text, "condition", "{:.1e} (estimate, 1-norm)", *r.condition);
+  for (const std::string& name : r.not_known)
+    line(text, name.c_str(), "not known: too many pivots were perturbed");
   if (!r.determinant) return;
   const auto [phase, log_abs] = *r.determinant;
   // A sign, or a phase.

@@ -143,6 +143,24 @@ TEST_F(Program, OfASingularMatrixTheDeterminantIsZero) {
   EXPECT_TRUE(json["determinant_log_abs"].is_null());  // of zero
 }
 
+// 130 blocks [1 -1; -1 1] with 1e-8 more on the diagonal: singular in single precision, each of them.
+TEST_F(Program, WhereTheyAreNotKnownThatIsSaid) {
+  std::string text = kReal + "260 260 520\n";
+  for (int i = 1; i <= 260; i += 2) {
+    const std::string first = std::to_string(i), second = std::to_string(i + 1);
+    text += first + " " + first + " 1.00000001\n" + first + " " + second + " -1\n";
+    text += second + " " + first + " -1\n" + second + " " + second + " 1.00000001\n";
+  }
+  const std::string a = file("a.mtx", text);
+  const ProgramRun run = run_program({"solve", a, "--precision", "single", "--condition", "--determinant"});
+  EXPECT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.out, AllOf(HasSubstr("\ndeterminant     not known"), HasSubstr("\nbackward error ")));
+  const auto json = json_of({"solve", a, "--precision", "single", "--determinant", "--json", "-"});
+  EXPECT_TRUE(json["determinant_phase"].is_null());
+  EXPECT_NEAR(json_of({"solve", a, "--determinant", "--json", "-"})["determinant_log_abs"].get<double>(),
+              130 * std::log(2e-8), 1e-3);
+}
+
 // ---- precision and the ladder ----
 
 TEST_F(Program, SinglePrecisionFactorsAreRefined) {

@@ -23,6 +23,30 @@ struct Engine::State {
 
   int kokkos_threads = 0;  // 0: OpenMP space not initialized; only the engine's thread looks
 
+#if KOKKOS_VERSION >= 30700
+  using Settings = Kokkos::InitializationSettings;
+#else
+  using Settings = Kokkos::InitArguments;
+#endif
+  bool started = false;
+
+  static void start(const Settings& settings) {
+#ifdef KOKKOS_ENABLE_CUDA
+    // Kokkos::initialize would want a device now, also where none is asked for or there.
+    Kokkos::Impl::pre_initialize(settings);
+#if KOKKOS_VERSION >= 30700
+    Kokkos::Serial::impl_initialize(settings);
+    Kokkos::OpenMP::impl_initialize(settings);
+#else
+    Kokkos::Serial::impl_initialize();
+    Kokkos::OpenMP::impl_initialize(settings.num_threads);
+#endif
+    Kokkos::Impl::post_initialize(settings);
+#else
+    Kokkos::initialize(settings);
+#endif
+  }
+
   // Another number of threads: only the OpenMP space starts anew. Kokkos::finalize would end all spaces, and
   // Serial does not survive that in 3.4 (its scratch memory comes back too small, and is overrun).
   void use_threads(int wanted) {
@@ -35,8 +59,9 @@ struct Engine::State {
     settings.num_threads = wanted;
     settings.disable_warnings = true;
 #endif
-    if (!Kokkos::is_initialized()) {
-      Kokkos::initialize(settings);
+    if (!started) {
+      start(settings);
+      started = true;
     } else {
       Kokkos::OpenMP::impl_finalize();
 #if KOKKOS_VERSION >= 30700
@@ -76,6 +101,21 @@ Engine& Engine::instance() {
 Engine::Engine() : state_(new State) {
   std::thread([state = state_] { state->serve(); }).detach();
 }
+
+#ifdef KOKKOS_ENABLE_CUDA
+void Engine::use_cuda() {
+  static bool started = false;
+  if (started) return;
+#if KOKKOS_VERSION >= 30700
+  Kokkos::Cuda::impl_initialize(Kokkos::InitializationSettings().set_disable_warnings(true));
+#else
+  int device = 0;  // the caller's: Kokkos would take the first
+  cudaGetDevice(&device);
+  Kokkos::Cuda::impl_initialize(Kokkos::Cuda::SelectDevice(device), 1);
+#endif
+  started = true;
+}
+#endif
 
 void Engine::run(int threads, const std::function<void()>& work, const std::function<void()>& idle) {
   const std::lock_guard<std::mutex> one_caller(state_->caller);

@@ -18,6 +18,11 @@ class Engine {
   /// times per second in the calling thread; what it throws is thrown here once `work` is done.
   void run(int threads, const std::function<void()>& work, const std::function<void()>& idle = {});
 
+#ifdef MFS_CUDA
+  /// Inside run: starts Kokkos' CUDA space on the current device, unless it has been.
+  static void use_cuda();
+#endif
+
   Engine(const Engine&) = delete;
   Engine& operator=(const Engine&) = delete;
 

@@ -1,6 +1,7 @@
 // What the stages work on: the plan and the arena, as plain pointers that any execution space can follow.
 #pragma once
 
+#include <cmath>
 #include <complex>
 
 #include <Kokkos_Core.hpp>
@@ -17,6 +18,11 @@ template <class Real>
 struct RealOfTrait<std::complex<Real>> {
   using type = Real;
 };
+// std::complex has no device functions: device code uses Kokkos::complex, of the same layout.
+template <class Real>
+struct RealOfTrait<Kokkos::complex<Real>> {
+  using type = Real;
+};
 /// float for float and complex<float>, double for the others.
 template <class Scalar>
 using RealOf = typename RealOfTrait<Scalar>::type;
@@ -30,9 +36,32 @@ Scalar from_parts(double real, double imaginary) {
     return Scalar(static_cast<RealOf<Scalar>>(real), static_cast<RealOf<Scalar>>(imaginary));
   }
 }
+template <class Scalar>
+struct WideTrait {
+  using type = double;
+};
+template <class Real>
+struct WideTrait<std::complex<Real>> {
+  using type = std::complex<double>;
+};
+template <class Real>
+struct WideTrait<Kokkos::complex<Real>> {
+  using type = Kokkos::complex<double>;
+};
 /// The same kind of number, real or complex, in double precision: what sums are taken in.
 template <class Scalar>
-using Wide = std::conditional_t<std::is_same_v<Scalar, RealOf<Scalar>>, double, std::complex<double>>;
+using Wide = typename WideTrait<Scalar>::type;
+
+KOKKOS_INLINE_FUNCTION double magnitude(double value) { return std::abs(value); }
+KOKKOS_INLINE_FUNCTION double magnitude(float value) { return std::abs(static_cast<double>(value)); }
+template <class Real>
+double magnitude(const std::complex<Real>& value) {
+  return std::abs(value);
+}
+template <class Real>
+KOKKOS_INLINE_FUNCTION double magnitude(const Kokkos::complex<Real>& value) {
+  return hypot(static_cast<double>(value.real()), static_cast<double>(value.imag()));
+}
 
 /// The same kind of number in single precision: what the factors of mixed precision are.
 template <class Scalar>

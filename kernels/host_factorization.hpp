@@ -58,7 +58,7 @@ class HostFactorization final : public Factorization<Value> {
     *store_.status = FactorStatus();
     for (auto& correction : correction_) correction.reset();
     probed_.reset();
-    largest_ = largest_scaled_entry(exec_, store_);
+    largest_scaled_entry(exec_, store_, &largest_);
     const PivotRule rule{tolerance * largest_,
                          kTinyPivot * std::numeric_limits<RealOf<Scalar>>::epsilon() * largest_, largest_};
     const double total = plan_->flops.getrf + plan_->flops.trsm + plan_->flops.gemm;
@@ -218,7 +218,9 @@ class HostFactorization final : public Factorization<Value> {
       apply_best_inverse(from, to, count, transposed != nullptr);
     };
     const auto residual = [&](const Value* b, const Value* x, Value* r, double* size) {
-      return mfs::residual(exec_, store_.n, matrix_rows(transposed), b, x, r, size);
+      double error = 0;
+      mfs::residual(exec_, store_.n, matrix_rows(transposed), b, x, r, &error, size);
+      return error;
     };
     const SolveLayout& at = solve_layout_;
     const RefinementVectors<Value> vectors{vector<Value>(at.b), vector<Value>(at.x), vector<Value>(at.best),
@@ -257,7 +259,8 @@ class HostFactorization final : public Factorization<Value> {
     probing_vector(store_.n, in_scale, b);
     SolveOutcome outcome;
     refine(1, transposed, probing_controls<Value>(), outcome);
-    mfs::residual(exec_, store_.n, matrix_rows(transposed), static_cast<const Value*>(b), x, r);
+    double error = 0;
+    mfs::residual(exec_, store_.n, matrix_rows(transposed), static_cast<const Value*>(b), x, r, &error);
     return null_direction(store_.n, in_scale, r, out_scale, x, largest_);
   }
 

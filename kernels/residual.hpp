@@ -9,6 +9,7 @@
 
 #include "kernels/dispatch.hpp"
 #include "kernels/front_store.hpp"
+#include "kernels/vector_ops.hpp"
 
 namespace mfs {
 
@@ -22,39 +23,37 @@ struct RowAccess {
   const Scalar* values;
 };
 
-/// r = b - A x for one column (b null: r = -A x); returns its backward error. Where `size_of_row` is not
-/// null, size_of_row[i] = (|A| |x| + |b|)_i, or 1 where that is no divisor (zero, subnormal, infinite).
+/// r = b - A x for one column (b null: r = -A x); *worst = its backward error, a place in the memory of Exec.
+/// Where `size_of_row` is not null, size_of_row[i] = (|A| |x| + |b|)_i, or 1 where that is no divisor (zero,
+/// subnormal, infinite).
 template <class Exec, class Scalar>
-double residual(const Exec& exec, Vertex n, const RowAccess<Scalar>& a, const Scalar* b, const Scalar* x,
-                Scalar* r, double* size_of_row = nullptr) {
-  double worst = 0;
+void residual(const Exec& exec, Vertex n, const RowAccess<Scalar>& a, const Scalar* b, const Scalar* x, Scalar* r,
+              double* worst, double* size_of_row = nullptr) {
   Kokkos::parallel_reduce(
       "mfs::residual", Kokkos::RangePolicy<Exec, Kokkos::IndexType<Offset>>(exec, 0, n),
       KOKKOS_LAMBDA(Offset i, double& most) {
         Wide<Scalar> sum = b ? Wide<Scalar>(b[i]) : Wide<Scalar>(0);
-        double size = std::abs(sum);
+        double size = magnitude(sum);
         for (Offset k = a.offsets[i]; k < a.offsets[i + 1]; ++k) {
           const Wide<Scalar> product =
               Wide<Scalar>(a.values[a.slots ? a.slots[k] : k]) * Wide<Scalar>(x[a.columns[k]]);
           sum -= product;
-          size += std::abs(product);
+          size += magnitude(product);
         }
         r[i] = static_cast<Scalar>(sum);
         if (size_of_row) {
           using Limits = std::numeric_limits<RealOf<Scalar>>;
           size_of_row[i] = size >= Limits::min() && size <= Limits::max() ? size : 1;
         }
-        const double error = std::abs(sum);
+        const double error = magnitude(sum);
         // A size beyond the range would make any residual look small: it counts as infinite, too.
+        constexpr double kInfinity = std::numeric_limits<double>::infinity();
         const bool measured = size <= std::numeric_limits<double>::max();
-        const double ratio = error == 0 ? 0
-                             : measured ? error / size
-                                        : std::numeric_limits<double>::infinity();
+        const double ratio = error == 0 ? 0 : measured ? error / size : kInfinity;
         // NaN compares false: written so that it counts as infinite.
-        if (!(ratio <= most)) most = ratio <= 1e300 ? ratio : std::numeric_limits<double>::infinity();
+        if (!(ratio <= most)) most = ratio <= 1e300 ? ratio : kInfinity;
       },
-      Kokkos::Max<double>(worst));
-  return worst;
+      maximum_at<Exec>(worst));
 }
 
 }  // namespace mfs

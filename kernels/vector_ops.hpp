@@ -91,21 +91,26 @@ void scatter_scaled(const Exec& exec, Vertex n, Vertex columns, const Vertex* in
       });
 }
 
-/// Largest |a_ij| row_scale[i] column_scale[j].
+/// Takes a maximum to a place in the memory of Exec, without waiting for it.
+template <class Exec>
+auto maximum_at(double* place) {
+  using Space = typename Exec::memory_space;
+  return Kokkos::Max<double, Space>(Kokkos::View<double, Space>(place));
+}
+
+/// *largest = largest |a_ij| row_scale[i] column_scale[j].
 template <class Exec, class Scalar, class Value>
-double largest_scaled_entry(const Exec& exec, const FrontStore<Scalar, Value>& store) {
-  double largest = 0;
+void largest_scaled_entry(const Exec& exec, const FrontStore<Scalar, Value>& store, double* largest) {
   Kokkos::parallel_reduce(
       "mfs::largest", Kokkos::RangePolicy<Exec, Kokkos::IndexType<Offset>>(exec, 0, store.n),
       KOKKOS_LAMBDA(Offset row, double& most) {
         for (Offset k = store.matrix_offsets[row]; k < store.matrix_offsets[row + 1]; ++k) {
           const double scale = store.row_scale[row] * store.column_scale[store.matrix_columns[k]];
-          const double size = std::abs(store.matrix_values[k]) * scale;
+          const double size = magnitude(store.matrix_values[k]) * scale;
           if (size > most) most = size;
         }
       },
-      Kokkos::Max<double>(largest));
-  return largest;
+      maximum_at<Exec>(largest));
 }
 
 }  // namespace mfs

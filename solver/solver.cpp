@@ -8,6 +8,9 @@
 #include <optional>
 #include <string>
 
+#ifdef MFS_CUDA
+#include "kernels/cuda/cuda_factorization.hpp"
+#endif
 #include "kernels/engine.hpp"
 #include "kernels/factorization.hpp"
 #include "ordering/matrix_check.hpp"
@@ -52,8 +55,13 @@ void check_options(const Options& options) {
   if (options.factor.max_reanalyses < 0) refuse("max_reanalyses", "must not be negative");
   if (!(options.solve.tolerance >= 0)) refuse("tolerance", "must not be negative");
   if (options.solve.max_refinement_steps < 0) refuse("max_refinement_steps", "must not be negative");
+#ifdef MFS_CUDA
+  if (options.backend == Backend::cuda && !cuda::device_found())
+    throw BackendError("CUDA", 0, "no CUDA device was found");
+#else
   if (options.backend == Backend::cuda)
     throw BackendError("CUDA", 0, "this build of MFS has no CUDA backend");
+#endif
 }
 
 // Memory that is not there comes out as one of our errors, be it missed for the text of another one.
@@ -288,6 +296,13 @@ class BasicSolver<Scalar>::Impl {
         options_.backend == Backend::serial || flops < kSerialFlops ? HostSpace::serial : HostSpace::openmp;
     std::unique_ptr<Factorization<Scalar>> made;
     run("factor", [&] {
+#ifdef MFS_CUDA
+      if constexpr (std::is_same_v<Scalar, double>) {
+      if (options_.backend == Backend::cuda) {
+        Engine::use_cuda();
+        made = cuda::make_cuda_factorization<Scalar>(report_.single_precision, analysis_->plan, analysis_->pattern);
+      } } if (!made)
+#endif
       made = make_factorization<Scalar>(space, report_.single_precision, analysis_->plan, analysis_->pattern,
                                         threads_);
       std::copy(analysis_->matched.row_scale.begin(), analysis_->matched.row_scale.end(), made->row_scale());

@@ -1,0 +1,121 @@
+// The one seam to the CUDA runtime: memory, copies, graphs, and what an error of any of them becomes. No other
+// host code names one of its functions.
+#pragma once
+
+#include <cuda_runtime.h>
+
+#include <utility>
+
+#include "kernels/arena.hpp"
+
+namespace mfs::cuda {
+
+/// Throws BackendError("CUDA", code, what), or OutOfMemory for cudaErrorMemoryAllocation.
+void check(cudaError_t code, const char* what);
+/// The same for the launch before it.
+void check_launch(const char* what);
+
+/// Whether this process can use a device.
+bool device_found();
+/// Bytes free on the current device.
+Offset free_memory();
+void set_shared_memory(const void* kernel, std::size_t bytes);
+
+/// Device memory of one arena. Throws OutOfMemory(device).
+class DeviceArena {
+ public:
+  explicit DeviceArena(Offset bytes);
+  ~DeviceArena();
+  DeviceArena(const DeviceArena&) = delete;
+  DeviceArena& operator=(const DeviceArena&) = delete;
+
+  template <class T>
+  T* at(Offset offset) const {
+    return reinterpret_cast<T*>(static_cast<char*>(data_) + offset);
+  }
+  Offset bytes() const { return bytes_; }
+
+ private:
+  Offset bytes_;
+  void* data_ = nullptr;
+};
+
+/// Page-locked host memory, which the device copies from and to without a stop.
+class PinnedArena {
+ public:
+  explicit PinnedArena(Offset bytes);
+  ~PinnedArena();
+  PinnedArena(const PinnedArena&) = delete;
+  PinnedArena& operator=(const PinnedArena&) = delete;
+
+  template <class T>
+  T* at(Offset offset) const {
+    return reinterpret_cast<T*>(static_cast<char*>(data_) + offset);
+  }
+
+ private:
+  void* data_ = nullptr;
+};
+
+class Stream {
+ public:
+  Stream();
+  ~Stream();
+  Stream(const Stream&) = delete;
+  Stream& operator=(const Stream&) = delete;
+  cudaStream_t get() const { return stream_; }
+  void synchronize() const;
+  void to_device(void* to, const void* from, Offset bytes) const;
+  void to_host(void* to, const void* from, Offset bytes) const;
+  void clear(void* place, Offset bytes) const;
+
+ private:
+  cudaStream_t stream_ = nullptr;
+};
+
+/// A moment in a stream.
+class Event {
+ public:
+  Event();
+  ~Event();
+  Event(const Event&) = delete;
+  Event& operator=(const Event&) = delete;
+  void record(const Stream& stream);
+  /// Milliseconds from `before` to this; both must have passed.
+  float since(const Event& before) const;
+
+ private:
+  cudaEvent_t event_ = nullptr;
+};
+
+/// Launches recorded once and replayed.
+class Graph {
+ public:
+  Graph() = default;
+  ~Graph() { reset(); }
+  Graph(const Graph&) = delete;
+  Graph& operator=(const Graph&) = delete;
+
+  bool recorded() const { return executable_ != nullptr; }
+  template <class Work>
+  void record(const Stream& stream, const Work& work) {
+    begin(stream);
+    try {
+      work();
+    } catch (...) {
+      abandon(stream);
+      throw;
+    }
+    end(stream);
+  }
+  void launch(const Stream& stream) const;
+  void reset();
+
+ private:
+  static void begin(const Stream& stream);
+  static void abandon(const Stream& stream);
+  void end(const Stream& stream);
+  cudaGraphExec_t executable_ = nullptr;
+};
+
+}  // namespace mfs::cuda

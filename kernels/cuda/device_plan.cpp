@@ -1,0 +1,306 @@
+#include "kernels/cuda/device_plan.hpp"
+
+#include <algorithm>
+
+namespace mfs::cuda {
+
+namespace {
+
+Vertex tiles_of(Offset length, Vertex tile) { return static_cast<Vertex>((length + tile - 1) / tile); }
+
+// Builds one plan and is thrown away.
+class Builder {
+ public:
+  Builder(const SymbolicPlan& plan, Vertex tile, Vertex small_rows, bool wide_products)
+      : plan_(plan), wide_products_(wide_products) {
+    made_.tile = tile;
+    made_.small_rows = small_rows;
+  }
+
+  DevicePlan build() {
+    for (Vertex k = 0; k < plan_.num_depths; ++k) {
+      made_.depths.emplace_back();
+      sort_fronts(k);
+      list_small();
+      list_assembly();
+      list_steps();
+      list_update();
+      list_solve(k);
+    }
+    list_sources();
+    list_child_rows();
+    return std::move(made_);
+  }
+
+ private:
+  DepthLaunches& depth() { return made_.depths.back(); }
+  Vertex rows(Vertex f) const { return plan_.pivots(f) + plan_.border_rows(f); }
+
+  void sort_fronts(Vertex step) {
+    small_.clear();
+    large_.clear();
+    for (Vertex f = plan_.depth_begin[step]; f < plan_.depth_begin[step + 1]; ++f) {
+      (rows(f) <= made_.small_rows ? small_ : large_).push_back(f);
+    }
+  }
+
+  // Fronts of like size share a launch, so that shared memory fits them.
+  void list_small() {
+    constexpr Vertex kStep = 32;
+    for (Vertex most = kStep; most < made_.small_rows + kStep; most += kStep) {
+      SmallLaunch launch;
+      launch.fronts.begin = static_cast<Offset>(made_.small_fronts.size());
+      for (const Vertex f : small_) {
+        if (rows(f) <= most && rows(f) > most - kStep) {
+          made_.small_fronts.push_back(f);
+          launch.rows = std::max(launch.rows, rows(f));
+        }
+      }
+      launch.fronts.end = static_cast<Offset>(made_.small_fronts.size());
+      if (launch.fronts.count() > 0) depth().small.push_back(launch);
+    }
+  }
+
+  void list_assembly() {
+    depth().assemble.begin = static_cast<Offset>(made_.assemble.size());
+    for (const Vertex f : large_) {
+      for (Vertex begin = 0; begin < rows(f); begin += kAssembleColumns) {
+        made_.assemble.push_back({f, begin, std::min(begin + kAssembleColumns, rows(f))});
+      }
+    }
+    depth().assemble.end = static_cast<Offset>(made_.assemble.size());
+  }
+
+  void list_steps() {
+    Vertex most = 0;
+    for (const Vertex f : large_) most = std::max(most, plan_.pivots(f));
+    for (Vertex k = 0; k < most; k += made_.tile) {
+      std::vector<StepTask> tiles;
+      std::vector<ProductTask> products;
+      for (const Vertex f : large_) {
+        if (plan_.pivots(f) <= k) continue;
+        const Vertex next = tile_end(f, k), right = panel_end(f, k) - next;
+        tiles.push_back({f, k, 1, 0, right, 0});
+        add_products(f, k, next, {next, rows(f)}, {next, next + right}, products);
+      }
+      place_tiles(tiles);
+      place_products(products, depth().factor);
+      finish_panels(k);
+    }
+    list_exchanges();
+  }
+
+  Vertex tile_end(Vertex f, Vertex k) const { return std::min<Vertex>(k + made_.tile, plan_.pivots(f)); }
+  bool panelled(Vertex f) const { return plan_.pivots(f) >= kPanelled; }
+  // Columns before this one are made together with the tile at k.
+  Vertex panel_end(Vertex f, Vertex k) const {
+    return panelled(f) ? std::min(k / kPanel * kPanel + kPanel, plan_.pivots(f)) : rows(f);
+  }
+
+  // What is right of the panels that end with the tile at k: their block row, then all below it.
+  void finish_panels(Vertex k) {
+    std::vector<Vertex> ended;
+    for (const Vertex f : large_) {
+      const bool active = panelled(f) && plan_.pivots(f) > k;
+      if (active && tile_end(f, k) == panel_end(f, k) && panel_end(f, k) < rows(f)) ended.push_back(f);
+    }
+    if (ended.empty()) return;
+    const Vertex begin = k / kPanel * kPanel;
+    for (Vertex tile = begin; tile <= k; tile += made_.tile) {
+      std::vector<StepTask> tiles;
+      std::vector<ProductTask> products;
+      for (const Vertex f : ended) {
+        const Vertex next = tile_end(f, tile), end = panel_end(f, k);
+        tiles.push_back({f, tile, 0, end - next, rows(f) - next, 0});
+        add_products(f, tile, next, {next, end}, {end, rows(f)}, products);
+      }
+      place_strips(tiles);
+      place_products(products, depth().factor);
+    }
+    std::vector<ProductTask> products;
+    for (const Vertex f : ended) {
+      const Vertex end = panel_end(f, k);
+      add_products(f, begin, end, {end, rows(f)}, {end, rows(f)}, products);
+    }
+    place_products(products, depth().factor);
+  }
+
+  struct Span {
+    Vertex begin, end;
+    Vertex length() const { return end - begin; }
+  };
+
+  // Pivots [k, next) from `rows` and `columns` of P, L and U; what would be C is left out.
+  void add_products(Vertex f, Vertex k, Vertex next, Span down, Span right,
+                    std::vector<ProductTask>& products) const {
+    const Offset ld = rows(f), lower = plan_.lower_begin[f], upper = plan_.upper_begin[f];
+    const Vertex p = plan_.pivots(f), s = next - k;
+    const Span own{right.begin, std::min(right.end, p)};
+    if (own.length() > 0 && down.length() > 0) {
+      products.push_back({lower + down.begin + k * ld, lower + k + own.begin * ld,
+                          lower + down.begin + own.begin * ld, down.length(), own.length(), s, rows(f), rows(f),
+                          rows(f), 0, 0});
+    }
+    const Span border{std::max(right.begin, p), right.end}, pivots{down.begin, std::min(down.end, p)};
+    if (border.length() > 0 && pivots.length() > 0) {
+      const Offset first = static_cast<Offset>(border.begin - p) * p;
+      products.push_back({lower + pivots.begin + k * ld, upper + k + first, upper + pivots.begin + first,
+                          pivots.length(), border.length(), s, rows(f), p, p, 0, 0});
+    }
+  }
+
+  void place_tiles(const std::vector<StepTask>& tiles) {
+    const Offset begin = static_cast<Offset>(made_.steps.size());
+    place_strips(tiles);
+    depth().factor.insert(depth().factor.end() - 1,
+                          {Launch::Kind::diagonal, {begin, begin + static_cast<Offset>(tiles.size())},
+                           static_cast<Vertex>(tiles.size())});
+  }
+
+  void place_strips(const std::vector<StepTask>& tiles) {
+    Launch launch{Launch::Kind::strips, {static_cast<Offset>(made_.steps.size()), 0}, 0};
+    for (StepTask task : tiles) {
+      task.first_strip = launch.blocks;
+      const Vertex below = task.left ? rows(task.front) - tile_end(task.front, task.k) : 0;
+      launch.blocks += tiles_of(below, kStrip) + tiles_of(task.end - task.begin, kStrip);
+      made_.steps.push_back(task);
+    }
+    launch.tasks.end = static_cast<Offset>(made_.steps.size());
+    depth().factor.push_back(launch);
+  }
+
+  void list_exchanges() {
+    depth().exchange.begin = static_cast<Offset>(made_.exchange.size());
+    for (const Vertex f : large_) {
+      const Vertex blocks = tiles_of(plan_.pivots(f), made_.tile);
+      for (Vertex i = 1; i < blocks; ++i) {
+        for (Vertex j = 0; j < i; ++j) made_.exchange.push_back({f, i * made_.tile, j * made_.tile});
+      }
+    }
+    depth().exchange.end = static_cast<Offset>(made_.exchange.size());
+  }
+
+  void list_update() {
+    std::vector<ProductTask> products;
+    for (const Vertex f : large_) {
+      const Vertex p = plan_.pivots(f), b = plan_.border_rows(f);
+      if (b == 0 || p == 0) continue;
+      products.push_back({plan_.lower_begin[f] + p, plan_.upper_begin[f], plan_.contribution_begin[f], b, b,
+                          p, p + b, p, b, 0, 1});
+    }
+    place_products(products, depth().update);
+  }
+
+  // The largest products one by one to the library, the others in one launch; larger tiles use the card better
+  // once there are enough of them.
+  void place_products(const std::vector<ProductTask>& products, std::vector<Launch>& launches) {
+    constexpr Vertex kNarrow = 64, kWide = 128, kEnough = 2 * 132;
+    constexpr Offset kLibraryEntries = Offset(1) << 20;
+    constexpr Vertex kLibraryDepth = 256;
+    const auto tiles = [](const ProductTask& task, Vertex rows) {
+      return static_cast<Offset>(tiles_of(task.m, rows)) * tiles_of(task.n, kNarrow);
+    };
+    const auto for_library = [](const ProductTask& task) {
+      return static_cast<Offset>(task.m) * task.n >= kLibraryEntries && task.k >= kLibraryDepth;
+    };
+    Offset wide = 0;
+    for (const ProductTask& task : products) wide += for_library(task) ? 0 : tiles(task, kWide);
+    const bool use_wide = wide_products_ && wide >= kEnough;
+    Launch launch{use_wide ? Launch::Kind::wide_products : Launch::Kind::products, {}, 0};
+    launch.tasks.begin = static_cast<Offset>(made_.products.size());
+    for (ProductTask task : products) {
+      if (for_library(task)) continue;
+      task.first_tile = launch.blocks;
+      launch.blocks += static_cast<Vertex>(tiles(task, use_wide ? kWide : kNarrow));
+      made_.products.push_back(task);
+    }
+    launch.tasks.end = static_cast<Offset>(made_.products.size());
+    if (launch.blocks > 0) launches.push_back(launch);
+    for (const ProductTask& task : products) {
+      if (!for_library(task)) continue;
+      const Offset place = static_cast<Offset>(made_.products.size());
+      launches.push_back({Launch::Kind::library, {place, place + 1}, 1});
+      made_.products.push_back(task);
+    }
+  }
+
+  // Forward: the tiles of a front in the order in which they depend on each other; backward: the other way
+  // round, and only pivots.
+  void list_solve(Vertex step) {
+    const Vertex begin = plan_.depth_begin[step], end = plan_.depth_begin[step + 1];
+    depth().solve.begin = static_cast<Offset>(made_.solve.size());
+    Vertex most = 0;
+    for (Vertex f = begin; f < end; ++f) most = std::max(most, tiles_of(plan_.pivots(f), kSolveTile));
+    for (Vertex i = 0; i < most; ++i) {
+      for (Vertex f = begin; f < end; ++f) {
+        if (i * kSolveTile < plan_.pivots(f)) made_.solve.push_back({f, i * kSolveTile, 0});
+      }
+    }
+    for (Vertex f = begin; f < end; ++f) {
+      for (Vertex i = 0; i < plan_.border_rows(f); i += kSolveTile)
+        made_.solve.push_back({f, plan_.pivots(f) + i, 0});
+    }
+    depth().solve.end = depth().solve_back.begin = static_cast<Offset>(made_.solve.size());
+    for (Vertex i = 1; i <= most; ++i) {
+      for (Vertex f = begin; f < end; ++f) {
+        const Vertex tile = tiles_of(plan_.pivots(f), kSolveTile) - i;
+        if (tile >= 0) made_.solve.push_back({f, tile * kSolveTile, 0});
+      }
+    }
+    depth().solve_back.end = static_cast<Offset>(made_.solve.size());
+  }
+
+  void list_sources() {
+    made_.row_begin.assign(static_cast<std::size_t>(plan_.num_fronts) + 1, 0);
+    for (Vertex f = 0; f < plan_.num_fronts; ++f) made_.row_begin[f + 1] = made_.row_begin[f] + rows(f);
+    made_.source_begin.assign(static_cast<std::size_t>(made_.row_begin.back()) + 1, 0);
+    for_each_child_row([&](Offset row, Offset) { ++made_.source_begin[row + 1]; });
+    for (std::size_t i = 1; i < made_.source_begin.size(); ++i) made_.source_begin[i] += made_.source_begin[i - 1];
+    made_.source.resize(static_cast<std::size_t>(made_.source_begin.back()));
+    std::vector<Offset> next(made_.source_begin.begin(), made_.source_begin.end() - 1);
+    for_each_child_row([&](Offset row, Offset place) { made_.source[next[row]++] = place; });
+  }
+
+  // Only of larger fronts: small ones add their children up in shared memory.
+  void list_child_rows() {
+    made_.child_row_begin.assign(plan_.children.size() + 1, 0);
+    for (Vertex f = 0; f < plan_.num_fronts; ++f) {
+      for (Vertex c = plan_.child_begin[f]; c < plan_.child_begin[f + 1]; ++c)
+        made_.child_row_begin[c + 1] = made_.child_row_begin[c] + (rows(f) > made_.small_rows ? rows(f) : 0);
+    }
+    made_.child_row.assign(static_cast<std::size_t>(made_.child_row_begin.back()), -1);
+    for (Vertex f = 0; f < plan_.num_fronts; ++f) {
+      if (rows(f) <= made_.small_rows) continue;
+      for (Vertex c = plan_.child_begin[f]; c < plan_.child_begin[f + 1]; ++c) {
+        const Vertex child = plan_.children[c];
+        const Vertex* map = plan_.border_in_parent.data() + plan_.border_begin[child];
+        for (Vertex i = 0; i < plan_.border_rows(child); ++i) made_.child_row[made_.child_row_begin[c] + map[i]] = i;
+      }
+    }
+  }
+
+  template <class Visit>
+  void for_each_child_row(const Visit& visit) const {
+    for (Vertex f = 0; f < plan_.num_fronts; ++f) {
+      for (Vertex c = plan_.child_begin[f]; c < plan_.child_begin[f + 1]; ++c) {
+        const Vertex child = plan_.children[c];
+        for (Offset place = plan_.border_begin[child]; place < plan_.border_begin[child + 1]; ++place) {
+          visit(made_.row_begin[f] + plan_.border_in_parent[place], place);
+        }
+      }
+    }
+  }
+
+  const SymbolicPlan& plan_;
+  bool wide_products_;
+  std::vector<Vertex> small_, large_;
+  DevicePlan made_;
+};
+
+}  // namespace
+
+DevicePlan make_device_plan(const SymbolicPlan& plan, Vertex tile, Vertex small_rows, bool wide_products) {
+  return Builder(plan, tile, small_rows, wide_products).build();
+}
+
+}  // namespace mfs::cuda

@@ -1,0 +1,104 @@
+// What the device needs besides the plan: which kernel takes which front, and the lists of tiles by which one
+// launch serves all fronts of a depth. Made once from the plan, on the host.
+//
+//   small fronts   (at most small_rows rows)  one fused kernel: assemble, factor, update, in shared memory
+//   larger fronts  assembled in place; then, block column by block column of `tile` pivots,
+//
+//          k  k2     p         b          block     LU of the diagonal tile (k, k), pivots searched in it
+//        +--+--+----------+--------+      strips    L below it times U^-1, L^-1 times U right of it
+//      k |  |##|  strips U         |      products  the two from what is left of P, L and U
+//     k2 |  +--+----------+--------+      and at the end, as stage "variable update",
+//        |  |s |   products        |      C -= L U
+//      p |  |t +----------+--------+
+//        |  |r |          |   C    |
+//
+// In a front with many pivots, kPanel of them are factored first, without what is right of them, which is then
+// solved for and updated at once: products of that depth run faster by half. The largest go to the library.
+#pragma once
+
+#include <vector>
+
+#include "ordering/symbolic_plan.hpp"
+
+namespace mfs::cuda {
+
+/// C (m x n) -= A (m x k) B (k x n): places in the factor region, or of C in the contribution region.
+struct ProductTask {
+  Offset a, b, c;
+  Vertex m, n, k;
+  Vertex lda, ldb, ldc;
+  Vertex first_tile;  // in its launch
+  Vertex in_contribution;
+};
+
+/// The diagonal tile of a front at its pivot k, and the strips beside it: of the block column, where `left`, and of
+/// columns [begin, end) of the block row, counted from the tile's right edge.
+struct StepTask {
+  Vertex front, k;
+  Vertex left, begin, end;
+  Vertex first_strip;  // in its launch
+};
+
+/// Columns of a front from `begin` on, or rows of a front, or block row and block column of a pivot block.
+struct FrontPart {
+  Vertex front, begin, other;
+};
+
+struct Range {
+  Offset begin = 0, end = 0;
+  Offset count() const { return end - begin; }
+};
+
+/// One launch for all its tasks, or for Kind::library one call of the library for its one task.
+struct Launch {
+  enum class Kind { diagonal, strips, products, wide_products, library };
+  Kind kind;
+  Range tasks;
+  Vertex blocks = 0;
+};
+
+struct SmallLaunch {
+  Range fronts;
+  Vertex rows = 0;  // of the largest
+};
+
+struct DepthLaunches {
+  std::vector<SmallLaunch> small;
+  Range assemble;
+  std::vector<Launch> factor;
+  Range exchange;  // block rows left of later panels
+  std::vector<Launch> update;
+  Range solve;  // tiles of rows
+  Range solve_back;
+};
+
+struct DevicePlan {
+  Vertex tile = 0, small_rows = 0;
+  std::vector<Vertex> small_fronts;
+  std::vector<FrontPart> assemble, exchange, solve;
+  std::vector<StepTask> steps;
+  std::vector<ProductTask> products;
+  std::vector<DepthLaunches> depths;
+  // Row i of front f takes row child_row[child_row_begin[c] + i] of the contribution block of its c-th entry in
+  // the plan's children, -1 for none.
+  std::vector<Offset> child_row_begin;  // children + 1
+  std::vector<Vertex> child_row;
+  // Row i of front f takes border values source[source_begin[row_begin[f] + i]...] of its children, in order.
+  std::vector<Offset> row_begin;     // num_fronts + 1
+  std::vector<Offset> source_begin;  // rows of all fronts + 1
+  std::vector<Offset> source;        // places in the border of all fronts
+};
+
+/// Pivots that are factored before what is right of them, in fronts that have at least kPanelled.
+constexpr Vertex kPanel = 512, kPanelled = 1024;
+
+/// Columns that a block assembles, rows of a strip, of a tile of the solve.
+constexpr Vertex kAssembleColumns = 16;
+constexpr Vertex kStrip = 128;
+constexpr Vertex kSolveTile = 64;
+
+/// `tile` pivots per block column; fronts of up to `small_rows` rows are small; products may be cut into wide
+/// tiles.
+DevicePlan make_device_plan(const SymbolicPlan& plan, Vertex tile, Vertex small_rows, bool wide_products);
+
+}  // namespace mfs::cuda

@@ -1,0 +1,70 @@
+// All stages of a factorization on the device: the plan's copy, one arena, and the launches, depth by depth. What
+// is launched goes to one stream; nothing here waits for it.
+#pragma once
+
+#include <functional>
+
+#include "kernels/cuda/device.hpp"
+#include "kernels/cuda/device_blas.hpp"
+#include "kernels/cuda/device_plan.hpp"
+#include "kernels/cuda/device_store.hpp"
+#include "kernels/factorization.hpp"
+#include "ordering/symbolic_plan.hpp"
+
+namespace mfs::cuda {
+
+/// What a factorization says when it is done, as the device writes it.
+struct DeviceStatus {
+  FactorStatus pivots;
+  int found_strict;
+  double largest;
+};
+
+/// Told what is launched next, and for which step of the plan (deepest depth first).
+enum class Kernel { largest, small_fronts, assemble, diagonal, strips, products, exchange, update, end };
+using Mark = std::function<void(Kernel, Vertex step)>;
+
+/// S: numbers of the factors, V: of the matrix, both as device code calls them.
+template <class S, class V>
+class DeviceStages {
+ public:
+  /// Copies the plan to the device and takes all memory of a factorization. Throws OutOfMemory, BackendError.
+  DeviceStages(const SymbolicPlan& plan, const Pattern& pattern, const Stream& stream);
+
+  V* matrix_values() const { return store_.fronts.matrix_values; }
+  double* row_scale() const { return store_.fronts.row_scale; }
+  double* column_scale() const { return store_.fronts.column_scale; }
+  const DeviceStore<S, V>& store() const { return store_; }
+  DeviceStatus* status() const { return status_; }
+  Offset bytes() const { return arena_.bytes(); }
+
+  /// Launches assemble, factor and update of all depths for matrix_values(). `tolerance` of pivots is relative to
+  /// the largest scaled entry. `mark`, where given, is called before each launch and once at the end.
+  void factor(double tolerance, const Mark& mark = {});
+  /// Launches v := A'^-1 v (elimination order, scaled) for the factors; `work` as VectorLayout has it.
+  struct Vectors {
+    S *v, *y, *border;
+    int* done;
+    Vertex columns;
+  };
+  void substitute(const Vectors& vectors, bool transposed);
+
+ private:
+  struct Layout;
+  DeviceStages(const SymbolicPlan& plan, const Pattern& pattern, const Stream& stream, DevicePlan lists);
+  void launch_small_fronts(const SmallLaunch& launch);
+  void launch(const Launch& what);
+  template <int K, bool Transposed>
+  void substitute_columns(const Vectors& vectors);
+
+  const SymbolicPlan& plan_;
+  const Stream& stream_;
+  Kokkos::Cuda exec_;
+  DeviceBlas blas_;
+  DevicePlan lists_;
+  DeviceArena arena_;
+  DeviceStore<S, V> store_;
+  DeviceStatus* status_;
+};
+
+}  // namespace mfs::cuda

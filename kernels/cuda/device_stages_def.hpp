@@ -1,0 +1,247 @@
+// Definitions of device_stages.hpp, for the files that instantiate it.
+#pragma once
+
+#include "kernels/assemble.hpp"
+#include "kernels/cuda/assembly.hpp"
+#include "kernels/cuda/block_lu.hpp"
+#include "kernels/cuda/device_stages.hpp"
+#include "kernels/cuda/products.hpp"
+#include "kernels/cuda/small_fronts.hpp"
+#include "kernels/cuda/strips.hpp"
+#include "kernels/cuda/substitution.hpp"
+#include "kernels/vector_ops.hpp"
+
+namespace mfs::cuda {
+
+/// Where each array lies in the arena. Visited twice in one order: to add up sizes, and to copy.
+template <class S, class V>
+struct DeviceStages<S, V>::Layout {
+  ArenaLayout arena;
+
+  Layout(const SymbolicPlan& plan, const Pattern& pattern, const DevicePlan& lists) {
+    DeviceStore<S, V> store{};
+    place(plan, pattern, lists, store, [this](auto*& pointer, Offset count, const void*) {
+      using T = std::remove_pointer_t<std::remove_reference_t<decltype(pointer)>>;
+      arena.add(count * static_cast<Offset>(sizeof(T)));
+    });
+    arena.add(sizeof(DeviceStatus));
+  }
+
+  template <class Place>
+  static void place(const SymbolicPlan& plan, const Pattern& pattern, const DevicePlan& lists,
+                    DeviceStore<S, V>& store, const Place& put) {
+    const auto copy = [&](auto*& pointer, const auto& array) {
+      put(pointer, static_cast<Offset>(array.size()), array.data());
+    };
+    FrontStore<S, V>& at = store.fronts;
+    const Offset n = plan.n;
+    put(at.factor, plan.factor_entries, nullptr);
+    put(at.contribution, plan.contribution_entries, nullptr);
+    put(at.matrix_values, plan.nnz, nullptr);
+    put(at.row_scale, n, nullptr);
+    put(at.column_scale, n, nullptr);
+    put(at.local_row, n, nullptr);
+    put(at.shift, n, nullptr);
+    put(store.strict, plan.num_fronts, nullptr);
+    copy(at.row_of, plan.row_of);
+    copy(at.column_of, plan.column_of);
+    copy(at.pivot_begin, plan.pivot_begin);
+    copy(at.border_begin, plan.border_begin);
+    copy(at.border, plan.border);
+    copy(at.border_in_parent, plan.border_in_parent);
+    copy(at.child_begin, plan.child_begin);
+    copy(at.children, plan.children);
+    copy(at.lower_begin, plan.lower_begin);
+    copy(at.upper_begin, plan.upper_begin);
+    copy(at.contribution_begin, plan.contribution_begin);
+    copy(at.entry_begin, plan.entry_begin);
+    copy(at.entry_slot, plan.entry_slot);
+    copy(at.entry_target, plan.entry_target);
+    copy(at.entry_row, plan.entry_row);
+    copy(at.entry_column, plan.entry_column);
+    copy(at.matrix_offsets, pattern.offsets);
+    copy(at.matrix_columns, pattern.columns);
+    copy(store.small_fronts, lists.small_fronts);
+    copy(store.assemble, lists.assemble);
+    copy(store.exchange, lists.exchange);
+    copy(store.solve, lists.solve);
+    copy(store.steps, lists.steps);
+    copy(store.products, lists.products);
+    copy(store.row_begin, lists.row_begin);
+    copy(store.source_begin, lists.source_begin);
+    copy(store.source, lists.source);
+    copy(store.child_row_begin, lists.child_row_begin);
+    copy(store.child_row, lists.child_row);
+  }
+};
+
+template <class S, class V>
+DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& pattern, const Stream& stream)
+    : DeviceStages(plan, pattern, stream,
+                   make_device_plan(plan, kTile<S>, kSmallRows<S>, kWideProducts<S>)) {}
+
+template <class S, class V>
+DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& pattern, const Stream& stream,
+                                 DevicePlan lists)
+    : plan_(plan),
+      stream_(stream),
+      exec_(stream.get()),
+      blas_(stream),
+      lists_(std::move(lists)),
+      arena_(Layout(plan, pattern, lists_).arena.total()) {
+  Offset place = 0;
+  Layout::place(plan, pattern, lists_, store_, [&](auto*& pointer, Offset count, const void* source) {
+    using T = std::remove_pointer_t<std::remove_reference_t<decltype(pointer)>>;
+    pointer = arena_.at<T>(place);
+    const Offset bytes = count * static_cast<Offset>(sizeof(T));
+    if (source && bytes > 0) stream_.to_device(const_cast<std::remove_const_t<T>*>(pointer), source, bytes);
+    place += (bytes + kRegionAlignment - 1) / kRegionAlignment * kRegionAlignment;
+  });
+  store_.fronts.n = plan.n;
+  store_.fronts.max_block_size = plan.max_block_size;
+  store_.fronts.interchange = nullptr;
+  store_.fronts.work = nullptr;
+  status_ = arena_.at<DeviceStatus>(place);
+  store_.fronts.status = &status_->pivots;
+  store_.found_strict = &status_->found_strict;
+  store_.largest = &status_->largest;
+  store_.tiny = kTinyPivot * std::numeric_limits<RealOf<S>>::epsilon();
+  stream_.clear(store_.strict, plan.num_fronts * static_cast<Offset>(sizeof(int)));
+  stream_.synchronize();  // what was copied from may go
+  set_shared_memory(reinterpret_cast<const void*>(&factor_small_fronts<256, 2, S, V>), small_front_bytes<S>(kSmallRows<S>));
+  set_shared_memory(reinterpret_cast<const void*>(&factor_diagonal_tiles<S, V>), block_lu_bytes<S>());
+  set_shared_memory(reinterpret_cast<const void*>(&solve_strips<S, V>), strip_bytes<S>());
+  set_shared_memory(reinterpret_cast<const void*>(&subtract_products<NarrowShape, S, V>), NarrowShape::bytes<S>());
+  if constexpr (kWideProducts<S>)
+    set_shared_memory(reinterpret_cast<const void*>(&subtract_products<WideShape, S, V>), WideShape::bytes<S>());
+}
+
+template <class S, class V>
+void DeviceStages<S, V>::launch(const Launch& what) {
+  const unsigned blocks = static_cast<unsigned>(what.blocks);
+  const int count = static_cast<int>(what.tasks.count());
+  switch (what.kind) {
+    case Launch::Kind::diagonal:
+      factor_diagonal_tiles<<<blocks, kTileThreads, block_lu_bytes<S>(), stream_.get()>>>(store_, what.tasks.begin);
+      break;
+    case Launch::Kind::strips:
+      if (blocks > 0) {
+        solve_strips<<<blocks, kStripThreads, strip_bytes<S>(), stream_.get()>>>(store_, what.tasks.begin, count);
+      }
+      break;
+    case Launch::Kind::products:
+      subtract_products<NarrowShape><<<blocks, NarrowShape::threads, NarrowShape::bytes<S>(), stream_.get()>>>(
+          store_, what.tasks.begin, count);
+      break;
+    case Launch::Kind::wide_products:
+      if constexpr (kWideProducts<S>) {
+        subtract_products<WideShape><<<blocks, WideShape::threads, WideShape::bytes<S>(), stream_.get()>>>(
+            store_, what.tasks.begin, count);
+      }
+      break;
+    case Launch::Kind::library: {
+      const ProductTask& task = lists_.products[what.tasks.begin];
+      S* const factor = store_.fronts.factor;
+      S* const c = (task.in_contribution ? store_.fronts.contribution : factor) + task.c;
+      blas_.gemm_minus<S>(task.m, task.n, task.k, factor + task.a, task.lda, factor + task.b, task.ldb, c, task.ldc);
+      break;
+    }
+  }
+}
+
+template <class S, class V>
+void DeviceStages<S, V>::launch_small_fronts(const SmallLaunch& launch) {
+  const unsigned fronts = static_cast<unsigned>(launch.fronts.count());
+  const std::size_t bytes = small_front_bytes<S>(launch.rows);
+  if (launch.rows <= 32) {
+    factor_small_fronts<32, 16><<<fronts, 32, bytes, stream_.get()>>>(store_, launch.fronts.begin);
+  } else if (launch.rows <= 64) {
+    factor_small_fronts<128, 4><<<fronts, 128, bytes, stream_.get()>>>(store_, launch.fronts.begin);
+  } else {
+    factor_small_fronts<256, 2><<<fronts, 256, bytes, stream_.get()>>>(store_, launch.fronts.begin);
+  }
+}
+
+template <class S, class V>
+void DeviceStages<S, V>::factor(double tolerance, const Mark& mark) {
+  store_.tolerance = tolerance;
+  stream_.clear(status_, sizeof(DeviceStatus));
+  Vertex step = 0;
+  const auto next = [&](Kernel kernel) {
+    if (mark) mark(kernel, step);
+  };
+  next(Kernel::largest);
+  largest_scaled_entry(exec_, store_.fronts, &status_->largest);
+  for (const DepthLaunches& depth : lists_.depths) {
+    for (const SmallLaunch& launch : depth.small) {
+      next(Kernel::small_fronts);
+      launch_small_fronts(launch);
+    }
+    next(Kernel::assemble);
+    if (depth.assemble.count() > 0) {
+      assemble_fronts<<<static_cast<unsigned>(depth.assemble.count()), kAssembleThreads, 0, stream_.get()>>>(
+          store_, depth.assemble.begin);
+    }
+    for (const Launch& part : depth.factor) {
+      next(part.kind == Launch::Kind::diagonal ? Kernel::diagonal
+           : part.kind == Launch::Kind::strips ? Kernel::strips
+                                               : Kernel::products);
+      launch(part);
+    }
+    next(Kernel::exchange);
+    if (depth.exchange.count() > 0) {
+      exchange_block_rows<<<static_cast<unsigned>(depth.exchange.count()), kTileThreads,
+                            sizeof(S) * kTile<S> * 32, stream_.get()>>>(store_, depth.exchange.begin);
+    }
+    next(Kernel::update);
+    for (const Launch& part : depth.update) launch(part);
+    ++step;
+  }
+  next(Kernel::end);
+  check_launch("factor");
+}
+
+template <class S, class V>
+template <int K, bool Transposed>
+void DeviceStages<S, V>::substitute_columns(const Vectors& at) {
+  constexpr std::size_t kBytes = substitution_bytes<S, K>();
+  set_shared_memory(reinterpret_cast<const void*>(&substitute_forward<Transposed, K, S, V>), kBytes);
+  set_shared_memory(reinterpret_cast<const void*>(&substitute_backward<Transposed, K, S, V>), kBytes);
+  const Offset n = plan_.n, borders = static_cast<Offset>(plan_.border.size());
+  const Offset flags = n * static_cast<Offset>(sizeof(int));
+  for (Vertex first = 0; first < at.columns; first += K) {
+    const DeviceVectors<S> vectors{std::min<int>(K, at.columns - first), n, borders, at.v + first * n,
+                                   at.y + first * n, at.border + first * borders, at.done};
+    stream_.clear(at.done, flags);
+    for (const DepthLaunches& depth : lists_.depths) {
+      substitute_forward<Transposed, K><<<static_cast<unsigned>(depth.solve.count()), kSolveThreads, kBytes,
+                                          stream_.get()>>>(store_, vectors, depth.solve.begin);
+    }
+    stream_.clear(at.done, flags);
+    for (Vertex k = plan_.num_depths - 1; k >= 0; --k) {
+      const Offset begin = plan_.border_begin[plan_.depth_begin[k]];
+      const Offset count = plan_.border_begin[plan_.depth_begin[k + 1]] - begin;
+      if (count > 0) {
+        gather_border<<<static_cast<unsigned>((count + 255) / 256), 256, 0, stream_.get()>>>(store_, vectors, begin,
+                                                                                            count);
+      }
+      const Range& tiles = lists_.depths[k].solve_back;
+      substitute_backward<Transposed, K><<<static_cast<unsigned>(tiles.count()), kSolveThreads, kBytes,
+                                           stream_.get()>>>(store_, vectors, tiles.begin);
+    }
+  }
+  check_launch("solve");
+}
+
+template <class S, class V>
+void DeviceStages<S, V>::substitute(const Vectors& vectors, bool transposed) {
+  if (transposed) {
+    vectors.columns == 1 ? substitute_columns<1, true>(vectors) : substitute_columns<4, true>(vectors);
+  } else if (vectors.columns == 1) {
+    substitute_columns<1, false>(vectors);
+  } else {
+    vectors.columns <= 4 ? substitute_columns<4, false>(vectors) : substitute_columns<16, false>(vectors);
+  }
+}
+
+}  // namespace mfs::cuda

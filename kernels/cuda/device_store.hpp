@@ -1,0 +1,65 @@
+// What the device kernels work on beside the FrontStore: pivoting state and the lists of the DevicePlan.
+#pragma once
+
+#include "kernels/cuda/device_plan.hpp"
+#include "kernels/cuda/device_scalar.hpp"
+#include "kernels/panel_lu.hpp"
+
+namespace mfs::cuda {
+
+template <class S, class Value>
+struct DeviceStore {
+  FrontStore<S, Value> fronts;
+
+  // A front is strict once a pivot of a tile was too small, or let something below it grow: from then on its
+  // pivots are searched in all rows of the pivot block, as on the host.
+  int* strict;            // by front
+  int* found_strict;      // fronts that became strict in this factorization
+  const double* largest;  // scaled entry of the matrix
+  double tolerance;       // of pivots, relative to it
+  double tiny;
+
+  const Vertex* small_fronts;
+  const FrontPart *assemble, *exchange, *solve;
+  const StepTask* steps;
+  const ProductTask* products;
+  const Offset *row_begin, *source_begin, *source;
+  const Offset* child_row_begin;
+  const Vertex* child_row;
+
+  __device__ PivotRule rule() const {
+    PivotRule rule;
+    rule.bound = tolerance * *largest;
+    rule.tiny = tiny * *largest;
+    rule.largest = *largest;
+    return rule;
+  }
+  __device__ void make_strict(Vertex f) const {
+    if (atomicExch(strict + f, 1) == 0) atomicAdd(found_strict, 1);
+  }
+};
+
+/// The task that `place` belongs to: the last of `count` whose `first` member is not beyond it. One warp searches
+/// 32 tasks at a time.
+template <class Task>
+__device__ int find_task(const Task* tasks, int count, Vertex Task::*first, int place) {
+  const int lane = threadIdx.x % 32;
+  int begin = 0;
+  while (count > 1) {
+    const int step = (count + 31) / 32, candidate = lane * step;
+    const bool before = candidate < count && tasks[begin + candidate].*first <= place;
+    const int last = 31 - __clz(__ballot_sync(0xffffffffu, before));
+    begin += last * step;
+    count = min(step, count - last * step);
+  }
+  return begin;
+}
+
+/// Pivots per block column: what fits shared memory twice over.
+template <class S>
+constexpr int kTile = sizeof(S) <= 8 ? 128 : 64;
+/// Rows of the largest front that is factored in shared memory as a whole.
+template <class S>
+constexpr int kSmallRows = sizeof(S) <= 8 ? 160 : 96;
+
+}  // namespace mfs::cuda

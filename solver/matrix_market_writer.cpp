@@ -1,3 +1,4 @@
+#include <array>
 #include <cerrno>
 #include <charconv>
 #include <cstdio>
@@ -100,7 +101,7 @@ void write_matrix_market(const std::string& path, const CsrView<Scalar>& a, cons
   check_shape(a);
   Output out(path);
   out.text(banner("coordinate", !a.values ? "pattern" : kComplex<Scalar> ? "complex" : "real", comment));
-  for (const std::int64_t size : {a.rows, a.columns, a.row_offsets[a.rows]}) {
+  for (const std::int64_t size : std::array<std::int64_t, 3>{a.rows, a.columns, a.row_offsets[a.rows]}) {
     out.number(size);
     out.blank();
   }

@@ -132,7 +132,7 @@ class CudaFactorization final : public Factorization<Value> {
     const Offset b = layout.add(block * sizeof(V)), x = layout.add(block * sizeof(V)), r = layout.add(block * sizeof(V)),
                  d = layout.add(block * sizeof(V)), v = layout.add(block * sizeof(S)), y = layout.add(block * sizeof(S)),
                  border = layout.add(static_cast<Offset>(plan_->border.size()) * columns * sizeof(S)),
-                 done = layout.add(n * sizeof(int)), errors = layout.add(kSolveColumns * sizeof(double));
+                 errors = layout.add(kSolveColumns * sizeof(double));
     auto arena = std::make_unique<DeviceArena>(layout.total());
     auto host = std::make_unique<PinnedArena>(2 * block * static_cast<Offset>(sizeof(Value)));
     if (host_b_) std::copy(host_b_, host_b_ + n * columns_, host->template at<Value>(0));
@@ -144,8 +144,7 @@ class CudaFactorization final : public Factorization<Value> {
     x_ = vectors_->template at<V>(x);
     r_ = vectors_->template at<V>(r);
     d_ = vectors_->template at<V>(d);
-    substitution_ = {vectors_->template at<S>(v), vectors_->template at<S>(y), vectors_->template at<S>(border),
-                     vectors_->template at<int>(done), columns};
+    substitution_ = {vectors_->template at<S>(v), vectors_->template at<S>(y), vectors_->template at<S>(border), columns};
     device_errors_ = vectors_->template at<double>(errors);
     columns_ = columns;
     for (auto& graph : solve_graph_) graph.reset();

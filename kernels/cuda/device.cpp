@@ -61,8 +61,8 @@ void Stream::to_device(void* to, const void* from, Offset bytes) const {
 void Stream::to_host(void* to, const void* from, Offset bytes) const {
   check(cudaMemcpyAsync(to, from, static_cast<std::size_t>(bytes), cudaMemcpyDeviceToHost, stream_), "cudaMemcpy");
 }
-void Stream::clear(void* place, Offset bytes) const {
-  check(cudaMemsetAsync(place, 0, static_cast<std::size_t>(bytes), stream_), "cudaMemset");
+void Stream::fill(void* place, int byte, Offset bytes) const {
+  check(cudaMemsetAsync(place, byte, static_cast<std::size_t>(bytes), stream_), "cudaMemset");
 }
 
 Event::Event() { check(cudaEventCreate(&event_), "cudaEventCreate"); }

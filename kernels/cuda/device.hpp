@@ -67,7 +67,8 @@ class Stream {
   void synchronize() const;
   void to_device(void* to, const void* from, Offset bytes) const;
   void to_host(void* to, const void* from, Offset bytes) const;
-  void clear(void* place, Offset bytes) const;
+  void clear(void* place, Offset bytes) const { fill(place, 0, bytes); }
+  void fill(void* place, int byte, Offset bytes) const;
 
  private:
   cudaStream_t stream_ = nullptr;

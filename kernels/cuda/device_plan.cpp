@@ -224,25 +224,31 @@ class Builder {
     }
   }
 
-  // Forward: the tiles of a front in the order in which they depend on each other; backward: the other way
-  // round, and only pivots.
+  // Forward: the tiles of a front in the order in which they depend on each other, those of all fronts by turns;
+  // backward: the other way round, and only pivots.
   void list_solve(Vertex step) {
-    const Vertex begin = plan_.depth_begin[step], end = plan_.depth_begin[step + 1];
-    depth().solve.begin = static_cast<Offset>(made_.solve.size());
+    std::vector<Vertex> fronts;
+    depth().tiny.begin = static_cast<Offset>(made_.tiny_fronts.size());
+    for (Vertex f = plan_.depth_begin[step]; f < plan_.depth_begin[step + 1]; ++f) {
+      const bool tiny = plan_.pivots(f) <= kTinyPivots && rows(f) <= kTinyRows;
+      (tiny ? made_.tiny_fronts : fronts).push_back(f);
+    }
+    depth().tiny.end = static_cast<Offset>(made_.tiny_fronts.size());
     Vertex most = 0;
-    for (Vertex f = begin; f < end; ++f) most = std::max(most, tiles_of(plan_.pivots(f), kSolveTile));
+    for (const Vertex f : fronts) most = std::max(most, tiles_of(plan_.pivots(f), kSolveTile));
+    depth().solve.begin = static_cast<Offset>(made_.solve.size());
     for (Vertex i = 0; i < most; ++i) {
-      for (Vertex f = begin; f < end; ++f) {
+      for (const Vertex f : fronts) {
         if (i * kSolveTile < plan_.pivots(f)) made_.solve.push_back({f, i * kSolveTile, 0});
       }
     }
-    for (Vertex f = begin; f < end; ++f) {
+    for (const Vertex f : fronts) {
       for (Vertex i = 0; i < plan_.border_rows(f); i += kSolveTile)
         made_.solve.push_back({f, plan_.pivots(f) + i, 0});
     }
     depth().solve.end = depth().solve_back.begin = static_cast<Offset>(made_.solve.size());
     for (Vertex i = 1; i <= most; ++i) {
-      for (Vertex f = begin; f < end; ++f) {
+      for (const Vertex f : fronts) {
         const Vertex tile = tiles_of(plan_.pivots(f), kSolveTile) - i;
         if (tile >= 0) made_.solve.push_back({f, tile * kSolveTile, 0});
       }

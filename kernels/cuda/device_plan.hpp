@@ -68,13 +68,14 @@ struct DepthLaunches {
   std::vector<Launch> factor;
   Range exchange;  // block rows left of later panels
   std::vector<Launch> update;
-  Range solve;  // tiles of rows
-  Range solve_back;
+  Range tiny;        // fronts that one warp solves with
+  Range solve;       // tiles of the others, forward
+  Range solve_back;  // and backward
 };
 
 struct DevicePlan {
   Vertex tile = 0, small_rows = 0;
-  std::vector<Vertex> small_fronts;
+  std::vector<Vertex> small_fronts, tiny_fronts;
   std::vector<FrontPart> assemble, exchange, solve;
   std::vector<StepTask> steps;
   std::vector<ProductTask> products;
@@ -96,6 +97,9 @@ constexpr Vertex kPanel = 512, kPanelled = 1024;
 constexpr Vertex kAssembleColumns = 16;
 constexpr Vertex kStrip = 128;
 constexpr Vertex kSolveTile = 64;
+
+/// Fronts with at most so many pivots and rows are solved with by one warp.
+constexpr Vertex kTinyPivots = 32, kTinyRows = 96;
 
 /// `tile` pivots per block column; fronts of up to `small_rows` rows are small; products may be cut into wide
 /// tiles.

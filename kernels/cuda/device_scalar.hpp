@@ -24,24 +24,26 @@ struct DeviceScalarTrait<std::complex<Real>> {
 template <class Scalar>
 using DeviceScalar = typename DeviceScalarTrait<Scalar>::type;
 
-/// The sum over a warp, with every lane, added in the same order always.
+/// The value of another lane of the warp.
 template <class Real>
-__device__ std::enable_if_t<std::is_floating_point_v<Real>, Real> warp_sum(Real value) {
-  for (int step = 16; step > 0; step /= 2) value += __shfl_xor_sync(0xffffffffu, value, step);
-  return value;
+__device__ std::enable_if_t<std::is_floating_point_v<Real>, Real> shuffle(Real value, int lane) {
+  return __shfl_sync(0xffffffffu, value, lane);
 }
 template <class Real>
-__device__ Kokkos::complex<Real> warp_sum(const Kokkos::complex<Real>& value) {
-  return {warp_sum(value.real()), warp_sum(value.imag())};
+__device__ Kokkos::complex<Real> shuffle(const Kokkos::complex<Real>& value, int lane) {
+  return {shuffle(value.real(), lane), shuffle(value.imag(), lane)};
 }
 
-/// A load that does not look into the multiprocessor's own cache: what other blocks of the same kernel wrote.
-__device__ inline double load_shared(const double* place) { return __ldcg(place); }
-__device__ inline float load_shared(const float* place) { return __ldcg(place); }
-template <class Real>
-__device__ Kokkos::complex<Real> load_shared(const Kokkos::complex<Real>* place) {
-  const Real* parts = reinterpret_cast<const Real*>(place);
-  return {__ldcg(parts), __ldcg(parts + 1)};
+/// The sum over groups of `Lanes` neighbouring lanes, with every lane, added in the same order always.
+template <int Lanes, class Real>
+__device__ std::enable_if_t<std::is_floating_point_v<Real>, Real> group_sum(Real value) {
+#pragma unroll
+  for (int step = Lanes / 2; step > 0; step /= 2) value += __shfl_xor_sync(0xffffffffu, value, step);
+  return value;
+}
+template <int Lanes, class Real>
+__device__ Kokkos::complex<Real> group_sum(const Kokkos::complex<Real>& value) {
+  return {group_sum<Lanes>(value.real()), group_sum<Lanes>(value.imag())};
 }
 
 }  // namespace cuda

@@ -44,7 +44,6 @@ class DeviceStages {
   /// Launches v := A'^-1 v (elimination order, scaled) for the factors; `work` as VectorLayout has it.
   struct Vectors {
     S *v, *y, *border;
-    int* done;
     Vertex columns;
   };
   void substitute(const Vectors& vectors, bool transposed);

@@ -62,6 +62,7 @@ struct DeviceStages<S, V>::Layout {
     copy(at.matrix_offsets, pattern.offsets);
     copy(at.matrix_columns, pattern.columns);
     copy(store.small_fronts, lists.small_fronts);
+    copy(store.tiny_fronts, lists.tiny_fronts);
     copy(store.assemble, lists.assemble);
     copy(store.exchange, lists.exchange);
     copy(store.solve, lists.solve);
@@ -154,7 +155,7 @@ void DeviceStages<S, V>::launch_small_fronts(const SmallLaunch& launch) {
   const unsigned fronts = static_cast<unsigned>(launch.fronts.count());
   const std::size_t bytes = small_front_bytes<S>(launch.rows);
   if (launch.rows <= 32) {
-    factor_small_fronts<32, 16><<<fronts, 32, bytes, stream_.get()>>>(store_, launch.fronts.begin);
+    factor_small_fronts<32, 28><<<fronts, 32, bytes, stream_.get()>>>(store_, launch.fronts.begin);
   } else if (launch.rows <= 64) {
     factor_small_fronts<128, 4><<<fronts, 128, bytes, stream_.get()>>>(store_, launch.fronts.begin);
   } else {
@@ -208,26 +209,35 @@ void DeviceStages<S, V>::substitute_columns(const Vectors& at) {
   set_shared_memory(reinterpret_cast<const void*>(&substitute_forward<Transposed, K, S, V>), kBytes);
   set_shared_memory(reinterpret_cast<const void*>(&substitute_backward<Transposed, K, S, V>), kBytes);
   const Offset n = plan_.n, borders = static_cast<Offset>(plan_.border.size());
-  const Offset flags = n * static_cast<Offset>(sizeof(int));
+  constexpr int kTinyThreads = kTinyFrontsPerBlock * kWarp;
+  const auto tiny_blocks = [](Offset count) {
+    return static_cast<unsigned>((count + kTinyFrontsPerBlock - 1) / kTinyFrontsPerBlock);
+  };
   for (Vertex first = 0; first < at.columns; first += K) {
     const DeviceVectors<S> vectors{std::min<int>(K, at.columns - first), n, borders, at.v + first * n,
-                                   at.y + first * n, at.border + first * borders, at.done};
-    stream_.clear(at.done, flags);
+                                   at.y + first * n, at.border + first * borders};
+    const Offset bytes = n * vectors.columns * static_cast<Offset>(sizeof(S));
+    stream_.fill(vectors.y, kUnset, bytes);
     for (const DepthLaunches& depth : lists_.depths) {
-      substitute_forward<Transposed, K><<<static_cast<unsigned>(depth.solve.count()), kSolveThreads, kBytes,
-                                          stream_.get()>>>(store_, vectors, depth.solve.begin);
-    }
-    stream_.clear(at.done, flags);
-    for (Vertex k = plan_.num_depths - 1; k >= 0; --k) {
-      const Offset begin = plan_.border_begin[plan_.depth_begin[k]];
-      const Offset count = plan_.border_begin[plan_.depth_begin[k + 1]] - begin;
-      if (count > 0) {
-        gather_border<<<static_cast<unsigned>((count + 255) / 256), 256, 0, stream_.get()>>>(store_, vectors, begin,
-                                                                                            count);
+      if (const Offset count = depth.tiny.count()) {
+        substitute_tiny_forward<Transposed><<<tiny_blocks(count), kTinyThreads, 0, stream_.get()>>>(
+            store_, vectors, depth.tiny.begin, static_cast<int>(count));
       }
-      const Range& tiles = lists_.depths[k].solve_back;
-      substitute_backward<Transposed, K><<<static_cast<unsigned>(tiles.count()), kSolveThreads, kBytes,
-                                           stream_.get()>>>(store_, vectors, tiles.begin);
+      if (const Offset count = depth.solve.count()) {
+        substitute_forward<Transposed, K><<<static_cast<unsigned>(count), kSolveThreads, kBytes, stream_.get()>>>(
+            store_, vectors, depth.solve.begin);
+      }
+    }
+    stream_.fill(vectors.v, kUnset, bytes);
+    for (auto depth = lists_.depths.rbegin(); depth != lists_.depths.rend(); ++depth) {
+      if (const Offset count = depth->tiny.count()) {
+        substitute_tiny_backward<Transposed><<<tiny_blocks(count), kTinyThreads, 0, stream_.get()>>>(
+            store_, vectors, depth->tiny.begin, static_cast<int>(count));
+      }
+      if (const Offset count = depth->solve_back.count()) {
+        substitute_backward<Transposed, K><<<static_cast<unsigned>(count), kSolveThreads, kBytes, stream_.get()>>>(
+            store_, vectors, depth->solve_back.begin);
+      }
     }
   }
   check_launch("solve");

@@ -19,7 +19,7 @@ struct DeviceStore {
   double tolerance;       // of pivots, relative to it
   double tiny;
 
-  const Vertex* small_fronts;
+  const Vertex *small_fronts, *tiny_fronts;
   const FrontPart *assemble, *exchange, *solve;
   const StepTask* steps;
   const ProductTask* products;

@@ -1,11 +1,13 @@
-// Stage "solve" on the device, one launch per depth and direction, in tiles of 64 rows of a front (of 64 columns
-// where the factor is used transposed). The block of a tile of pivots waits, in device memory, for those tiles of
-// its front that it depends on; they belong to blocks with smaller numbers, so none waits for one that has not
-// begun. Each sum is made by one block in one order.
+// Stage "solve" on the device, one launch per depth and direction for its tiny fronts, a warp each, and one for the
+// others, in tiles of 64 rows of a front (of 64 columns where the factor is used transposed).
 //
 //   forward     y_i = L_ii^-1 (v_i + what the children left - sum_{j<i} L_ij y_j);  border: z = what the children
 //               left - L y
-//   backward    x_i = U_ii^-1 (y_i - U x(border) - sum_{j>i} U_ij x_j)
+//   backward    v_i = U_ii^-1 (y_i - U v(border) - sum_{j>i} U_ij v_j)
+//
+// A tile needs the results of others of its front, which run at the same time: it waits, entry by entry, until
+// they are no longer kUnset, which nothing computed is. They belong to blocks with smaller numbers, so none waits
+// for one that has not begun. Each sum is made by one block in one order.
 //
 // The transposed system takes U^T forward and L^T backward, and undoes the row exchanges at the end.
 #pragma once
@@ -17,7 +19,11 @@ namespace mfs::cuda {
 
 constexpr int kSolveThreads = 256;
 
-/// Vectors of one solve in elimination order; `border` holds one value per border row of every front.
+/// Every byte of an entry whose tile has not been done: a NaN that no operation makes.
+constexpr int kUnset = 0xff;
+
+/// Vectors of one solve in elimination order; `border` holds one value per border row of every front. y is unset
+/// before the forward pass, v before the backward pass.
 template <class S>
 struct DeviceVectors {
   int columns;  // at most the K of the kernel
@@ -25,7 +31,6 @@ struct DeviceVectors {
   S* v;       // n x columns
   S* y;       // n x columns
   S* border;  // borders x columns
-  int* done;  // by tile of pivots: whether this pass has left its result
 };
 
 /// One tile of a front in the pass that is under way.
@@ -146,7 +151,7 @@ struct TileSums {
       for (int r = 0; r < kRowsPerWarp; ++r) {
 #pragma unroll
         for (int c = 0; c < K; ++c) {
-          const S total = warp_sum(row_sum[r][c]);
+          const S total = group_sum<kWarp>(row_sum[r][c]);
           if (lane == 0) result[(first + r) * K + c] -= total;
         }
       }
@@ -155,54 +160,76 @@ struct TileSums {
   }
 };
 
-__device__ inline void wait_for(const int* done) {
-  if (threadIdx.x == 0) {
-    int is_done;
-    do {
-      asm volatile("ld.acquire.gpu.s32 %0, [%1];" : "=r"(is_done) : "l"(done) : "memory");
-    } while (!is_done);
-  }
-  __syncthreads();
+// Waits for an entry that another block writes.
+__device__ inline double wait_for(const double* place) {
+  long long bits;
+  do {
+    asm volatile("ld.relaxed.gpu.s64 %0, [%1];" : "=l"(bits) : "l"(place) : "memory");
+  } while (bits == -1);
+  return __longlong_as_double(bits);
 }
-__device__ inline void mark(int* done) {
-  __threadfence();
-  __syncthreads();
-  if (threadIdx.x == 0) atomicExch(done, 1);
+__device__ inline float wait_for(const float* place) {
+  int bits;
+  do {
+    asm volatile("ld.relaxed.gpu.s32 %0, [%1];" : "=r"(bits) : "l"(place) : "memory");
+  } while (bits == -1);
+  return __int_as_float(bits);
+}
+template <class Real>
+__device__ Kokkos::complex<Real> wait_for(const Kokkos::complex<Real>* place) {
+  const Real* parts = reinterpret_cast<const Real*>(place);
+  return {wait_for(parts), wait_for(parts + 1)};
 }
 
-// result := T^-1 result for the diagonal tile T whose 32 x 32 blocks are inverted. Upper: U (or L^T), from the
-// last block on; lower: L (or U^T). T(i, j) = at[i + j * ld], or at[j + i * ld] where transposed.
-template <bool Upper, bool Transposed, bool Unit, int K, class S>
-__device__ void solve_diagonal(const S* t, S* result, S* work, int width) {
-  constexpr int ld = kSolveTile + 1;
-  const auto entry = [&](int i, int j) { return Transposed ? t[j + i * ld] : t[i + j * ld]; };
-  const int blocks = (width + kInverted - 1) / kInverted;
-  for (int step = 0; step < blocks; ++step) {
-    const int block = Upper ? blocks - 1 - step : step, begin = block * kInverted;
-    const int end = min(begin + kInverted, width);
-    if (step > 0) {  // the other block is done
-      const int from = Upper ? kInverted : 0, to = Upper ? width : kInverted;
-      for (int i = threadIdx.x; i < (end - begin) * K; i += kSolveThreads) {
-        const int r = begin + i / K, c = i % K;
-        S sum = result[r * K + c];
-        for (int k = from; k < to; ++k) sum -= entry(r, k) * result[k * K + c];
-        work[i] = sum;
-      }
-      __syncthreads();
-      for (int i = threadIdx.x; i < (end - begin) * K; i += kSolveThreads) result[begin * K + i] = work[i];
-      __syncthreads();
+// out(i) = base(i) + sign * sum over k in [from(i), to(i)) of entry(i, k) x(k), for rows [begin, end) of at most
+// 32, eight lanes to a row; x and out are rows of K in shared memory.
+template <int K, class S, class Entry, class Bounds>
+__device__ void multiply_block(int begin, int end, const Entry& entry, const Bounds& bounds, const S* x, const S* base,
+                               bool minus, S* out) {
+  constexpr int kLanes = kSolveThreads / kInverted;
+  const int row = begin + static_cast<int>(threadIdx.x) / kLanes, part = threadIdx.x % kLanes;
+  S sum[K];
+#pragma unroll
+  for (int c = 0; c < K; ++c) sum[c] = S(0);
+  if (row < end) {
+    const int2 span = bounds(row);
+    for (int k = span.x + part; k < span.y; k += kLanes) {
+      const S value = entry(row, k);
+#pragma unroll
+      for (int c = 0; c < K; ++c) sum[c] += value * x[k * K + c];
     }
-    for (int i = threadIdx.x; i < (end - begin) * K; i += kSolveThreads) {
-      const int r = begin + i / K, c = i % K;
-      const int from = Upper ? (Unit ? r + 1 : r) : begin, to = Upper ? end : (Unit ? r : r + 1);
-      S sum = Unit ? result[r * K + c] : S(0);
-      for (int k = from; k < to; ++k) sum += entry(r, k) * result[k * K + c];
-      work[i] = sum;
-    }
-    __syncthreads();
-    for (int i = threadIdx.x; i < (end - begin) * K; i += kSolveThreads) result[begin * K + i] = work[i];
-    __syncthreads();
   }
+#pragma unroll
+  for (int c = 0; c < K; ++c) {
+    const S total = group_sum<kLanes>(sum[c]);
+    if (row < end && part == 0) {
+      const S start = base ? base[row * K + c] : S(0);
+      out[row * K + c] = minus ? start - total : start + total;
+    }
+  }
+  __syncthreads();
+}
+
+// out := T^-1 x for the diagonal tile T, 64 x 64, whose two 32 x 32 blocks are inverted. Upper: U (or L^T), from
+// the last block on; lower: L (or U^T). T(i, j) = t[i + j * ld], or t[j + i * ld] where transposed. x is lost.
+template <bool Upper, bool Transposed, bool Unit, int K, class S>
+__device__ void solve_diagonal(const S* t, S* x, S* out, int width) {
+  constexpr int ld = kSolveTile + 1;
+  const auto entry = [&](int i, int j) {
+    return Unit && i == j ? S(1) : Transposed ? t[j + i * ld] : t[i + j * ld];
+  };
+  const int middle = min(kInverted, width);
+  const int2 first = Upper && width > kInverted ? int2{middle, width} : int2{0, middle};
+  const int2 second = Upper ? int2{0, middle} : int2{middle, width};
+  const auto inverse = [&](int2 block) {
+    multiply_block<K>(block.x, block.y, entry,
+                      [&](int i) { return Upper ? int2{i, block.y} : int2{block.x, i + 1}; }, x,
+                      static_cast<const S*>(nullptr), false, out);
+  };
+  inverse(first);
+  if (width <= kInverted) return;
+  multiply_block<K>(second.x, second.y, entry, [&](int) { return first; }, out, x, true, x);
+  inverse(second);
 }
 
 template <class S, int K>
@@ -227,11 +254,12 @@ struct SolveShared {
       diagonal[r + c * (kSolveTile + 1)] = from[r + c * tile.ld];
     }
   }
-  // x := `count` rows of `from`, column stride `stride`; zero beyond.
-  __device__ void load_x(const S* from, Offset stride, int columns, int count) {
+  // x(r) := at(r, column), for r < count; zero beyond.
+  template <class At>
+  __device__ void load_x(int columns, int count, const At& at) {
     for (int i = threadIdx.x; i < kSolveTile * K; i += kSolveThreads) {
       const int r = i % kSolveTile, c = i / kSolveTile;
-      x[r * K + c] = r < count && c < columns ? load_shared(from + r + c * stride) : S(0);
+      x[r * K + c] = r < count && c < columns ? at(r, c) : S(0);
     }
     __syncthreads();
   }
@@ -246,7 +274,6 @@ __global__ void __launch_bounds__(kSolveThreads)
   const SolveTile<S> tile = solve_tile(store.fronts, part);
   const Front<S>& front = tile.front;
   const Offset pivots_at = store.fronts.pivot_begin[part.front], border_at = store.fronts.border_begin[part.front];
-  int* const done = vectors.done + pivots_at;  // tile i of the front at place 64 i
   if (tile.pivots) shared.load_diagonal(tile);
   for (int i = threadIdx.x; i < kSolveTile * K; i += kSolveThreads) {
     const int r = i % kSolveTile, c = i / kSolveTile;
@@ -277,23 +304,24 @@ __global__ void __launch_bounds__(kSolveThreads)
       panel = {front.upper + k + static_cast<Offset>(tile.begin - front.pivots) * front.pivots, front.pivots};
     }
     sums.template load<Transposed>(panel, tile.width, count);
-    wait_for(done + k);
-    shared.load_x(vectors.y + pivots_at + k, vectors.n, vectors.columns, count);
+    shared.load_x(vectors.columns, count,
+                  [&](int r, int c) { return wait_for(vectors.y + pivots_at + k + r + c * vectors.n); });
     sums.template multiply<Transposed>(shared.x);
     __syncthreads();
   }
   __syncthreads();
   if (before > 0) sums.template subtract_from<Transposed>(shared.result, shared.parts);
+  const S* result = shared.result;
   if (tile.pivots) {
-    solve_diagonal<false, Transposed, !Transposed, K>(shared.diagonal, shared.result, shared.parts, tile.width);
+    solve_diagonal<false, Transposed, !Transposed, K>(shared.diagonal, shared.result, shared.x, tile.width);
+    result = shared.x;
   }
   S* const to = tile.pivots ? vectors.y + pivots_at + tile.begin : vectors.border + border_at + tile.begin - front.pivots;
   const Offset stride = tile.pivots ? vectors.n : vectors.borders;
   for (int i = threadIdx.x; i < tile.width * vectors.columns; i += kSolveThreads) {
     const int r = i % tile.width, c = i / tile.width;
-    to[r + c * stride] = shared.result[r * K + c];
+    to[r + c * stride] = result[r * K + c];
   }
-  if (tile.pivots) mark(done + tile.begin);
 }
 
 template <bool Transposed, int K, class S, class Value>
@@ -305,7 +333,9 @@ __global__ void __launch_bounds__(kSolveThreads)
   const SolveTile<S> tile = solve_tile(store.fronts, part);
   const Front<S>& front = tile.front;
   const Offset pivots_at = store.fronts.pivot_begin[part.front], border_at = store.fronts.border_begin[part.front];
-  int* const done = vectors.done + pivots_at;
+  const auto row_of = [&](int pivot) {
+    return pivots_at + (Transposed ? store.fronts.local_row[pivots_at + pivot] : pivot);
+  };
   shared.load_diagonal(tile);
   for (int i = threadIdx.x; i < kSolveTile * K; i += kSolveThreads) {
     const int r = i % kSolveTile, c = i / kSolveTile;
@@ -321,13 +351,8 @@ __global__ void __launch_bounds__(kSolveThreads)
         Transposed ? Panel<S>{front.lower + front.pivots + k + tile.begin * tile.ld, tile.ld}
                    : Panel<S>{front.upper + tile.begin + static_cast<Offset>(k) * front.pivots, front.pivots};
     sums.template load<Transposed>(panel, tile.width, count);
-    for (int i = threadIdx.x; i < kSolveTile * K; i += kSolveThreads) {
-      const int r = i % kSolveTile, c = i / kSolveTile;
-      shared.x[r * K + c] = r < count && c < vectors.columns
-                                ? vectors.border[border_at + k + r + c * vectors.borders]
-                                : S(0);
-    }
-    __syncthreads();
+    const Vertex* const rows = store.fronts.border + border_at + k;
+    shared.load_x(vectors.columns, count, [&](int r, int c) { return vectors.v[rows[r] + c * vectors.n]; });
     sums.template multiply<Transposed>(shared.x);
     __syncthreads();
   }
@@ -336,31 +361,91 @@ __global__ void __launch_bounds__(kSolveThreads)
     const Panel<S> panel = Transposed ? Panel<S>{front.lower + k + tile.begin * tile.ld, tile.ld}
                                       : Panel<S>{front.lower + tile.begin + k * tile.ld, tile.ld};
     sums.template load<Transposed>(panel, tile.width, count);
-    wait_for(done + k);
-    shared.load_x(vectors.y + pivots_at + k, vectors.n, vectors.columns, count);
+    shared.load_x(vectors.columns, count,
+                  [&](int r, int c) { return wait_for(vectors.v + row_of(k + r) + c * vectors.n); });
     sums.template multiply<Transposed>(shared.x);
     __syncthreads();
   }
   sums.template subtract_from<Transposed>(shared.result, shared.parts);
-  solve_diagonal<true, Transposed, Transposed, K>(shared.diagonal, shared.result, shared.parts, tile.width);
+  solve_diagonal<true, Transposed, Transposed, K>(shared.diagonal, shared.result, shared.x, tile.width);
   for (int i = threadIdx.x; i < tile.width * vectors.columns; i += kSolveThreads) {
     const int r = i % tile.width, c = i / tile.width;
-    const S value = shared.result[r * K + c];
-    const int row = Transposed ? store.fronts.local_row[pivots_at + tile.begin + r] : tile.begin + r;
-    vectors.y[pivots_at + tile.begin + r + c * vectors.n] = value;
-    vectors.v[pivots_at + row + c * vectors.n] = value;
+    vectors.v[row_of(tile.begin + r) + c * vectors.n] = shared.x[r * K + c];
   }
-  mark(done + tile.begin);
 }
 
-// border := v at the border rows of the fronts of a depth, before their backward pass.
-template <class S, class Value>
-__global__ void gather_border(DeviceStore<S, Value> store, DeviceVectors<S> vectors, Offset begin, Offset count) {
-  const Offset i = static_cast<Offset>(blockIdx.x) * blockDim.x + threadIdx.x;
-  if (i >= count) return;
-  const Vertex from = store.fronts.border[begin + i];
-  for (int c = 0; c < vectors.columns; ++c)
-    vectors.border[begin + i + c * vectors.borders] = vectors.v[from + c * vectors.n];
+/// Tiny fronts, a warp each: at most 32 pivots, so that a lane has one.
+constexpr int kTinyFrontsPerBlock = 4;
+
+template <bool Transposed, class S, class Value>
+__global__ void __launch_bounds__(kTinyFrontsPerBlock* kWarp)
+    substitute_tiny_forward(DeviceStore<S, Value> store, DeviceVectors<S> vectors, Offset first, int count) {
+  const int place = static_cast<int>(blockIdx.x) * kTinyFrontsPerBlock + threadIdx.x / kWarp;
+  if (place >= count) return;
+  const Vertex f = store.tiny_fronts[first + place];
+  const Front<S> front = store.fronts.front(f);
+  const int p = front.pivots, b = front.border, rows = p + b, lane = threadIdx.x % kWarp;
+  const Offset pivots_at = store.fronts.pivot_begin[f], border_at = store.fronts.border_begin[f];
+  const auto from_children = [&](int row, int c) {
+    S sum = S(0);
+    const Offset at = store.row_begin[f] + row;
+    for (Offset s = store.source_begin[at]; s < store.source_begin[at + 1]; ++s)
+      sum += vectors.border[store.source[s] + c * vectors.borders];
+    return sum;
+  };
+  const int own = lane < p ? (Transposed ? lane : store.fronts.local_row[pivots_at + lane]) : 0;
+  for (int c = 0; c < vectors.columns; ++c) {
+    const S v = lane < p ? vectors.v[pivots_at + own + c * vectors.n] + from_children(own, c) : S(0);
+    S y = Transposed ? S(0) : v;
+    for (int k = 0; k < p; ++k) {
+      const S other = shuffle(v, k);
+      if (lane < p && (Transposed ? k <= lane : k < lane))
+        y += (Transposed ? front.lower[k + lane * rows] : front.lower[lane + k * rows]) * other;
+    }
+    if (lane < p) vectors.y[pivots_at + lane + c * vectors.n] = y;
+    for (int begin = 0; begin < b; begin += kWarp) {
+      const int row = begin + lane;
+      S z = row < b ? from_children(p + row, c) : S(0);
+      for (int k = 0; k < p; ++k) {
+        const S other = shuffle(y, k);
+        if (row < b) z -= (Transposed ? front.upper[k + row * p] : front.lower[p + row + k * rows]) * other;
+      }
+      if (row < b) vectors.border[border_at + row + c * vectors.borders] = z;
+    }
+  }
+}
+
+template <bool Transposed, class S, class Value>
+__global__ void __launch_bounds__(kTinyFrontsPerBlock* kWarp)
+    substitute_tiny_backward(DeviceStore<S, Value> store, DeviceVectors<S> vectors, Offset first, int count) {
+  const int place = static_cast<int>(blockIdx.x) * kTinyFrontsPerBlock + threadIdx.x / kWarp;
+  if (place >= count) return;
+  const Vertex f = store.tiny_fronts[first + place];
+  const Front<S> front = store.fronts.front(f);
+  const int p = front.pivots, b = front.border, rows = p + b, lane = threadIdx.x % kWarp;
+  const Offset pivots_at = store.fronts.pivot_begin[f], border_at = store.fronts.border_begin[f];
+  for (int c = 0; c < vectors.columns; ++c) {
+    S sum = lane < p ? vectors.y[pivots_at + lane + c * vectors.n] : S(0);
+    for (int begin = 0; begin < b; begin += kWarp) {
+      const int count_here = min(kWarp, b - begin);
+      const S x = lane < count_here ? vectors.v[store.fronts.border[border_at + begin + lane] + c * vectors.n] : S(0);
+      for (int k = 0; k < count_here; ++k) {
+        const S other = shuffle(x, k);
+        const int j = begin + k;
+        if (lane < p) sum -= (Transposed ? front.lower[p + j + lane * rows] : front.upper[lane + j * p]) * other;
+      }
+    }
+    S x = Transposed ? sum : S(0);
+    for (int k = 0; k < p; ++k) {
+      const S other = shuffle(sum, k);
+      if (lane < p && (Transposed ? k > lane : k >= lane))
+        x += (Transposed ? front.lower[k + lane * rows] : front.lower[lane + k * rows]) * other;
+    }
+    if (lane < p) {
+      const int row = Transposed ? store.fronts.local_row[pivots_at + lane] : lane;
+      vectors.v[pivots_at + row + c * vectors.n] = x;
+    }
+  }
 }
 
 }  // namespace mfs::cuda

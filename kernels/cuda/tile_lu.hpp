@@ -138,7 +138,7 @@ __device__ void solve_panel_column(const S* lower, int ld, int width, S* x) {
 
 // Columns [first, first + width) of the tile, by the threads of the crew, one for each row.
 template <class S, class Border>
-__device__ __noinline__ void factor_tile_panel(const Tile<S>& tile, int first, int width, const PivotRule& rule,
+__device__ void factor_tile_panel(const Tile<S>& tile, int first, int width, const PivotRule& rule,
                                   const Border& further_border, const Crew& crew, int* row_at, S* shift,
                                   FactorStatus* status, TileWork<S>& work) {
   const int t = threadIdx.x, lane = t % kWarp, warp = t / kWarp, next = first + width;

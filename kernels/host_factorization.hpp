@@ -59,8 +59,7 @@ class HostFactorization final : public Factorization<Value> {
     for (auto& correction : correction_) correction.reset();
     probed_.reset();
     largest_scaled_entry(exec_, store_, &largest_);
-    const PivotRule rule{tolerance * largest_,
-                         kTinyPivot * std::numeric_limits<RealOf<Scalar>>::epsilon() * largest_, largest_};
+    const PivotRule rule = pivot_rule<RealOf<Scalar>>(tolerance, largest_);
     const double total = plan_->flops.getrf + plan_->flops.trsm + plan_->flops.gemm;
     for (const DepthSchedule& depth : schedule_) {
       factor_depth(exec_, store_, depth, rule);

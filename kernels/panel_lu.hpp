@@ -3,6 +3,9 @@
 // by.
 #pragma once
 
+#include <cmath>
+#include <limits>
+
 #include "ordering/types.hpp"
 
 namespace mfs {
@@ -20,14 +23,24 @@ struct PivotRule {
   double largest = 1;  // what is large in this matrix
 };
 
+/// The rule for factors of Real, from the pivot tolerance and the largest scaled entry.
 /// A suspect pivot is still accepted when it is at least this fraction of what lies below it in the border:
 /// then dividing by it lets nothing grow.
 constexpr double kBorderThreshold = 0.01;
 
-/// A pivot of at most this many machine epsilons relative to the largest scaled entry may be a rounded zero:
-/// it is perturbed, and the exact correction of the solve (kernels/correction.hpp) finds out. 50 let one
-/// singular network in 15 000 matrices through.
-constexpr double kTinyPivot = 5000;
+/// A pivot of at most this many square roots of machine epsilon relative to the largest scaled entry may be a
+/// rounded zero: rounding errors are divided by the small pivots before it, so no multiple of epsilon itself
+/// is a bound. It is perturbed, and the exact correction of the solve (kernels/correction.hpp) finds out.
+/// Accepting pivots from 5000 epsilons on let one singular matrix in 25 000 through.
+constexpr double kTinyPivot = 1;
+
+/// The rule for factors of Real.
+template <class Real>
+PivotRule pivot_rule(double tolerance, double largest) {
+  return {tolerance * largest,
+          kTinyPivot * std::sqrt(static_cast<double>(std::numeric_limits<Real>::epsilon())) * largest,
+          largest};
+}
 
 /// A column whose border is below this many times `tiny` holds nothing but rounding there.
 constexpr double kEmptyBorder = 10;

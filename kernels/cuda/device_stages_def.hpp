@@ -106,7 +106,7 @@ DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& patter
   store_.fronts.status = &status_->pivots;
   store_.found_strict = &status_->found_strict;
   store_.largest = &status_->largest;
-  store_.tiny = kTinyPivot * std::numeric_limits<RealOf<S>>::epsilon();
+  store_.tiny = pivot_rule<RealOf<S>>(0, 1).tiny;
   stream_.clear(store_.strict, plan.num_fronts * static_cast<Offset>(sizeof(int)));
   stream_.synchronize();  // what was copied from may go
   set_shared_memory(reinterpret_cast<const void*>(&factor_small_fronts<256, 2, S, V>), small_front_bytes<S>(kSmallRows<S>));

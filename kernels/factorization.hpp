@@ -17,11 +17,13 @@ struct NumericBytes {
   Offset factor = 0;        // L and U
   Offset contribution = 0;  // contribution blocks of two neighbouring depths
   Offset other = 0;         // matrix values, scaling, pivots
-  Offset solve = 0;         // vectors of a solve with one right-hand side
+  Offset solve = 0;         // vectors of a solve
   Offset total() const { return factor + contribution + other + solve; }
 };
-/// `scalar_bytes` of an entry of the factors, `value_bytes` of one of the matrix and the vectors.
-NumericBytes numeric_bytes(const SymbolicPlan& plan, Offset scalar_bytes, Offset value_bytes);
+/// `scalar_bytes` of an entry of the factors, `value_bytes` of one of the matrix and the vectors; `columns`
+/// right-hand sides that there is room for.
+NumericBytes numeric_bytes(const SymbolicPlan& plan, Offset scalar_bytes, Offset value_bytes,
+                           Vertex columns = 1);
 
 struct SolveControls {
   double tolerance = 1e-12;  // componentwise backward error

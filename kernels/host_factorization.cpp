@@ -5,9 +5,7 @@ namespace mfs {
 NumericLayout::NumericLayout(const SymbolicPlan& plan, Offset scalar_bytes, Offset value_bytes) {
   const Offset n = plan.n;
   factor = arena.add(plan.factor_entries * scalar_bytes);
-  bytes.factor = arena.total();
   contribution = arena.add(plan.contribution_entries * scalar_bytes);
-  bytes.contribution = arena.total() - bytes.factor;
   matrix_values = arena.add(plan.nnz * value_bytes);
   row_scale = arena.add(n * static_cast<Offset>(sizeof(double)));
   column_scale = arena.add(n * static_cast<Offset>(sizeof(double)));
@@ -16,21 +14,25 @@ NumericLayout::NumericLayout(const SymbolicPlan& plan, Offset scalar_bytes, Offs
   shift = arena.add(n * scalar_bytes);
   work = arena.add(n * scalar_bytes);
   status = arena.add(sizeof(FactorStatus));
-  bytes.other = arena.total() - bytes.factor - bytes.contribution;
-  bytes.solve = SolveLayout(plan, scalar_bytes, value_bytes, 1).arena.total();
 }
 
-SolveLayout::SolveLayout(const SymbolicPlan& plan, Offset scalar_bytes, Offset value_bytes, Vertex width)
-    : columns(width) {
+SubstitutionLayout::SubstitutionLayout(const SymbolicPlan& plan, Offset scalar_bytes, Vertex columns) {
   const Offset block = static_cast<Offset>(plan.n) * columns;
   for (Offset* vector : {&v, &y}) *vector = arena.add(block * scalar_bytes);
-  for (Offset* vector : {&b, &x, &best, &r, &d}) *vector = arena.add(block * value_bytes);
-  size = arena.add(plan.n * static_cast<Offset>(sizeof(double)));
   border = arena.add(static_cast<Offset>(plan.border.size()) * columns * scalar_bytes);
 }
 
-NumericBytes numeric_bytes(const SymbolicPlan& plan, Offset scalar_bytes, Offset value_bytes) {
-  return NumericLayout(plan, scalar_bytes, value_bytes).bytes;
+NumericBytes numeric_bytes(const SymbolicPlan& plan, Offset scalar_bytes, Offset value_bytes,
+                           Vertex columns) {
+  const NumericLayout numeric(plan, scalar_bytes, value_bytes);
+  const LadderLayout ladder(plan.n, value_bytes, columns);
+  NumericBytes bytes;
+  bytes.factor = numeric.contribution;
+  bytes.contribution = numeric.matrix_values - numeric.contribution;
+  bytes.other = numeric.arena.total() - numeric.matrix_values;
+  bytes.solve = ladder.ends.total() + ladder.work.total() +
+                SubstitutionLayout(plan, scalar_bytes, columns).arena.total();
+  return bytes;
 }
 
 template <class Scalar, class Value>

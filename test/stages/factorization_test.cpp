@@ -104,9 +104,7 @@ TEST(Factorization, TakesExactlyThePredictedBytes) {
         numeric->rhs(1);
         EXPECT_EQ(numeric->bytes(), bytes.total());
         numeric->rhs(16);
-        EXPECT_EQ(numeric->bytes(),
-                  bytes.total() - bytes.solve +
-                      SolveLayout(*problem.plan, sizeof(double), sizeof(double), 16).arena.total());
+        EXPECT_EQ(numeric->bytes(), numeric_bytes(*problem.plan, sizeof(double), sizeof(double), 16).total());
       }
     });
   }

@@ -30,7 +30,8 @@ struct BorderBelow {
   S* column;  // shared memory
   double* work;
 
-  __device__ double operator()(const Tile<S>& tile, int j, const Crew& crew) const {
+  template <int Barrier>
+  __device__ double operator()(const Tile<S>& tile, int j, const Crew<Barrier>& crew) const {
     if (threadIdx.x == 0) {
       for (int i = 0; i < j; ++i) column[i] = tile.a[i + j * tile.ld];
       for (int i = j - 1; i >= 0; --i) {
@@ -56,7 +57,7 @@ struct UndecidedBelow {
   const DeviceStore<S, Value>* store;
   Vertex front;
   template <class T>
-  __device__ double operator()(const T&, int, const Crew&) const {
+  __device__ double operator()(const T&, int, const TileCrew&) const {
     if (threadIdx.x == 0) store->make_strict(front);
     return 0;
   }
@@ -106,7 +107,7 @@ __device__ __noinline__ void factor_strict(const DeviceStore<S, Value>& store, V
     for (int i = threadIdx.x; i < front.pivots; i += blockDim.x) local_row[i] = i;
   }
   __shared__ int chosen;
-  const Crew crew{static_cast<int>(blockDim.x), 0};
+  const Crew<0> crew{static_cast<int>(blockDim.x)};
   for (int j = 0; j < s; ++j) {
     __syncthreads();
     // The column up to date: left-looking, one row per thread.

@@ -397,6 +397,7 @@ __global__ void __launch_bounds__(kTinyFrontsPerBlock* kWarp)
   for (int c = 0; c < vectors.columns; ++c) {
     const S v = lane < p ? vectors.v[pivots_at + own + c * vectors.n] + from_children(own, c) : S(0);
     S y = Transposed ? S(0) : v;
+#pragma unroll 8
     for (int k = 0; k < p; ++k) {
       const S other = shuffle(v, k);
       if (lane < p && (Transposed ? k <= lane : k < lane))
@@ -406,7 +407,8 @@ __global__ void __launch_bounds__(kTinyFrontsPerBlock* kWarp)
     for (int begin = 0; begin < b; begin += kWarp) {
       const int row = begin + lane;
       S z = row < b ? from_children(p + row, c) : S(0);
-      for (int k = 0; k < p; ++k) {
+  #pragma unroll 8
+    for (int k = 0; k < p; ++k) {
         const S other = shuffle(y, k);
         if (row < b) z -= (Transposed ? front.upper[k + row * p] : front.lower[p + row + k * rows]) * other;
       }
@@ -429,6 +431,7 @@ __global__ void __launch_bounds__(kTinyFrontsPerBlock* kWarp)
     for (int begin = 0; begin < b; begin += kWarp) {
       const int count_here = min(kWarp, b - begin);
       const S x = lane < count_here ? vectors.v[store.fronts.border[border_at + begin + lane] + c * vectors.n] : S(0);
+#pragma unroll 8
       for (int k = 0; k < count_here; ++k) {
         const S other = shuffle(x, k);
         const int j = begin + k;
@@ -436,6 +439,7 @@ __global__ void __launch_bounds__(kTinyFrontsPerBlock* kWarp)
       }
     }
     S x = Transposed ? sum : S(0);
+#pragma unroll 8
     for (int k = 0; k < p; ++k) {
       const S other = shuffle(sum, k);
       if (lane < p && (Transposed ? k > lane : k >= lane))

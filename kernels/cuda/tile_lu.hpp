@@ -25,14 +25,19 @@ struct Tile {
   int rows, pivots;
 };
 
-/// The first `threads` threads of a block, which meet at a barrier of their own (0: the whole block's).
+/// The first `threads` threads of a block, which meet at a barrier of their own; with Barrier 0 it is all of them.
+template <int Barrier>
 struct Crew {
   int threads;
-  int barrier;
   __device__ void synchronize() const {
-    asm volatile("bar.sync %0, %1;" ::"r"(barrier), "r"(threads) : "memory");
+    if constexpr (Barrier == 0) {
+      __syncthreads();
+    } else {
+      asm volatile("bar.sync %0, %1;" ::"n"(Barrier), "r"(threads) : "memory");
+    }
   }
 };
+using TileCrew = Crew<1>;
 
 /// Work of tile_lu in shared memory.
 template <class S>
@@ -55,7 +60,7 @@ struct TileWork {
 /// no rows of the tile. Asked for with the tile's columns up to this one written back.
 struct NoFurtherBorder {
   template <class S>
-  __device__ double operator()(const Tile<S>&, int, const Crew&) const {
+  __device__ double operator()(const Tile<S>&, int, const TileCrew&) const {
     return 0;
   }
 };
@@ -75,7 +80,8 @@ __device__ S reciprocal_of(const S& x) {
   return S(1) / x;
 }
 
-__device__ inline double crew_max(double value, double* work, const Crew& crew) {
+template <int Barrier>
+__device__ double crew_max(double value, double* work, const Crew<Barrier>& crew) {
   for (int step = 16; step > 0; step /= 2) value = fmax(value, __shfl_xor_sync(0xffffffffu, value, step));
   crew.synchronize();
   if (threadIdx.x % kWarp == 0) work[threadIdx.x / kWarp] = value;
@@ -139,7 +145,7 @@ __device__ void solve_panel_column(const S* lower, int ld, int width, S* x) {
 // Columns [first, first + width) of the tile, by the threads of the crew, one for each row.
 template <class S, class Border>
 __device__ void factor_tile_panel(const Tile<S>& tile, int first, int width, const PivotRule& rule,
-                                  const Border& further_border, const Crew& crew, int* row_at, S* shift,
+                                  const Border& further_border, const TileCrew& crew, int* row_at, S* shift,
                                   FactorStatus* status, TileWork<S>& work) {
   const int t = threadIdx.x, lane = t % kWarp, warp = t / kWarp, next = first + width;
   const int rows = tile.rows, pivots = tile.pivots, ld = tile.ld, pivot_warps = (pivots + kWarp - 1) / kWarp;
@@ -225,7 +231,7 @@ __device__ void tile_lu(const Tile<S>& tile, const PivotRule& rule, const Border
                         S* shift, FactorStatus* status, TileWork<S>& work) {
   const int t = threadIdx.x, warp = t / kWarp, warps = blockDim.x / kWarp;
   const int rows = tile.rows, pivots = tile.pivots, ld = tile.ld;
-  const Crew crew{(rows + kWarp - 1) / kWarp * kWarp, 1};
+  const TileCrew crew{(rows + kWarp - 1) / kWarp * kWarp};
   S* const a = tile.a;
   for (int first = 0; first < pivots; first += kPanelColumns) {
     const int width = min(kPanelColumns, pivots - first), next = first + width;

@@ -1,9 +1,11 @@
-// Where the time of a factorization on the device goes: for each FAMILY:SIZE, a JSON line per depth and kind of
-// kernel, from events around every launch (not from the recorded graph, whose launches cannot be told apart).
+// Where the time of a factorization on the device goes: for each FAMILY:SIZE, a JSON line per depth and kind
+// of kernel, from events around every launch (not from the recorded graph, whose launches cannot be told
+// apart).
 //
 //   perf_depths elas3d:40 poisson2d:1000
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <string>
@@ -30,7 +32,8 @@ struct Launch {
   std::unique_ptr<mfs::cuda::Event> begin = std::make_unique<mfs::cuda::Event>();
 };
 
-void print_depths(const std::string& name, const mfs::SymbolicPlan& plan, const std::vector<Launch>& launches) {
+void print_depths(const std::string& name, const mfs::SymbolicPlan& plan,
+                  const std::vector<Launch>& launches) {
   std::vector<std::vector<double>> time(plan.num_depths + 1, std::vector<double>(kKinds, 0.0));
   std::vector<std::vector<int>> count(plan.num_depths + 1, std::vector<int>(kKinds, 0));
   for (std::size_t i = 0; i + 1 < launches.size(); ++i) {
@@ -42,30 +45,38 @@ void print_depths(const std::string& name, const mfs::SymbolicPlan& plan, const 
     }
   }
   for (Vertex step = 0; step <= plan.num_depths; ++step) {
-    double flops = 0, update = 0, total = 0;
-    Vertex fronts = 0;
+    double flops = 0, update = 0, total = 0, entries = 0;
+    Vertex fronts = 0, most_pivots = 0;
     for (Vertex f = 0; f < plan.num_fronts; ++f) {
       if (step < plan.num_depths && (f < plan.depth_begin[step] || f >= plan.depth_begin[step + 1])) continue;
       flops += plan.front_flops[f];
-      const double border = plan.border_rows(f);
-      if (plan.pivots(f) + border > mfs::cuda::kSmallRows<double>) update += 2 * plan.pivots(f) * border * border;
+      const double border = plan.border_rows(f), pivots = plan.pivots(f);
+      if (pivots + border > mfs::cuda::kSmallRows<double>) update += 2 * pivots * border * border;
+      // The least that must move: factors are written, a contribution block is written and read by the
+      // parent.
+      entries += pivots * (pivots + 2 * border) + 2 * border * border;
+      most_pivots = std::max(most_pivots, plan.pivots(f));
       ++fronts;
     }
     std::string kinds;
     for (int kind = 0; kind < kKinds; ++kind) {
       total += time[step][kind];
-      kinds += fmt::format(", \"{}_ms\": {:.4f}, \"{}_launches\": {}", kNames[kind], time[step][kind], kNames[kind],
-                           count[step][kind]);
+      kinds += fmt::format(", \"{}_ms\": {:.4f}, \"{}_launches\": {}", kNames[kind], time[step][kind],
+                           kNames[kind], count[step][kind]);
     }
     const std::string depth = step < plan.num_depths ? std::to_string(plan.num_depths - 1 - step) : "\"all\"";
-    fmt::print("{{\"case\": \"{}\", \"depth\": {}, \"fronts\": {}, \"gflop\": {:.4f}, \"update_gflop\": {:.4f}, \"ms\": {:.4f}{}}}\n", name, depth,
-               fronts, flops / 1e9, update / 1e9, total, kinds);
+    fmt::print(
+        "{{\"case\": \"{}\", \"depth\": {}, \"fronts\": {}, \"gflop\": {:.4f}, \"update_gflop\": {:.4f}, "
+        "\"gbyte\": {:.6f}, \"most_pivots\": {}, \"ms\": {:.4f}{}}}\n",
+        name, depth, fronts, flops / 1e9, update / 1e9, entries * sizeof(double) / 1e9, most_pivots, total,
+        kinds);
   }
 }
 
 void measure(const std::string& name) {
   const auto colon = name.find(':');
-  const mfs::perf::FamilyMatrix a = mfs::perf::make_family(name.substr(0, colon), std::stoll(name.substr(colon + 1)));
+  const mfs::perf::FamilyMatrix a =
+      mfs::perf::make_family(name.substr(0, colon), std::stoll(name.substr(colon + 1)));
   const mfs::CsrView<double> view{a.n, a.n, a.offsets.data(), a.column_indices.data(), a.values.data()};
   const mfs::Analysis analysis =
       mfs::analyze_matrix(view, mfs::AnalysisOptions(), mfs::available_threads(), [](const char*, double) {});

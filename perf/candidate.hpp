@@ -1,0 +1,59 @@
+// A solver that perf_device measures: the phases of a direct solver on one matrix, each of which has ended
+// when its call returns. Every figure is taken by the same code (measure.hpp) for all of them.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "perf/families.hpp"
+
+namespace mfs::perf {
+
+/// Right-hand sides of the larger solve.
+constexpr int kColumns = 16;
+
+/// A family's matrix with kColumns right-hand sides, n x kColumns column-major.
+struct System {
+  FamilyMatrix a;
+  std::vector<double> b;
+};
+
+struct AnalysisTime {
+  double reorder = 0, symbolic = 0;  ///< s
+};
+
+/// What a solver says about its last factorization and solve.
+struct Facts {
+  std::string version;
+  std::string vectors;              ///< where values, b and x of the timed calls lie: "host" or "device"
+  std::int64_t factor_entries = 0;  ///< of L and U
+  double flops = 0;
+  std::int64_t device_bytes = 0;  ///< that it says it took, at its peak
+  std::int64_t perturbed_pivots = 0;
+  int refinement_steps = 0;
+};
+
+/// Calls come in this order; every one throws std::exception on a failure.
+class Candidate {
+ public:
+  virtual ~Candidate() = default;
+  virtual AnalysisTime analyze() = 0;
+  virtual void factor() = 0;
+  virtual void refactor() = 0;
+  /// For the first `columns` right-hand sides.
+  virtual void solve(int columns) = 0;
+  /// The last solution, n x columns, to `x`.
+  virtual void read_solution(int columns, double* x) = 0;
+  /// Refines further solutions by `steps`; false where the solver refines by itself.
+  virtual bool refine(int steps) = 0;
+  virtual Facts facts() = 0;
+};
+
+enum class Place { host, device };
+
+/// MFS by its public class, on OpenMP or CUDA. `system` must outlive it.
+std::unique_ptr<Candidate> make_mfs(const System& system, Place place, int threads);
+
+}  // namespace mfs::perf

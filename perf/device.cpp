@@ -1,0 +1,118 @@
+// MFS beside cuDSS on one device: for each FAMILY:SIZE both solvers go through all phases, one after the
+// other on the same matrix, and each leaves a JSON line (times in s, memory in bytes); a third line has MFS'
+// figures over cuDSS'. perf/device runs this with all it needs.
+//
+//   perf_device --cudss DIR elas3d:40 poisson2d:1000
+#include <CLI/CLI.hpp>
+
+#include <cstdio>
+
+#include <mfs/mfs.hpp>
+
+#include "perf/cudss_candidate.hpp"
+#include "perf/device_info.hpp"
+#include "perf/measure.hpp"
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+using namespace mfs::perf;
+
+struct Arguments {
+  std::vector<std::string> cases{"elas3d:20", "elas3d:40",     "elas3d:60",      "elas3d:75",
+                                 "elas3d:90", "convdiff3d:60", "convdiff3d:100", "kkt:24",
+                                 "kkt:40",    "poisson2d:1000"};
+  std::string cudss, backend = "cuda";
+  int threads = 16, repeat = 5, rounds = 1;
+};
+
+struct Entrant {
+  std::string name;
+  MakeCandidate make;
+};
+
+void print(const Json& json) {
+  std::printf("%s\n", json.dump(-1, ' ', false, Json::error_handler_t::replace).c_str());
+  std::fflush(stdout);
+}
+
+// Below 1: MFS is faster, or takes less.
+Json ratios(const Json& ours, const Json& theirs) {
+  Json json;
+  for (const char* key : {"analysis_s", "first_factor_s", "refactor_s", "refactor_median_s", "solve_1_s",
+                          "solve_16_s", "factor_entries", "device_bytes"}) {
+    const double denominator = theirs[key];
+    json[key] = denominator > 0 ? Json(ours[key].get<double>() / denominator) : Json(nullptr);
+  }
+  json["device_bytes_per_factor_byte"] =
+      ours["device_bytes"].get<double>() / (ours["factor_entries"].get<double>() * sizeof(double));
+  return json;
+}
+
+// Whether all of them solved it.
+bool run_case(const std::string& name, const std::vector<Entrant>& entrants, const Arguments& arguments) {
+  const System system = make_system(name);
+  bool solved = true;
+  for (int round = 1; round <= arguments.rounds; ++round) {
+    const Json head{{"case", name}, {"round", round}};
+    std::vector<Json> results;
+    for (const Entrant& entrant : entrants) {
+      Json line = head;
+      line.update({{"solver", entrant.name},
+                   {"device", device_name()},
+                   {"backend", arguments.backend},
+                   {"threads", arguments.threads},
+                   {"repeat", arguments.repeat},
+                   {"n", system.a.n},
+                   {"nnz", system.a.offsets.back()}});
+      results.push_back(measure(entrant.make, system, arguments.repeat));
+      line.update(results.back());
+      print(line);
+      solved = solved && results.back()["status"] == "solved";
+    }
+    if (results.size() == 2 && solved) {
+      Json line = head;
+      line["ratio"] = entrants[0].name + "/" + entrants[1].name;
+      line.update(ratios(results[0], results[1]));
+      print(line);
+    }
+  }
+  return solved;
+}
+
+// Whether every case was solved.
+bool run(const Arguments& arguments) {
+  for (const std::string& name : arguments.cases) check_name(name);
+  const Place place = arguments.backend == "cuda" ? Place::device : Place::host;
+  std::vector<Entrant> entrants{
+      {"mfs", [&](const System& system) { return make_mfs(system, place, arguments.threads); }}};
+  if (!arguments.cudss.empty()) entrants.push_back({"cudss", load_cudss(arguments.cudss, arguments.threads)});
+  // The first use of a device makes its context and loads kernels: not part of any case.
+  for (const Entrant& entrant : entrants) measure(entrant.make, make_system("elas3d:8"), 1);
+  bool solved = true;
+  for (const std::string& name : arguments.cases) solved = run_case(name, entrants, arguments) && solved;
+  return solved;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Arguments arguments;
+  CLI::App app("MFS beside cuDSS on one device, as JSON lines");
+  app.add_option("cases", arguments.cases, "FAMILY:SIZE ...")->capture_default_str();
+  app.add_option("--cudss", arguments.cudss,
+                 "folder of libcudss.so and its threading layer; without it MFS runs alone");
+  app.add_option("--backend", arguments.backend, "where MFS runs")->check(CLI::IsMember({"cuda", "openmp"}));
+  app.add_option("--threads", arguments.threads, "host threads of both")->check(CLI::PositiveNumber);
+  app.add_option("--repeat", arguments.repeat, "refactorizations and solves that are timed")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--rounds", arguments.rounds, "times that the solvers take turns")
+      ->check(CLI::PositiveNumber);
+  CLI11_PARSE(app, argc, argv);
+  try {
+    return run(arguments) ? 0 : 1;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "perf_device: %s\n", error.what());
+    return 2;
+  }
+}

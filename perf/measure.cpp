@@ -1,0 +1,204 @@
+#include "perf/measure.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <random>
+
+#include <mfs/mfs.hpp>
+
+#include "perf/device_info.hpp"
+
+namespace mfs::perf {
+namespace {
+
+constexpr double kTolerance = 1e-12;  // of the backward error: mfs::SolveOptions' default
+constexpr int kMostRefinements = 4;
+
+template <class Call>
+double seconds(const Call& call) {
+  const auto start = std::chrono::steady_clock::now();
+  call();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+struct Times {
+  double least = 0, median = 0;
+};
+
+template <class Call>
+Times repeated(int repeat, const Call& call) {
+  std::vector<double> times(static_cast<std::size_t>(repeat));
+  for (double& time : times) time = seconds(call);
+  std::sort(times.begin(), times.end());
+  const std::size_t half = times.size() / 2;
+  return {times.front(), times.size() % 2 ? times[half] : (times[half - 1] + times[half]) / 2};
+}
+
+struct SolveFigures {
+  Times one, many;
+  Errors errors_one, errors_many;
+  double worst() const { return std::max(errors_one.backward, errors_many.backward); }
+};
+
+class Measurement {
+ public:
+  Measurement(Candidate& candidate, const System& system, int repeat, nlohmann::ordered_json& json)
+      : candidate_(candidate), system_(system), repeat_(repeat), json_(json), x_(system.b.size()) {}
+
+  void run() {
+    analyze();
+    factor();
+    solve();
+  }
+
+ private:
+  void analyze() {
+    AnalysisTime time;
+    json_["analysis_s"] = seconds([&] { time = candidate_.analyze(); });
+    json_["reorder_s"] = time.reorder;
+    json_["symbolic_s"] = time.symbolic;
+  }
+
+  // Whether new factors of the same values give the same bits is seen from all right-hand sides.
+  void factor() {
+    json_["first_factor_s"] = seconds([&] { candidate_.factor(); });
+    const std::vector<double> first = solution();
+    const Times times = repeated(repeat_, [&] { candidate_.refactor(); });
+    json_["refactor_s"] = times.least;
+    json_["refactor_median_s"] = times.median;
+    json_["bitwise_equal"] = std::memcmp(first.data(), solution().data(), first.size() * sizeof(double)) == 0;
+  }
+
+  std::vector<double> solution() {
+    candidate_.solve(kColumns);
+    candidate_.read_solution(kColumns, x_.data());
+    return x_;
+  }
+
+  void solve() {
+    SolveFigures figures = solve_figures();
+    if (figures.worst() > kTolerance && candidate_.refine(1)) {
+      json_["unrefined_solve_1_s"] = figures.one.least;
+      json_["unrefined_solve_16_s"] = figures.many.least;
+      json_["unrefined_backward_error"] = figures.worst();
+      int steps = 1;
+      for (figures = solve_figures(); figures.worst() > kTolerance && steps < kMostRefinements;
+           figures = solve_figures())
+        candidate_.refine(++steps);
+    }
+    json_["solve_1_s"] = figures.one.least;
+    json_["solve_1_median_s"] = figures.one.median;
+    json_["solve_16_s"] = figures.many.least;
+    json_["solve_16_median_s"] = figures.many.median;
+    json_["backward_error_1"] = figures.errors_one.backward;
+    json_["backward_error_16"] = figures.errors_many.backward;
+    json_["residual_1"] = figures.errors_one.residual;
+    json_["residual_16"] = figures.errors_many.residual;
+    json_["accurate"] = figures.worst() <= kTolerance;
+  }
+
+  SolveFigures solve_figures() {
+    SolveFigures figures;
+    for (const int columns : {1, kColumns}) {
+      candidate_.solve(columns);  // memory for so many columns is taken once
+      const Times times = repeated(repeat_, [&] { candidate_.solve(columns); });
+      candidate_.read_solution(columns, x_.data());
+      (columns == 1 ? figures.one : figures.many) = times;
+      (columns == 1 ? figures.errors_one : figures.errors_many) = errors_of(system_, x_.data(), columns);
+    }
+    return figures;
+  }
+
+  Candidate& candidate_;
+  const System& system_;
+  int repeat_;
+  nlohmann::ordered_json& json_;
+  std::vector<double> x_;
+};
+
+void add_facts(nlohmann::ordered_json& json, const Facts& facts, std::int64_t bytes) {
+  json["refinement_steps"] = facts.refinement_steps;
+  json["perturbed_pivots"] = facts.perturbed_pivots;
+  json["factor_entries"] = facts.factor_entries;
+  json["flops"] = facts.flops;
+  json["device_bytes"] = bytes;
+  json["device_bytes_said"] = facts.device_bytes;
+  json["vectors"] = facts.vectors;
+  json["version"] = facts.version;
+}
+
+Errors column_errors(const System& system, const double* b, const double* x) {
+  const FamilyMatrix& a = system.a;
+  double backward = 0, residual = 0, norm_a = 0, norm_x = 0, norm_b = 0;
+  bool finite = true;
+#pragma omp parallel for schedule(static) reduction(max : backward, residual, norm_a, norm_x, norm_b) reduction(&& : finite)
+  for (std::int64_t row = 0; row < a.n; ++row) {
+    long double sum = b[row], scale = std::abs(b[row]);
+    double row_norm = 0;
+    for (std::int64_t k = a.offsets[row]; k < a.offsets[row + 1]; ++k) {
+      const long double term = static_cast<long double>(a.values[k]) * x[a.column_indices[k]];
+      sum -= term;
+      scale += std::abs(term);
+      row_norm += std::abs(a.values[k]);
+    }
+    finite = finite && std::isfinite(x[row]);
+    const double rest = static_cast<double>(std::abs(sum));
+    if (scale > 0) backward = std::max(backward, static_cast<double>(rest / scale));
+    residual = std::max(residual, rest);
+    norm_a = std::max(norm_a, row_norm);
+    norm_x = std::max(norm_x, std::abs(x[row]));
+    norm_b = std::max(norm_b, std::abs(b[row]));
+  }
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  return finite ? Errors{backward, residual / (norm_a * norm_x + norm_b)} : Errors{kInfinity, kInfinity};
+}
+
+}  // namespace
+
+void check_name(const std::string& name) {
+  const std::size_t colon = name.find(':');
+  const std::string family = name.substr(0, colon),
+                    size = colon == std::string::npos ? "" : name.substr(colon + 1);
+  const std::vector<std::string>& known = family_names();
+  if (size.empty() || size.size() > 9 || size.find_first_not_of("0123456789") != std::string::npos ||
+      std::find(known.begin(), known.end(), family) == known.end())
+    throw InvalidInput(name, "FAMILY:SIZE expected");
+}
+
+System make_system(const std::string& name) {
+  check_name(name);
+  const std::size_t colon = name.find(':');
+  System system{make_family(name.substr(0, colon), std::stoll(name.substr(colon + 1))), {}};
+  system.b.resize(static_cast<std::size_t>(system.a.n * kColumns));
+  std::mt19937_64 random(3);
+  for (double& value : system.b) value = static_cast<double>(random() >> 11) * 0x1p-52 - 1.0;
+  return system;
+}
+
+Errors errors_of(const System& system, const double* x, int columns) {
+  Errors worst;
+  for (int j = 0; j < columns; ++j) {
+    const Errors errors = column_errors(system, system.b.data() + j * system.a.n, x + j * system.a.n);
+    worst = {std::max(worst.backward, errors.backward), std::max(worst.residual, errors.residual)};
+  }
+  return worst;
+}
+
+nlohmann::ordered_json measure(const MakeCandidate& make, const System& system, int repeat) {
+  nlohmann::ordered_json json{{"status", "solved"}, {"message", ""}};
+  try {
+    const std::int64_t before = device_bytes_in_use();
+    const std::unique_ptr<Candidate> candidate = make(system);
+    Measurement(*candidate, system, repeat, json).run();
+    add_facts(json, candidate->facts(), device_bytes_in_use() - before);
+  } catch (const std::exception& error) {
+    json["status"] = "failed";
+    json["message"] = error.what();
+  }
+  return json;
+}
+
+}  // namespace mfs::perf

@@ -1,0 +1,34 @@
+// How perf_device takes its figures. Times are of the wall clock around a call that returns when its work is
+// done; errors are computed here, from the matrix as it was given, for every solver alike.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "perf/candidate.hpp"
+
+namespace mfs::perf {
+
+/// Throws InvalidInput unless `name` is "FAMILY:SIZE" of a known family.
+void check_name(const std::string& name);
+/// The matrix of "FAMILY:SIZE" and right-hand sides uniform in [-1, 1). Throws InvalidInput.
+System make_system(const std::string& name);
+
+/// Largest componentwise backward error |b - A x|_i / (|A| |x| + |b|)_i of the first `columns` columns, and
+/// their largest residual |b - A x|_inf / (|A|_inf |x|_inf + |b|_inf); infinite where x is not finite.
+struct Errors {
+  double backward = 0, residual = 0;
+};
+Errors errors_of(const System& system, const double* x, int columns);
+
+using MakeCandidate = std::function<std::unique_ptr<Candidate>(const System&)>;
+
+/// Takes a solver through all phases; refactorizations and solves are repeated `repeat` times (least and
+/// median are given). A solver that does not refine by itself is told to, by as few steps as bring the
+/// componentwise backward error below 1e-12. A failure becomes the fields status and message.
+nlohmann::ordered_json measure(const MakeCandidate& make, const System& system, int repeat);
+
+}  // namespace mfs::perf

@@ -1,0 +1,96 @@
+// The scripts of perf: the folder that is carried, and the table of depths.
+#include <gmock/gmock.h>
+
+#include "test/perf/shell.hpp"
+
+namespace {
+
+using testing::HasSubstr;
+
+const std::string kScripts = MFS_SCRIPTS "/";
+
+// Two depths: half the rate of products at the root, twice the time of the copies below it.
+const std::string kDepths =
+    R"({"case": "a:1", "depth": 1, "fronts": 2, "gflop": 0.1, "gbyte": 4.2, "most_pivots": 64, "ms": 2.024, )"
+    R"("largest_ms": 0, "small_ms": 2.024, "assemble_ms": 0, "diagonal_ms": 0, "strips_ms": 0, "products_ms": 0, )"
+    R"("exchange_ms": 0, "update_ms": 0}
+{"case": "a:1", "depth": 0, "fronts": 1, "gflop": 500, "gbyte": 0.1, "most_pivots": 100, "ms": 20.048, )"
+    R"("largest_ms": 0, "small_ms": 0, "assemble_ms": 0, "diagonal_ms": 0.048, "strips_ms": 0, "products_ms": 20, )"
+    R"("exchange_ms": 0, "update_ms": 0}
+{"case": "a:1", "depth": "all", "fronts": 3, "gflop": 500.1, "gbyte": 4.3, "most_pivots": 100, "ms": 22.072, )"
+    R"("largest_ms": 0, "small_ms": 2.024, "assemble_ms": 0, "diagonal_ms": 0.048, "strips_ms": 0, "products_ms": 20, )"
+    R"("exchange_ms": 0, "update_ms": 0}
+)";
+
+TEST(PlotDepths, TableWithFloor) {
+  const TemporaryFolder folder;
+  const ProgramRun run = shell(kScripts + "plot_depths " + folder.write("depths.jsonl", kDepths));
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("### a:1"));
+  EXPECT_THAT(run.out, HasSubstr("| small ms | products ms |\n"));  // the rest is below one percent
+  EXPECT_THAT(run.out, HasSubstr("\n| 0 | 1 | 100 | 500 | 0.1 | 20.048 | 90.8% | 24.94 | 10.024 | 2.0 |"));
+  EXPECT_THAT(run.out, HasSubstr("\n| 1 | 2 | 64 | 0.1 | 4.2 | 2.024 | 9.2% | 0.05 | 1.012 | 2.0 |"));
+  EXPECT_THAT(run.out,
+              HasSubstr("\n| all | 3 | 100 | 500.1 | 4.3 | 22.072 | 100.0% | 22.66 | 11.036 | 2.0 |"));
+}
+
+TEST(PlotDepths, OtherCards) {
+  const TemporaryFolder folder;
+  const ProgramRun run = shell(kScripts + "plot_depths --tflops 25 --tbytes 2.1 --panel-us 24 --case a:1 " +
+                               folder.write("depths.jsonl", kDepths));
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("| 24.94 | 20.048 | 1.0 |"));
+  EXPECT_THAT(run.out, HasSubstr("| 0.05 | 2.024 | 1.0 |"));
+}
+
+TEST(PlotDepths, RefusesWhatItCannotRead) {
+  const TemporaryFolder folder;
+  ProgramRun run = shell(kScripts + "plot_depths --case b:2 " + folder.write("depths.jsonl", kDepths));
+  EXPECT_EQ(run.code, 1);
+  EXPECT_THAT(run.err, HasSubstr("b:2"));
+  run =
+      shell(kScripts + "plot_depths " + folder.write("old.jsonl", R"({"case": "a:1", "depth": 0, "ms": 1})"));
+  EXPECT_EQ(run.code, 1);
+  EXPECT_THAT(run.err, HasSubstr("this version of perf_depths"));
+}
+
+TEST(PlotDepths, Plot) {
+  if (shell("/usr/bin/python3 -c 'import matplotlib'").code != 0)
+    GTEST_SKIP() << "python3-matplotlib is not there";
+  const TemporaryFolder folder;
+  const std::string png = folder.path("depths.png");
+  const ProgramRun run =
+      shell(kScripts + "plot_depths --png " + png + " " + folder.write("depths.jsonl", kDepths));
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_EQ(text_of(png).substr(1, 3), "PNG");
+}
+
+TEST(PackDevice, AFolderThatRunsByItself) {
+  const TemporaryFolder folder;
+  const std::string packed = folder.path("device");
+  ASSERT_EQ(shell(kScripts + "pack_device --build " MFS_BUILD " " + packed).code, 0);
+  const std::string run_there =
+      "env -i PATH=/usr/bin:/bin TMPDIR=" + folder.path("") + " " + packed + "/device ";
+  for (int again = 0; again < 2; ++again) {
+    const ProgramRun run = shell(run_there + "--backend openmp --repeat 1 poisson2d:8");
+    ASSERT_EQ(run.code, 0) << run.err;
+    EXPECT_EQ(json_lines(run.out).at(0)["status"], "solved");
+  }
+  const ProgramRun libraries = shell("ls " + folder.path("") + "/mfs-device-*/lib");
+  EXPECT_THAT(libraries.out, HasSubstr("libmfs.so"));
+  EXPECT_THAT(libraries.out, testing::Not(HasSubstr("libc.so")));
+  EXPECT_THAT(shell(run_there + "--program mfs info").out, HasSubstr("Kokkos"));
+  const ProgramRun missing = shell(run_there + "--program nothing");
+  EXPECT_EQ(missing.code, 2);
+  EXPECT_THAT(missing.err, HasSubstr("nothing"));
+}
+
+TEST(PackDevice, SaysThatNothingIsBuilt) {
+  const TemporaryFolder folder;
+  const ProgramRun run =
+      shell(kScripts + "pack_device --build " + folder.path("") + " " + folder.path("device"));
+  EXPECT_EQ(run.code, 2);
+  EXPECT_THAT(run.err, HasSubstr("build it first"));
+}
+
+}  // namespace

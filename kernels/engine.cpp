@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <condition_variable>
+#include <cstdlib>
 #include <exception>
 #include <mutex>
 #include <thread>
@@ -113,6 +114,8 @@ void Engine::use_cuda() {
   cudaGetDevice(&device);
   Kokkos::Cuda::impl_initialize(Kokkos::Cuda::SelectDevice(device), 1);
 #endif
+  // Otherwise Kokkos would say at the end of the process that this was forgotten.
+  std::atexit([] { Kokkos::Cuda::impl_finalize(); });
   started = true;
 }
 #endif

@@ -1,16 +1,15 @@
 // Stage "assemble" of larger fronts on the device: each block makes some columns of a front, each of its warps a
-// column at a time. Every entry is the sum of what the children have for it, in their order, and is written once;
+// piece of a column at a time. Every entry is the sum of what the children have for it, in their order, and is written once;
 // the original entries are added last. The shared source of the stage (kernels/assemble.hpp), which clears and
 // then adds child by child, moves four times as many bytes.
 #pragma once
 
-#include "kernels/assemble.hpp"
 #include "kernels/cuda/device_store.hpp"
 #include "kernels/cuda/warp_tile.hpp"
 
 namespace mfs::cuda {
 
-constexpr int kAssembleThreads = 256;
+constexpr int kAssembleThreads = 256, kAssembleRows = 512;
 
 // Rows [begin, end) of column j of a front go to to[row - begin].
 template <class S, class Value>
@@ -46,22 +45,30 @@ __device__ void sum_children(const DeviceStore<S, Value>& store, Vertex f, int j
 
 template <class S, class Value>
 __global__ void __launch_bounds__(kAssembleThreads) assemble_fronts(DeviceStore<S, Value> store, Offset first) {
-  const FrontPart part = store.assemble[first + blockIdx.x];
+  const AssemblyPart part = store.assemble[first + blockIdx.x];
   const FrontStore<S, Value>& at = store.fronts;
   const Vertex f = part.front;
   const Front<S> front = at.front(f);
-  const int p = front.pivots, rows = front.rows();
-  for (int j = part.begin + threadIdx.x / kWarp; j < part.other; j += kAssembleThreads / kWarp) {
+  const int p = front.pivots, rows = front.rows(), columns = part.end - part.begin;
+  const int pieces = (rows + kAssembleRows - 1) / kAssembleRows;
+  for (int task = threadIdx.x / kWarp; task < columns * pieces; task += kAssembleThreads / kWarp) {
+    const int j = part.begin + task % columns, begin = task / columns * kAssembleRows;
+    const int end = min(begin + kAssembleRows, rows);
     if (j < p) {
-      sum_children(store, f, j, 0, rows, front.lower + j * static_cast<Offset>(rows));
+      sum_children(store, f, j, begin, end, front.lower + j * static_cast<Offset>(rows) + begin);
     } else {
-      sum_children(store, f, j, 0, p, front.upper + (j - p) * static_cast<Offset>(p));
-      sum_children(store, f, j, p, rows, front.contribution + (j - p) * static_cast<Offset>(front.border));
+      const int middle = max(begin, min(end, p));
+      if (begin < middle) {
+        sum_children(store, f, j, begin, middle, front.upper + (j - p) * static_cast<Offset>(p) + begin);
+      }
+      if (middle < end) {
+        sum_children(store, f, j, middle, end,
+                     front.contribution + (j - p) * static_cast<Offset>(front.border) + middle - p);
+      }
     }
   }
   __syncthreads();
-  const Offset end = part.other == rows ? at.entry_begin[f + 1] : first_entry(at, f, part.other);
-  for (Offset e = first_entry(at, f, part.begin) + threadIdx.x; e < end; e += kAssembleThreads) {
+  for (Offset e = part.first_entry + threadIdx.x; e < part.last_entry; e += kAssembleThreads) {
     const double scale = at.row_scale[at.entry_row[e]] * at.column_scale[at.entry_column[e]];
     at.factor[at.entry_target[e]] +=
         static_cast<S>(at.matrix_values[at.entry_slot[e]] * static_cast<RealOf<Value>>(scale));

@@ -12,7 +12,7 @@ namespace mfs::cuda {
 /// kBorderThreshold allows.
 constexpr double kMostGrowth = 1 / kBorderThreshold;
 
-constexpr int kTileThreads = 512;
+constexpr int kTileThreads = 256;
 
 template <class S>
 constexpr std::size_t block_lu_bytes() {
@@ -30,8 +30,7 @@ struct BorderBelow {
   S* column;  // shared memory
   double* work;
 
-  template <int Barrier>
-  __device__ double operator()(const Tile<S>& tile, int j, const Crew<Barrier>& crew) const {
+  __device__ double operator()(const Tile<S>& tile, int j) const {
     if (threadIdx.x == 0) {
       for (int i = 0; i < j; ++i) column[i] = tile.a[i + j * tile.ld];
       for (int i = j - 1; i >= 0; --i) {
@@ -39,14 +38,14 @@ struct BorderBelow {
         for (int k = 0; k < i; ++k) column[k] -= tile.a[k + i * tile.ld] * column[i];
       }
     }
-    crew.synchronize();
+    __syncthreads();
     double most = 0;
-    for (int r = threadIdx.x; r < count; r += crew.threads) {
+    for (int r = threadIdx.x; r < count; r += blockDim.x) {
       S sum = border_rows[r + j * ld];
       for (int k = 0; k < j; ++k) sum -= border_rows[r + k * ld] * column[k];
       most = fmax(most, magnitude(sum));
     }
-    return crew_max(most, work, crew);
+    return block_max(most, work);
   }
 };
 
@@ -57,7 +56,7 @@ struct UndecidedBelow {
   const DeviceStore<S, Value>* store;
   Vertex front;
   template <class T>
-  __device__ double operator()(const T&, int, const TileCrew&) const {
+  __device__ double operator()(const T&, int) const {
     if (threadIdx.x == 0) store->make_strict(front);
     return 0;
   }
@@ -107,7 +106,6 @@ __device__ __noinline__ void factor_strict(const DeviceStore<S, Value>& store, V
     for (int i = threadIdx.x; i < front.pivots; i += blockDim.x) local_row[i] = i;
   }
   __shared__ int chosen;
-  const Crew<0> crew{static_cast<int>(blockDim.x)};
   for (int j = 0; j < s; ++j) {
     __syncthreads();
     // The column up to date: left-looking, one row per thread.
@@ -135,7 +133,7 @@ __device__ __noinline__ void factor_strict(const DeviceStore<S, Value>& store, V
         from = r;
       }
     }
-    const double largest = crew_max(most, work.border, crew);
+    const double largest = block_max(most, work.border);
     if (threadIdx.x == 0) chosen = m;
     __syncthreads();
     if (most == largest) atomicMin(&chosen, from);
@@ -157,7 +155,7 @@ __device__ __noinline__ void factor_strict(const DeviceStore<S, Value>& store, V
       // The border rows of columns left of this one are not solved for: do so for this column alone.
       const Tile<S> tile{a, static_cast<int>(ld), s, s};
       const BorderBelow<S> below{front.lower + front.pivots + k * ld, ld, front.border, column_work, work.border};
-      const S accepted = replacement(pivot, below(tile, j, crew), rule);
+      const S accepted = replacement(pivot, below(tile, j), rule);
       added = accepted - pivot;
       pivot = accepted;
       if (threadIdx.x == 0 && magnitude(added) != 0) atomicAdd(&store.fronts.status->perturbed, 1ull);
@@ -166,7 +164,7 @@ __device__ __noinline__ void factor_strict(const DeviceStore<S, Value>& store, V
     if (threadIdx.x == 0) {
       if (!(size <= 1.7976931348623157e308)) atomicAdd(&store.fronts.status->nonfinite, 1ull);
       a[j + j * ld] = pivot;
-      store.fronts.shift[begin + k + j] = added;
+      if (magnitude(added) != 0) store.fronts.shift[begin + k + j] = added;
     }
     for (int r = j + 1 + threadIdx.x; r < m; r += blockDim.x) a[r + j * ld] = a[r + j * ld] / pivot;
   }
@@ -220,7 +218,7 @@ __global__ void exchange_block_rows(DeviceStore<S, Value> store, Offset first) {
   for (int i = threadIdx.x; i < s; i += blockDim.x) moved |= local_row[i] != part.begin + i;
   if (!__syncthreads_or(moved)) return;
   S* const held = reinterpret_cast<S*>(memory);
-  S* const a = front.lower + part.begin + static_cast<Offset>(part.other) * front.rows();
+  S* const a = front.lower + part.begin + static_cast<Offset>(part.column) * front.rows();
   constexpr int kColumns = 32;
   for (int c = 0; c < kTile<S>; c += kColumns) {
     for (int i = threadIdx.x; i < s * kColumns; i += blockDim.x)

@@ -57,6 +57,8 @@ class PinnedArena {
   void* data_ = nullptr;
 };
 
+class Event;
+
 class Stream {
  public:
   Stream();
@@ -65,6 +67,8 @@ class Stream {
   Stream& operator=(const Stream&) = delete;
   cudaStream_t get() const { return stream_; }
   void synchronize() const;
+  /// What is put into this stream from now on waits for the event.
+  void wait_for(const Event& event) const;
   void to_device(void* to, const void* from, Offset bytes) const;
   void to_host(void* to, const void* from, Offset bytes) const;
   void clear(void* place, Offset bytes) const { fill(place, 0, bytes); }
@@ -84,6 +88,7 @@ class Event {
   void record(const Stream& stream);
   /// Milliseconds from `before` to this; both must have passed.
   float since(const Event& before) const;
+  cudaEvent_t get() const { return event_; }
 
  private:
   cudaEvent_t event_ = nullptr;

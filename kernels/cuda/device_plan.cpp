@@ -46,12 +46,11 @@ class Builder {
 
   // Fronts of like size share a launch, so that shared memory fits them.
   void list_small() {
-    constexpr Vertex kStep = 32;
-    for (Vertex most = kStep; most < made_.small_rows + kStep; most += kStep) {
+    for (Vertex most = kSmallStep; most < made_.small_rows + kSmallStep; most += kSmallStep) {
       SmallLaunch launch;
       launch.fronts.begin = static_cast<Offset>(made_.small_fronts.size());
       for (const Vertex f : small_) {
-        if (rows(f) <= most && rows(f) > most - kStep) {
+        if (rows(f) <= most && rows(f) > most - kSmallStep) {
           made_.small_fronts.push_back(f);
           launch.rows = std::max(launch.rows, rows(f));
         }
@@ -64,11 +63,22 @@ class Builder {
   void list_assembly() {
     depth().assemble.begin = static_cast<Offset>(made_.assemble.size());
     for (const Vertex f : large_) {
+      Offset entry = plan_.entry_begin[f];
       for (Vertex begin = 0; begin < rows(f); begin += kAssembleColumns) {
-        made_.assemble.push_back({f, begin, std::min(begin + kAssembleColumns, rows(f))});
+        const Vertex end = std::min(begin + kAssembleColumns, rows(f));
+        const Offset first = entry;
+        while (entry < plan_.entry_begin[f + 1] && column_of_entry(f, entry) < end) ++entry;
+        made_.assemble.push_back({f, begin, end, first, entry});
       }
     }
     depth().assemble.end = static_cast<Offset>(made_.assemble.size());
+  }
+
+  // Of the front; the entries of a front ascend by it.
+  Vertex column_of_entry(Vertex f, Offset entry) const {
+    const Offset p = plan_.pivots(f), lower = plan_.entry_target[entry] - plan_.lower_begin[f];
+    if (lower < p * rows(f)) return static_cast<Vertex>(lower / rows(f));
+    return static_cast<Vertex>(p + (plan_.entry_target[entry] - plan_.upper_begin[f]) / p);
   }
 
   void list_steps() {

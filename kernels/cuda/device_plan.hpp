@@ -39,9 +39,15 @@ struct StepTask {
   Vertex first_strip;  // in its launch
 };
 
-/// Columns of a front from `begin` on, or rows of a front, or block row and block column of a pivot block.
+/// Columns [begin, end) of a front, and the original entries that lie in them.
+struct AssemblyPart {
+  Vertex front, begin, end;
+  Offset first_entry, last_entry;
+};
+
+/// A tile of a front that begins at row `begin`; or a block of its pivot block, at (begin, column).
 struct FrontPart {
-  Vertex front, begin, other;
+  Vertex front, begin, column;
 };
 
 struct Range {
@@ -62,6 +68,9 @@ struct SmallLaunch {
   Vertex rows = 0;  // of the largest
 };
 
+/// Small fronts of a depth are launched by size, in steps of kSmallStep rows.
+constexpr Vertex kSmallStep = 32, kMostSmallLaunches = 5;
+
 struct DepthLaunches {
   std::vector<SmallLaunch> small;
   Range assemble;
@@ -76,7 +85,8 @@ struct DepthLaunches {
 struct DevicePlan {
   Vertex tile = 0, small_rows = 0;
   std::vector<Vertex> small_fronts, tiny_fronts;
-  std::vector<FrontPart> assemble, exchange, solve;
+  std::vector<AssemblyPart> assemble;
+  std::vector<FrontPart> exchange, solve;
   std::vector<StepTask> steps;
   std::vector<ProductTask> products;
   std::vector<DepthLaunches> depths;
@@ -91,10 +101,10 @@ struct DevicePlan {
 };
 
 /// Pivots that are factored before what is right of them, in fronts that have at least kPanelled.
-constexpr Vertex kPanel = 512, kPanelled = 1024;
+constexpr Vertex kPanel = 512, kPanelled = 2048;
 
 /// Columns that a block assembles, rows of a strip, of a tile of the solve.
-constexpr Vertex kAssembleColumns = 16;
+constexpr Vertex kAssembleColumns = 4;
 constexpr Vertex kStrip = 128;
 constexpr Vertex kSolveTile = 64;
 

@@ -51,13 +51,16 @@ class DeviceStages {
  private:
   struct Layout;
   DeviceStages(const SymbolicPlan& plan, const Pattern& pattern, const Stream& stream, DevicePlan lists);
-  void launch_small_fronts(const SmallLaunch& launch);
+  void launch_small_fronts(const std::vector<SmallLaunch>& launches);
+  void join_small_fronts(const std::vector<SmallLaunch>& launches);
   void launch(const Launch& what);
   template <int K, bool Transposed>
   void substitute_columns(const Vectors& vectors);
 
   const SymbolicPlan& plan_;
   const Stream& stream_;
+  Stream side_[kMostSmallLaunches];
+  Event fork_, joined_[kMostSmallLaunches];
   Kokkos::Cuda exec_;
   DeviceBlas blas_;
   DevicePlan lists_;

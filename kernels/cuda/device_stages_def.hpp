@@ -150,23 +150,38 @@ void DeviceStages<S, V>::launch(const Launch& what) {
   }
 }
 
+// Each size in a stream of its own, beside the larger fronts of the depth: all are too small to fill the device.
 template <class S, class V>
-void DeviceStages<S, V>::launch_small_fronts(const SmallLaunch& launch) {
-  const unsigned fronts = static_cast<unsigned>(launch.fronts.count());
-  const std::size_t bytes = small_front_bytes<S>(launch.rows);
-  if (launch.rows <= 32) {
-    factor_small_fronts<32, 28><<<fronts, 32, bytes, stream_.get()>>>(store_, launch.fronts.begin);
-  } else if (launch.rows <= 64) {
-    factor_small_fronts<128, 4><<<fronts, 128, bytes, stream_.get()>>>(store_, launch.fronts.begin);
-  } else {
-    factor_small_fronts<256, 2><<<fronts, 256, bytes, stream_.get()>>>(store_, launch.fronts.begin);
+void DeviceStages<S, V>::launch_small_fronts(const std::vector<SmallLaunch>& launches) {
+  if (launches.empty()) return;
+  fork_.record(stream_);
+  for (std::size_t i = 0; i < launches.size(); ++i) {
+    const SmallLaunch& launch = launches[i];
+    const Stream& stream = side_[i];
+    stream.wait_for(fork_);
+    const unsigned fronts = static_cast<unsigned>(launch.fronts.count());
+    const std::size_t bytes = small_front_bytes<S>(launch.rows);
+    if (launch.rows <= 32) {
+      factor_small_fronts<32, 28><<<fronts, 32, bytes, stream.get()>>>(store_, launch.fronts.begin);
+    } else if (launch.rows <= 64) {
+      factor_small_fronts<128, 4><<<fronts, 128, bytes, stream.get()>>>(store_, launch.fronts.begin);
+    } else {
+      factor_small_fronts<256, 2><<<fronts, 256, bytes, stream.get()>>>(store_, launch.fronts.begin);
+    }
+    joined_[i].record(stream);
   }
+}
+
+template <class S, class V>
+void DeviceStages<S, V>::join_small_fronts(const std::vector<SmallLaunch>& launches) {
+  for (std::size_t i = 0; i < launches.size(); ++i) stream_.wait_for(joined_[i]);
 }
 
 template <class S, class V>
 void DeviceStages<S, V>::factor(double tolerance, const Mark& mark) {
   store_.tolerance = tolerance;
   stream_.clear(status_, sizeof(DeviceStatus));
+  stream_.clear(store_.fronts.shift, plan_.n * static_cast<Offset>(sizeof(S)));
   Vertex step = 0;
   const auto next = [&](Kernel kernel) {
     if (mark) mark(kernel, step);
@@ -174,10 +189,8 @@ void DeviceStages<S, V>::factor(double tolerance, const Mark& mark) {
   next(Kernel::largest);
   largest_scaled_entry(exec_, store_.fronts, &status_->largest);
   for (const DepthLaunches& depth : lists_.depths) {
-    for (const SmallLaunch& launch : depth.small) {
-      next(Kernel::small_fronts);
-      launch_small_fronts(launch);
-    }
+    next(Kernel::small_fronts);
+    launch_small_fronts(depth.small);
     next(Kernel::assemble);
     if (depth.assemble.count() > 0) {
       assemble_fronts<<<static_cast<unsigned>(depth.assemble.count()), kAssembleThreads, 0, stream_.get()>>>(
@@ -196,6 +209,7 @@ void DeviceStages<S, V>::factor(double tolerance, const Mark& mark) {
     }
     next(Kernel::update);
     for (const Launch& part : depth.update) launch(part);
+    join_small_fronts(depth.small);
     ++step;
   }
   next(Kernel::end);

@@ -20,7 +20,8 @@ struct DeviceStore {
   double tiny;
 
   const Vertex *small_fronts, *tiny_fronts;
-  const FrontPart *assemble, *exchange, *solve;
+  const AssemblyPart* assemble;
+  const FrontPart *exchange, *solve;
   const StepTask* steps;
   const ProductTask* products;
   const Offset *row_begin, *source_begin, *source;

@@ -25,20 +25,6 @@ struct Tile {
   int rows, pivots;
 };
 
-/// The first `threads` threads of a block, which meet at a barrier of their own; with Barrier 0 it is all of them.
-template <int Barrier>
-struct Crew {
-  int threads;
-  __device__ void synchronize() const {
-    if constexpr (Barrier == 0) {
-      __syncthreads();
-    } else {
-      asm volatile("bar.sync %0, %1;" ::"n"(Barrier), "r"(threads) : "memory");
-    }
-  }
-};
-using TileCrew = Crew<1>;
-
 /// Work of tile_lu in shared memory.
 template <class S>
 struct TileWork {
@@ -60,7 +46,7 @@ struct TileWork {
 /// no rows of the tile. Asked for with the tile's columns up to this one written back.
 struct NoFurtherBorder {
   template <class S>
-  __device__ double operator()(const Tile<S>&, int, const TileCrew&) const {
+  __device__ double operator()(const Tile<S>&, int) const {
     return 0;
   }
 };
@@ -80,14 +66,13 @@ __device__ S reciprocal_of(const S& x) {
   return S(1) / x;
 }
 
-template <int Barrier>
-__device__ double crew_max(double value, double* work, const Crew<Barrier>& crew) {
+__device__ inline double block_max(double value, double* work) {
   for (int step = 16; step > 0; step /= 2) value = fmax(value, __shfl_xor_sync(0xffffffffu, value, step));
-  crew.synchronize();
+  __syncthreads();
   if (threadIdx.x % kWarp == 0) work[threadIdx.x / kWarp] = value;
-  crew.synchronize();
-  for (int w = 0; w < crew.threads / kWarp; ++w) value = fmax(value, work[w]);
-  crew.synchronize();
+  __syncthreads();
+  for (unsigned w = 0; w < blockDim.x / kWarp; ++w) value = fmax(value, work[w]);
+  __syncthreads();
   return value;
 }
 
@@ -111,11 +96,11 @@ __device__ S replacement(S pivot, double border, const PivotRule& rule) {
 __device__ inline void hold_loads() { asm volatile("" ::: "memory"); }
 
 // Exchanges [begin, end) of a panel whose first row is x[0], row `origin` of the tile.
-template <class S>
-__device__ void exchange_rows(S* x, const int* exchange, int begin, int end, int origin) {
+template <class T>
+__device__ void exchange_rows(T* x, const int* exchange, int begin, int end, int origin) {
   for (int k = begin; k < end; ++k) {
     const int from = exchange[k] - origin;
-    const S held = x[k];
+    const T held = x[k];
     x[k] = x[from];
     x[from] = held;
   }
@@ -142,10 +127,10 @@ __device__ void solve_panel_column(const S* lower, int ld, int width, S* x) {
   }
 }
 
-// Columns [first, first + width) of the tile, by the threads of the crew, one for each row.
+// Columns [first, first + width) of the tile, a thread for each row.
 template <class S, class Border>
 __device__ void factor_tile_panel(const Tile<S>& tile, int first, int width, const PivotRule& rule,
-                                  const Border& further_border, const TileCrew& crew, int* row_at, S* shift,
+                                  const Border& further_border, S* shift,
                                   FactorStatus* status, TileWork<S>& work) {
   const int t = threadIdx.x, lane = t % kWarp, warp = t / kWarp, next = first + width;
   const int rows = tile.rows, pivots = tile.pivots, ld = tile.ld, pivot_warps = (pivots + kWarp - 1) / kWarp;
@@ -175,14 +160,14 @@ __device__ void factor_tile_panel(const Tile<S>& tile, int first, int width, con
         for (int k = 0; k < kPanelColumns; ++k) offer.top[k] = row[k];
       }
     }
-    crew.synchronize();
+    __syncthreads();
+    unsigned keys[kMostPivotWarps];
+#pragma unroll
+    for (int w = 0; w < kMostPivotWarps; ++w) keys[w] = w < pivot_warps ? offer.key[w] : 0u;
     int best = 0;
-    unsigned largest = offer.key[0];
-    for (int w = 1; w < pivot_warps; ++w) {
-      if (offer.key[w] > largest) {
-        largest = offer.key[w];
-        best = w;
-      }
+#pragma unroll
+    for (int w = 1; w < kMostPivotWarps; ++w) {
+      if (keys[w] > keys[best]) best = w;
     }
     const int from = offer.row[best];
     const S* const pivot_row = offer.part[best];
@@ -195,7 +180,7 @@ __device__ void factor_tile_panel(const Tile<S>& tile, int first, int width, con
     S added = S(0);
     if (!(size >= rule.bound) && size == size) {  // rare; the same for all threads
       const double own = t >= pivots && t < rows ? magnitude(row[0]) : 0;
-      const double border = fmax(crew_max(own, work.border, crew), further_border(tile, j, crew));
+      const double border = fmax(block_max(own, work.border), further_border(tile, j));
       const S accepted = replacement(pivot, border, rule);
       added = accepted - pivot;
       pivot = accepted;
@@ -204,14 +189,9 @@ __device__ void factor_tile_panel(const Tile<S>& tile, int first, int width, con
     }
     if (t == 0) {
       if (!(size <= 1.7976931348623157e308)) atomicAdd(&status->nonfinite, 1ull);
-      shift[j] = added;
+      if (magnitude(added) != 0) shift[j] = added;
       work.exchange[j - first] = from;
-      if (from != j) {
-        work.any_exchange = 1;
-        const int held = row_at[j];
-        row_at[j] = row_at[from];
-        row_at[from] = held;
-      }
+      if (from != j) work.any_exchange = 1;
     }
     if (t < next - j) a[j + (j + t) * ld] = t == 0 ? pivot : pivot_row[t];
     if (t > j && t < rows) {
@@ -224,26 +204,24 @@ __device__ void factor_tile_panel(const Tile<S>& tile, int first, int width, con
 }
 
 /// Factors the tile. row_at (in shared memory, set to the identity by the caller) follows the row exchanges;
-/// shift[j] (global memory) becomes what was added to pivot j. All threads of the block call it, at least `rows`
+/// shift[j] (global memory, zero before) becomes what was added to pivot j. All threads of the block call it, at least `rows`
 /// of them, a multiple of 32.
 template <class S, class Border>
 __device__ void tile_lu(const Tile<S>& tile, const PivotRule& rule, const Border& further_border, int* row_at,
                         S* shift, FactorStatus* status, TileWork<S>& work) {
   const int t = threadIdx.x, warp = t / kWarp, warps = blockDim.x / kWarp;
   const int rows = tile.rows, pivots = tile.pivots, ld = tile.ld;
-  const TileCrew crew{(rows + kWarp - 1) / kWarp * kWarp};
   S* const a = tile.a;
   for (int first = 0; first < pivots; first += kPanelColumns) {
     const int width = min(kPanelColumns, pivots - first), next = first + width;
     if (t == 0) work.any_exchange = 0;
-    if (t < crew.threads) {
-      factor_tile_panel(tile, first, width, rule, further_border, crew, row_at, shift, status, work);
-    }
+    factor_tile_panel(tile, first, width, rule, further_border, shift, status, work);
     __syncthreads();
     // This panel's columns see the exchanges that came after them; then the others see all, and what is on the
     // right is solved for.
     if (work.any_exchange) {
       if (t < width) exchange_rows(a + (first + t) * ld + first, work.exchange, t + 1, width, first);
+      if (t == blockDim.x - 1) exchange_rows(row_at + first, work.exchange, 0, width, first);
       __syncthreads();
     }
     for (int c = t; c < rows; c += blockDim.x) {

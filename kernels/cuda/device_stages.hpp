@@ -54,6 +54,8 @@ class DeviceStages {
   void launch_small_fronts(const std::vector<SmallLaunch>& launches);
   void join_small_fronts(const std::vector<SmallLaunch>& launches);
   void launch(const Launch& what);
+  template <class Aside, class Here>
+  void beside(bool has_aside, bool has_here, const Aside& aside, const Here& here);
   template <int K, bool Transposed>
   void substitute_columns(const Vectors& vectors);
 

@@ -216,6 +216,21 @@ void DeviceStages<S, V>::factor(double tolerance, const Mark& mark) {
   check_launch("factor");
 }
 
+// Launches `aside` in another stream while `here` runs, where there are both.
+template <class S, class V>
+template <class Aside, class Here>
+void DeviceStages<S, V>::beside(bool has_aside, bool has_here, const Aside& aside, const Here& here) {
+  const bool both = has_aside && has_here;
+  if (both) {
+    fork_.record(stream_);
+    side_[0].wait_for(fork_);
+  }
+  if (has_aside) aside(both ? side_[0] : stream_);
+  if (both) joined_[0].record(side_[0]);
+  if (has_here) here();
+  if (both) stream_.wait_for(joined_[0]);
+}
+
 template <class S, class V>
 template <int K, bool Transposed>
 void DeviceStages<S, V>::substitute_columns(const Vectors& at) {
@@ -224,8 +239,8 @@ void DeviceStages<S, V>::substitute_columns(const Vectors& at) {
   set_shared_memory(reinterpret_cast<const void*>(&substitute_backward<Transposed, K, S, V>), kBytes);
   const Offset n = plan_.n, borders = static_cast<Offset>(plan_.border.size());
   constexpr int kTinyThreads = kTinyFrontsPerBlock * kWarp;
-  const auto tiny_blocks = [](Offset count) {
-    return static_cast<unsigned>((count + kTinyFrontsPerBlock - 1) / kTinyFrontsPerBlock);
+  const auto tiny_blocks = [](const DepthLaunches& depth) {
+    return static_cast<unsigned>((depth.tiny.count() + kTinyFrontsPerBlock - 1) / kTinyFrontsPerBlock);
   };
   for (Vertex first = 0; first < at.columns; first += K) {
     const DeviceVectors<S> vectors{std::min<int>(K, at.columns - first), n, borders, at.v + first * n,
@@ -233,25 +248,32 @@ void DeviceStages<S, V>::substitute_columns(const Vectors& at) {
     const Offset bytes = n * vectors.columns * static_cast<Offset>(sizeof(S));
     stream_.fill(vectors.y, kUnset, bytes);
     for (const DepthLaunches& depth : lists_.depths) {
-      if (const Offset count = depth.tiny.count()) {
-        substitute_tiny_forward<Transposed><<<tiny_blocks(count), kTinyThreads, 0, stream_.get()>>>(
-            store_, vectors, depth.tiny.begin, static_cast<int>(count));
-      }
-      if (const Offset count = depth.solve.count()) {
-        substitute_forward<Transposed, K><<<static_cast<unsigned>(count), kSolveThreads, kBytes, stream_.get()>>>(
-            store_, vectors, depth.solve.begin);
-      }
+      beside(
+          depth.tiny.count() > 0, depth.solve.count() > 0,
+          [&](const Stream& stream) {
+            substitute_tiny_forward<Transposed><<<tiny_blocks(depth), kTinyThreads, 0, stream.get()>>>(
+                store_, vectors, depth.tiny.begin, static_cast<int>(depth.tiny.count()));
+          },
+          [&] {
+            substitute_forward<Transposed, K>
+                <<<static_cast<unsigned>(depth.solve.count()), kSolveThreads, kBytes, stream_.get()>>>(
+                    store_, vectors, depth.solve.begin);
+          });
     }
     stream_.fill(vectors.v, kUnset, bytes);
-    for (auto depth = lists_.depths.rbegin(); depth != lists_.depths.rend(); ++depth) {
-      if (const Offset count = depth->tiny.count()) {
-        substitute_tiny_backward<Transposed><<<tiny_blocks(count), kTinyThreads, 0, stream_.get()>>>(
-            store_, vectors, depth->tiny.begin, static_cast<int>(count));
-      }
-      if (const Offset count = depth->solve_back.count()) {
-        substitute_backward<Transposed, K><<<static_cast<unsigned>(count), kSolveThreads, kBytes, stream_.get()>>>(
-            store_, vectors, depth->solve_back.begin);
-      }
+    for (auto at_depth = lists_.depths.rbegin(); at_depth != lists_.depths.rend(); ++at_depth) {
+      const DepthLaunches& depth = *at_depth;
+      beside(
+          depth.tiny.count() > 0, depth.solve_back.count() > 0,
+          [&](const Stream& stream) {
+            substitute_tiny_backward<Transposed><<<tiny_blocks(depth), kTinyThreads, 0, stream.get()>>>(
+                store_, vectors, depth.tiny.begin, static_cast<int>(depth.tiny.count()));
+          },
+          [&] {
+            substitute_backward<Transposed, K>
+                <<<static_cast<unsigned>(depth.solve_back.count()), kSolveThreads, kBytes, stream_.get()>>>(
+                    store_, vectors, depth.solve_back.begin);
+          });
     }
   }
   check_launch("solve");

@@ -19,8 +19,7 @@
 namespace mfs {
 
 template <class TeamMember, class Scalar>
-KOKKOS_INLINE_FUNCTION void clear_columns(const TeamMember& team, const Front<Scalar>& front, Vertex begin,
-                                          Vertex end) {
+void clear_columns(const TeamMember& team, const Front<Scalar>& front, Vertex begin, Vertex end) {
   const Offset p = front.pivots, b = front.border;
   const Offset lower_begin = begin < p ? begin : p, lower_end = end < p ? end : p;
   const Offset right_begin = begin < p ? 0 : begin - p, right_end = end < p ? 0 : end - p;
@@ -51,8 +50,8 @@ KOKKOS_INLINE_FUNCTION Offset first_entry(const FrontStore<Scalar, Value>& store
 }
 
 template <class TeamMember, class Scalar, class Value>
-KOKKOS_INLINE_FUNCTION void scatter_entries(const TeamMember& team, const FrontStore<Scalar, Value>& store,
-                                            Offset begin, Offset end) {
+void scatter_entries(const TeamMember& team, const FrontStore<Scalar, Value>& store, Offset begin,
+                     Offset end) {
   team_range(team, begin, end, [&](Offset e) {
     const double scale = store.row_scale[store.entry_row[e]] * store.column_scale[store.entry_column[e]];
     store.factor[store.entry_target[e]] =
@@ -62,8 +61,8 @@ KOKKOS_INLINE_FUNCTION void scatter_entries(const TeamMember& team, const FrontS
 
 /// Adds what the contribution block of `child` has for columns [begin, end) of its parent's front.
 template <class TeamMember, class Scalar, class Value>
-KOKKOS_INLINE_FUNCTION void extend_add(const TeamMember& team, const FrontStore<Scalar, Value>& store,
-                                       const Front<Scalar>& parent, Vertex child, Vertex begin, Vertex end) {
+void extend_add(const TeamMember& team, const FrontStore<Scalar, Value>& store, const Front<Scalar>& parent,
+                Vertex child, Vertex begin, Vertex end) {
   const Vertex* map = store.border_in_parent + store.border_begin[child];
   const Front<Scalar> source = store.front(child);
   const Vertex b = source.border, p = parent.pivots;
@@ -86,8 +85,8 @@ KOKKOS_INLINE_FUNCTION void extend_add(const TeamMember& team, const FrontStore<
 
 /// Columns [begin, end) of front f, by one team.
 template <class TeamMember, class Scalar, class Value>
-KOKKOS_INLINE_FUNCTION void assemble_columns(const TeamMember& team, const FrontStore<Scalar, Value>& store,
-                                             Vertex f, Vertex begin, Vertex end) {
+void assemble_columns(const TeamMember& team, const FrontStore<Scalar, Value>& store, Vertex f, Vertex begin,
+                      Vertex end) {
   const Front<Scalar> front = store.front(f);
   clear_columns(team, front, begin, end);
   team.team_barrier();
@@ -105,11 +104,10 @@ template <class Exec, class Scalar, class Value>
 void assemble_large_front(const Exec& exec, const FrontStore<Scalar, Value>& store, Vertex f, Vertex rows,
                           Vertex tile_columns) {
   const Vertex tiles = (rows + tile_columns - 1) / tile_columns;
-  for_each_team(
-      exec, "mfs::assemble", tiles, KOKKOS_LAMBDA(const Team<Exec>& team, Vertex tile) {
-        const Vertex begin = tile * tile_columns;
-        assemble_columns(team, store, f, begin, begin + tile_columns < rows ? begin + tile_columns : rows);
-      });
+  for_each_team(exec, "mfs::assemble", tiles, [=](const Team<Exec>& team, Vertex tile) {
+    const Vertex begin = tile * tile_columns;
+    assemble_columns(team, store, f, begin, begin + tile_columns < rows ? begin + tile_columns : rows);
+  });
 }
 
 }  // namespace mfs

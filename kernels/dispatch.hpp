@@ -17,13 +17,11 @@ using Team = typename TeamPolicy<Exec>::member_type;
 template <class Exec>
 constexpr bool kOnHost = std::is_same_v<typename Exec::memory_space, Kokkos::HostSpace>;
 
-// A named functor: nvcc takes no extended lambda whose body is a plain one.
+// A named functor, and a plain one: teams are for the host, the device has kernels of its own.
 template <class Exec, class Body>
 struct TeamBody {
   Body body;
-  KOKKOS_INLINE_FUNCTION void operator()(const Team<Exec>& team) const {
-    body(team, static_cast<Vertex>(team.league_rank()));
-  }
+  void operator()(const Team<Exec>& team) const { body(team, static_cast<Vertex>(team.league_rank())); }
 };
 
 /// Calls body(team, i) for i = 0 ... count-1, in any order, one team each; the bodies differ in length.
@@ -45,7 +43,7 @@ void for_each_index(const Exec& exec, const char* label, Offset count, const Bod
 
 /// Calls body(i) for the indices of [begin, end), shared by the threads of a team.
 template <class TeamMember, class Body>
-KOKKOS_INLINE_FUNCTION void team_range(const TeamMember& team, Offset begin, Offset end, const Body& body) {
+void team_range(const TeamMember& team, Offset begin, Offset end, const Body& body) {
   Kokkos::parallel_for(Kokkos::TeamThreadRange(team, begin, end), body);
 }
 

@@ -44,16 +44,46 @@ template <class Real>
 struct WideTrait<std::complex<Real>> {
   using type = std::complex<double>;
 };
-template <class Real>
-struct WideTrait<Kokkos::complex<Real>> {
-  using type = Kokkos::complex<double>;
-};
 /// The same kind of number, real or complex, in double precision: what sums are taken in.
 template <class Scalar>
 using Wide = typename WideTrait<Scalar>::type;
 
-KOKKOS_INLINE_FUNCTION double magnitude(double value) { return std::abs(value); }
-KOKKOS_INLINE_FUNCTION double magnitude(float value) { return std::abs(static_cast<double>(value)); }
+/// A number in double precision, as code for any execution space can reckon with it, and back. The parts of a
+/// std::complex are read as the array that it is by definition: its functions are for the host only.
+template <class Real>
+KOKKOS_INLINE_FUNCTION std::enable_if_t<std::is_floating_point_v<Real>, double> widened(Real value) {
+  return value;
+}
+template <class Real>
+KOKKOS_INLINE_FUNCTION Kokkos::complex<double> widened(const std::complex<Real>& value) {
+  const Real* parts = reinterpret_cast<const Real*>(&value);
+  return {parts[0], parts[1]};
+}
+template <class Real>
+KOKKOS_INLINE_FUNCTION Kokkos::complex<double> widened(const Kokkos::complex<Real>& value) {
+  return {value.real(), value.imag()};
+}
+template <class Real>
+KOKKOS_INLINE_FUNCTION void narrow(double value, Real& to) {
+  to = static_cast<Real>(value);
+}
+template <class Real>
+KOKKOS_INLINE_FUNCTION void narrow(const Kokkos::complex<double>& value, std::complex<Real>& to) {
+  Real* parts = reinterpret_cast<Real*>(&to);
+  parts[0] = static_cast<Real>(value.real());
+  parts[1] = static_cast<Real>(value.imag());
+}
+template <class Real>
+KOKKOS_INLINE_FUNCTION void narrow(const Kokkos::complex<double>& value, Kokkos::complex<Real>& to) {
+  to = Kokkos::complex<Real>(static_cast<Real>(value.real()), static_cast<Real>(value.imag()));
+}
+
+KOKKOS_INLINE_FUNCTION double magnitude(double value) {
+  return std::abs(value);
+}
+KOKKOS_INLINE_FUNCTION double magnitude(float value) {
+  return std::abs(static_cast<double>(value));
+}
 template <class Real>
 double magnitude(const std::complex<Real>& value) {
   return std::abs(value);

@@ -168,6 +168,7 @@ class AccuracyLadder : public Factorization<Value> {
   const Pattern& pattern() const { return *pattern_; }
   const Exec& exec() const { return exec_; }
   const FactorStatus& status() const { return status_; }
+  const RefinementVectors<Value>& vectors() const { return at_; }
 
  private:
   // What is in the right-hand sides stays.

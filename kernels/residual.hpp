@@ -27,31 +27,30 @@ struct RowAccess {
 /// Where `size_of_row` is not null, size_of_row[i] = (|A| |x| + |b|)_i, or 1 where that is no divisor (zero,
 /// subnormal, infinite).
 template <class Exec, class Scalar>
-void residual(const Exec& exec, Vertex n, const RowAccess<Scalar>& a, const Scalar* b, const Scalar* x, Scalar* r,
-              double* worst, double* size_of_row = nullptr) {
+void residual(const Exec& exec, Vertex n, const RowAccess<Scalar>& a, const Scalar* b, const Scalar* x,
+              Scalar* r, double* worst, double* size_of_row = nullptr) {
+  using Limits = std::numeric_limits<RealOf<Scalar>>;
+  const double smallest = Limits::min(), largest = Limits::max(), infinity = Limits::infinity();
+  const double beyond = std::numeric_limits<double>::max();
   Kokkos::parallel_reduce(
       "mfs::residual", Kokkos::RangePolicy<Exec, Kokkos::IndexType<Offset>>(exec, 0, n),
       KOKKOS_LAMBDA(Offset i, double& most) {
-        Wide<Scalar> sum = b ? Wide<Scalar>(b[i]) : Wide<Scalar>(0);
+        using Sum = decltype(widened(x[i]));
+        Sum sum = b ? widened(b[i]) : Sum(0);
         double size = magnitude(sum);
         for (Offset k = a.offsets[i]; k < a.offsets[i + 1]; ++k) {
-          const Wide<Scalar> product =
-              Wide<Scalar>(a.values[a.slots ? a.slots[k] : k]) * Wide<Scalar>(x[a.columns[k]]);
+          const auto product = widened(a.values[a.slots ? a.slots[k] : k]) * widened(x[a.columns[k]]);
           sum -= product;
           size += magnitude(product);
         }
-        r[i] = static_cast<Scalar>(sum);
-        if (size_of_row) {
-          using Limits = std::numeric_limits<RealOf<Scalar>>;
-          size_of_row[i] = size >= Limits::min() && size <= Limits::max() ? size : 1;
-        }
+        narrow(sum, r[i]);
+        if (size_of_row) size_of_row[i] = size >= smallest && size <= largest ? size : 1;
         const double error = magnitude(sum);
         // A size beyond the range would make any residual look small: it counts as infinite, too.
-        constexpr double kInfinity = std::numeric_limits<double>::infinity();
-        const bool measured = size <= std::numeric_limits<double>::max();
-        const double ratio = error == 0 ? 0 : measured ? error / size : kInfinity;
+        const bool measured = size <= beyond;
+        const double ratio = error == 0 ? 0 : measured ? error / size : infinity;
         // NaN compares false: written so that it counts as infinite.
-        if (!(ratio <= most)) most = ratio <= 1e300 ? ratio : kInfinity;
+        if (!(ratio <= most)) most = ratio <= 1e300 ? ratio : infinity;
       },
       maximum_at<Exec>(worst));
 }

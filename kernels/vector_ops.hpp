@@ -26,7 +26,7 @@ void copy_vector(const Exec& exec, Vertex n, const Scalar* from, Scalar* to) {
 
 /// to += factor * from
 template <class Exec, class Scalar>
-void add_vector(const Exec& exec, Vertex n, Scalar factor, const Scalar* from, Scalar* to) {
+void add_vector(const Exec& exec, Offset n, Scalar factor, const Scalar* from, Scalar* to) {
   for_each_index(
       exec, "mfs::add", n, KOKKOS_LAMBDA(Offset i) { to[i] += factor * from[i]; });
 }
@@ -49,16 +49,26 @@ void weigh_vector(const Exec& exec, Vertex n, const double* weight, bool divide,
       });
 }
 
+/// conj(a) b in the precision of a and b, as a complex number.
+template <class Real>
+KOKKOS_INLINE_FUNCTION std::enable_if_t<std::is_floating_point_v<Real>, Kokkos::complex<double>>
+conjugate_product(Real a, Real b) {
+  return {a * b, 0};
+}
+template <class Real>
+KOKKOS_INLINE_FUNCTION Kokkos::complex<double> conjugate_product(const std::complex<Real>& a,
+                                                                 const std::complex<Real>& b) {
+  const Real *x = reinterpret_cast<const Real*>(&a), *y = reinterpret_cast<const Real*>(&b);
+  return {x[0] * y[0] + x[1] * y[1], x[0] * y[1] - x[1] * y[0]};
+}
+
 /// a^H b, summed in double precision.
 template <class Exec, class Scalar>
 Scalar dot_product(const Exec& exec, Vertex n, const Scalar* a, const Scalar* b) {
   Kokkos::complex<double> sum(0);
   Kokkos::parallel_reduce(
       "mfs::dot", Kokkos::RangePolicy<Exec, Kokkos::IndexType<Offset>>(exec, 0, n),
-      KOKKOS_LAMBDA(Offset i, Kokkos::complex<double> & part) {
-        const std::complex<double> product(conjugated(a[i]) * b[i]);
-        part += Kokkos::complex<double>(product.real(), product.imag());
-      },
+      KOKKOS_LAMBDA(Offset i, Kokkos::complex<double> & part) { part += conjugate_product(a[i], b[i]); },
       sum);
   return from_parts<Scalar>(sum.real(), sum.imag());
 }

@@ -8,15 +8,13 @@
 #include <optional>
 #include <string>
 
-#ifdef MFS_CUDA
-#include "kernels/cuda/cuda_factorization.hpp"
-#endif
 #include "kernels/engine.hpp"
 #include "kernels/factorization.hpp"
 #include "ordering/matrix_check.hpp"
 #include "ordering/merge_fronts.hpp"
 #include "ordering/stopwatch.hpp"
 #include "solver/analysis.hpp"
+#include "solver/backend.hpp"
 #include "solver/failing_system.hpp"
 #include "solver/memory_limit.hpp"
 
@@ -55,13 +53,7 @@ void check_options(const Options& options) {
   if (options.factor.max_reanalyses < 0) refuse("max_reanalyses", "must not be negative");
   if (!(options.solve.tolerance >= 0)) refuse("tolerance", "must not be negative");
   if (options.solve.max_refinement_steps < 0) refuse("max_refinement_steps", "must not be negative");
-#ifdef MFS_CUDA
-  if (options.backend == Backend::cuda && !cuda::device_found())
-    throw BackendError("CUDA", 0, "no CUDA device was found");
-#else
-  if (options.backend == Backend::cuda)
-    throw BackendError("CUDA", 0, "this build of MFS has no CUDA backend");
-#endif
+  check_backend(options.backend);
 }
 
 // Memory that is not there comes out as one of our errors, be it missed for the text of another one.
@@ -284,27 +276,10 @@ class BasicSolver<Scalar>::Impl {
   }
 
   void make_numeric() {
-    const Offset bytes = factor_bytes(*analysis_->plan).total();
-    const std::size_t available = available_host_memory();
-    if (static_cast<std::size_t>(bytes) > available) {
-      throw OutOfMemory(MemorySpace::host, static_cast<std::size_t>(bytes), available);
-    }
-    // Below about a millisecond of work, waking other threads costs more than they save.
-    constexpr double kSerialFlops = 2e7;
-    const double flops = report_.flops.total();
-    const HostSpace space =
-        options_.backend == Backend::serial || flops < kSerialFlops ? HostSpace::serial : HostSpace::openmp;
     std::unique_ptr<Factorization<Scalar>> made;
     run("factor", [&] {
-#ifdef MFS_CUDA
-      if constexpr (std::is_same_v<Scalar, double>) {
-      if (options_.backend == Backend::cuda) {
-        Engine::use_cuda();
-        made = cuda::make_cuda_factorization<Scalar>(report_.single_precision, analysis_->plan, analysis_->pattern);
-      } } if (!made)
-#endif
-      made = make_factorization<Scalar>(space, report_.single_precision, analysis_->plan, analysis_->pattern,
-                                        threads_);
+      made = make_numeric_factorization<Scalar>(options_.backend, report_.single_precision, analysis_->plan,
+                                                analysis_->pattern, threads_);
       std::copy(analysis_->matched.row_scale.begin(), analysis_->matched.row_scale.end(), made->row_scale());
       std::copy(analysis_->matched.column_scale.begin(), analysis_->matched.column_scale.end(),
                 made->column_scale());
@@ -382,15 +357,17 @@ class BasicSolver<Scalar>::Impl {
   // changes nothing, or costs more operations than allowed or more memory than there is.
   bool merge_failed_fronts(double allowed_flops) {
     std::shared_ptr<const SymbolicPlan> plan;
+    std::size_t available = 0;
     run("symbolic", [&] {
       const SeparatorTree tree =
           merge_into_parents(*analysis_->plan, numeric_->failed_fronts(*analysis_->plan));
       plan = std::make_shared<SymbolicPlan>(make_symbolic_plan(
           *analysis_->pattern, analysis_->matched.row_order, tree, options_.analysis.max_block_size));
+      available = available_memory(options_.backend);
     });
     const double flops = plan->flops.getrf + plan->flops.trsm + plan->flops.gemm;
     if (plan->num_fronts == analysis_->plan->num_fronts || flops > allowed_flops) return false;
-    if (static_cast<std::size_t>(factor_bytes(*plan).total()) > available_host_memory()) return false;
+    if (static_cast<std::size_t>(factor_bytes(*plan).total()) > available) return false;
     analysis_->plan = std::move(plan);
     ++report_.reanalyses;
     return true;

@@ -6,9 +6,7 @@
 #include <Kokkos_Core.hpp>
 
 #include "kernels/blas.hpp"
-#ifdef MFS_CUDA
 #include "kernels/cuda/cuda_factorization.hpp"
-#endif
 
 namespace mfs {
 
@@ -25,9 +23,7 @@ const char* version() {
 }
 
 std::vector<Backend> backends() {
-#ifdef MFS_CUDA
   if (cuda::device_found()) return {Backend::serial, Backend::openmp, Backend::cuda};
-#endif
   return {Backend::serial, Backend::openmp};
 }
 

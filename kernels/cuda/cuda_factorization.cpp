@@ -1,17 +1,61 @@
-#include "kernels/cuda/cuda_factorization_def.hpp"
+#include "kernels/cuda/cuda_factorization.hpp"
+
+#include <mfs/error.hpp>
+
+#include "kernels/cuda/device.hpp"
+#include "kernels/cuda/factors.hpp"
+#include "kernels/engine.hpp"
 
 namespace mfs::cuda {
+
+namespace {
+
+// Before anything is taken. What the host would take is less than what the device needs: the plan's copy and
+// its lists come on top, and are missed by the arenas themselves.
+void check_device_memory(const SymbolicPlan& plan, Offset scalar_bytes, Offset value_bytes) {
+  const auto needed = static_cast<std::size_t>(numeric_bytes(plan, scalar_bytes, value_bytes).total());
+  const std::size_t available = available_device_memory();
+  if (needed > available) throw OutOfMemory(MemorySpace::device, needed, available);
+}
+
+template <class Value, class Scalar>
+std::unique_ptr<Factorization<Value>> make(std::shared_ptr<const SymbolicPlan> plan,
+                                           std::shared_ptr<const Pattern> pattern) {
+  Engine::use_cuda();
+  check_device_memory(*plan, sizeof(Scalar), sizeof(Value));
+  return make_factors<Value, Scalar>(std::move(plan), std::move(pattern));
+}
+
+}  // namespace
+
+bool device_found() {
+  int count = 0;
+  const bool found = cudaGetDeviceCount(&count) == cudaSuccess && count > 0;
+  if (!found) cudaGetLastError();
+  return found;
+}
+void require_device() {
+  if (!device_found()) throw BackendError("CUDA", 0, "no CUDA device was found");
+}
+
+std::size_t available_device_memory() {
+  return static_cast<std::size_t>(free_memory());
+}
 
 template <class Value>
 std::unique_ptr<Factorization<Value>> make_cuda_factorization(bool single_precision,
                                                               std::shared_ptr<const SymbolicPlan> plan,
                                                               std::shared_ptr<const Pattern> pattern) {
-  (void)single_precision;
-  return std::make_unique<CudaFactorization<Value, Value>>(std::move(plan), std::move(pattern));
+  if (single_precision) return make<Value, Narrow<Value>>(std::move(plan), std::move(pattern));
+  return make<Value, Value>(std::move(plan), std::move(pattern));
 }
 
-template class DeviceStages<double, double>;
-template std::unique_ptr<Factorization<double>> make_cuda_factorization<double>(bool, std::shared_ptr<const SymbolicPlan>,
-                                                                                std::shared_ptr<const Pattern>);
+#define MFS_INSTANTIATE(Value)                                                   \
+  template std::unique_ptr<Factorization<Value>> make_cuda_factorization<Value>( \
+      bool, std::shared_ptr<const SymbolicPlan>, std::shared_ptr<const Pattern>);
+MFS_INSTANTIATE(float)
+MFS_INSTANTIATE(double)
+MFS_INSTANTIATE(std::complex<float>)
+MFS_INSTANTIATE(std::complex<double>)
 
 }  // namespace mfs::cuda

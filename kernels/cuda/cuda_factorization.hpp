@@ -1,5 +1,6 @@
-// The factorization on a CUDA device. A first factorization launches its stages one by one; further ones replay
-// them from a graph. The host waits once per factorization, for the status.
+// The factorization on a CUDA device. A first factorization launches its stages one by one; further ones
+// replay them from a graph. The host waits once per factorization, for the status. Nothing here names CUDA
+// itself: in a build without it, kernels/no_cuda.cpp stands in.
 #pragma once
 
 #include <memory>
@@ -8,8 +9,11 @@
 
 namespace mfs::cuda {
 
-/// Whether this process can use a device.
 bool device_found();
+/// Throws BackendError where this build has no CUDA backend, or this process no device.
+void require_device();
+/// Bytes free on the device; inside Engine::run.
+std::size_t available_device_memory();
 
 /// As make_factorization; throws OutOfMemory(device) and BackendError as well.
 template <class Value>

@@ -12,13 +12,6 @@ void check(cudaError_t code, const char* what) {
 
 void check_launch(const char* what) { check(cudaPeekAtLastError(), what); }
 
-bool device_found() {
-  int count = 0;
-  const bool found = cudaGetDeviceCount(&count) == cudaSuccess && count > 0;
-  if (!found) cudaGetLastError();
-  return found;
-}
-
 Offset free_memory() {
   std::size_t free = 0, total = 0;
   check(cudaMemGetInfo(&free, &total), "cudaMemGetInfo");
@@ -42,7 +35,7 @@ DeviceArena::DeviceArena(Offset bytes) : bytes_(bytes) {
 }
 DeviceArena::~DeviceArena() { cudaFree(data_); }
 
-PinnedArena::PinnedArena(Offset bytes) {
+PinnedArena::PinnedArena(Offset bytes) : bytes_(bytes) {
   const cudaError_t code = cudaMallocHost(&data_, static_cast<std::size_t>(bytes));
   if (code == cudaErrorMemoryAllocation) {
     cudaGetLastError();

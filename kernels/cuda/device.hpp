@@ -1,5 +1,5 @@
-// The one seam to the CUDA runtime: memory, copies, graphs, and what an error of any of them becomes. No other
-// host code names one of its functions.
+// The one seam to the CUDA runtime: memory, copies, graphs, and what an error of any of them becomes. No
+// other host code names one of its functions.
 #pragma once
 
 #include <cuda_runtime.h>
@@ -15,8 +15,6 @@ void check(cudaError_t code, const char* what);
 /// The same for the launch before it.
 void check_launch(const char* what);
 
-/// Whether this process can use a device.
-bool device_found();
 /// Bytes free on the current device.
 Offset free_memory();
 void set_shared_memory(const void* kernel, std::size_t bytes);
@@ -52,8 +50,10 @@ class PinnedArena {
   T* at(Offset offset) const {
     return reinterpret_cast<T*>(static_cast<char*>(data_) + offset);
   }
+  Offset bytes() const { return bytes_; }
 
  private:
+  Offset bytes_;
   void* data_ = nullptr;
 };
 

@@ -1,0 +1,16 @@
+// The door between what chooses a pair of scalars and the files that compile the device code for it, one pair
+// each: factors_<scalars>.cpp.
+#pragma once
+
+#include <memory>
+
+#include "kernels/factorization.hpp"
+
+namespace mfs::cuda {
+
+/// Factors of Scalar, on the device, for matrices and vectors of Value. Throws OutOfMemory, BackendError.
+template <class Value, class Scalar>
+std::unique_ptr<Factorization<Value>> make_factors(std::shared_ptr<const SymbolicPlan> plan,
+                                                   std::shared_ptr<const Pattern> pattern);
+
+}  // namespace mfs::cuda

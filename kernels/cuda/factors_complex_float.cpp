@@ -1,0 +1,9 @@
+#include "kernels/cuda/cuda_factorization_def.hpp"
+
+namespace mfs::cuda {
+
+template std::unique_ptr<Factorization<std::complex<float>>>
+    make_factors<std::complex<float>, std::complex<float>>(std::shared_ptr<const SymbolicPlan>,
+                                                           std::shared_ptr<const Pattern>);
+
+}  // namespace mfs::cuda

@@ -1,0 +1,9 @@
+#include "kernels/cuda/cuda_factorization_def.hpp"
+
+namespace mfs::cuda {
+
+template std::unique_ptr<Factorization<std::complex<double>>>
+    make_factors<std::complex<double>, std::complex<float>>(std::shared_ptr<const SymbolicPlan>,
+                                                            std::shared_ptr<const Pattern>);
+
+}  // namespace mfs::cuda

@@ -1,0 +1,8 @@
+#include "kernels/cuda/cuda_factorization_def.hpp"
+
+namespace mfs::cuda {
+
+template std::unique_ptr<Factorization<float>> make_factors<float, float>(std::shared_ptr<const SymbolicPlan>,
+                                                                          std::shared_ptr<const Pattern>);
+
+}  // namespace mfs::cuda

@@ -1,0 +1,33 @@
+// In place of kernels/cuda where MFS is built without it.
+#include <mfs/error.hpp>
+
+#include "kernels/cuda/cuda_factorization.hpp"
+
+namespace mfs::cuda {
+
+bool device_found() {
+  return false;
+}
+void require_device() {
+  throw BackendError("CUDA", 0, "this build of MFS has no CUDA backend");
+}
+std::size_t available_device_memory() {
+  return 0;
+}
+
+template <class Value>
+std::unique_ptr<Factorization<Value>> make_cuda_factorization(bool, std::shared_ptr<const SymbolicPlan>,
+                                                              std::shared_ptr<const Pattern>) {
+  require_device();
+  return nullptr;
+}
+
+#define MFS_INSTANTIATE(Value)                                                   \
+  template std::unique_ptr<Factorization<Value>> make_cuda_factorization<Value>( \
+      bool, std::shared_ptr<const SymbolicPlan>, std::shared_ptr<const Pattern>);
+MFS_INSTANTIATE(float)
+MFS_INSTANTIATE(double)
+MFS_INSTANTIATE(std::complex<float>)
+MFS_INSTANTIATE(std::complex<double>)
+
+}  // namespace mfs::cuda

@@ -1,0 +1,26 @@
+// Which factorization a backend means, whether it is there, and whether it has room.
+#pragma once
+
+#include <memory>
+
+#include <mfs/options.hpp>
+
+#include "kernels/factorization.hpp"
+
+namespace mfs {
+
+/// Throws BackendError where this build or this machine lacks it.
+void check_backend(Backend backend);
+
+/// Bytes left where the factors lie; inside Engine::run.
+std::size_t available_memory(Backend backend);
+
+/// The factorization that `backend` means. Throws OutOfMemory before it takes what is not there. Inside
+/// Engine::run, with `threads` the number given there.
+template <class Scalar>
+std::unique_ptr<Factorization<Scalar>> make_numeric_factorization(Backend backend, bool single_precision,
+                                                                  std::shared_ptr<const SymbolicPlan> plan,
+                                                                  std::shared_ptr<const Pattern> pattern,
+                                                                  int threads);
+
+}  // namespace mfs

@@ -65,6 +65,43 @@ TEST(PlotDepths, Plot) {
   EXPECT_EQ(text_of(png).substr(1, 3), "PNG");
 }
 
+TEST(DeviceTable, RowsOfSolversRatioAndFailure) {
+  const TemporaryFolder folder;
+  const std::string solved =
+      R"("status": "solved", "reorder_s": 1, "symbolic_s": 0.5, "first_factor_s": 2, "refactor_s": 0.5, )"
+      R"("refactor_median_s": 0.6, "flops": 5e12, "solve_1_s": 0.01, "solve_16_s": 0.02, "backward_error_1": 1e-15, )"
+      R"("backward_error_16": 2e-14, "refinement_steps": 1, "factor_entries": 1e9, "device_bytes": 9e9, )"
+      R"("bitwise_equal": true})";
+  const ProgramRun run =
+      shell(kScripts + "device_table " +
+            folder.write(
+                "device.jsonl",
+                R"({"case": "a:1", "solver": "mfs", )" + solved + "\n" +
+                    R"({"case": "a:1", "solver": "cudss", "status": "failed", "message": "no device"})"
+                    "\n"
+                    R"({"case": "a:1", "ratio": "mfs/cudss", "analysis_s": 0.9, "first_factor_s": 0.8, )"
+                    R"("refactor_s": 0.5, "refactor_median_s": 0.51, "solve_1_s": 0.6, "solve_16_s": 0.7, )"
+                    R"("factor_entries": 0.95, "device_bytes": 1.1, "device_bytes_per_factor_byte": 1.125})"
+                    "\n"));
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(
+      run.out,
+      HasSubstr("\n| a:1 | mfs | 1.00 + 0.50 | 2.000 | 500.00 (600.00) | 10.0 | 10.00 | 20.00 | 2.0e-14 "
+                "| 1 | 1.00e+09 | 9.00 | yes |\n"));
+  EXPECT_THAT(run.out, HasSubstr("\n| a:1 | cudss | no device |"));
+  EXPECT_THAT(run.out, HasSubstr("\n| a:1 | ratio | 0.90 | 0.80 | 0.50 (0.51) |  | 0.60 | 0.70 |"));
+}
+
+// The keys that the table needs are those that perf_device writes.
+TEST(DeviceTable, OfARun) {
+  const TemporaryFolder folder;
+  const ProgramRun run =
+      shell(MFS_BUILD "/bin/perf_device --backend openmp --repeat 1 poisson2d:8 >" + folder.path("lines") +
+            " && " + kScripts + "device_table " + folder.path("lines"));
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("| poisson2d:8 | mfs |"));
+}
+
 TEST(PackDevice, AFolderThatRunsByItself) {
   const TemporaryFolder folder;
   const std::string packed = folder.path("device");

@@ -191,6 +191,7 @@ void DeviceStages<S, V>::factor(double tolerance, const Mark& mark) {
   for (const DepthLaunches& depth : lists_.depths) {
     next(Kernel::small_fronts);
     launch_small_fronts(depth.small);
+    if (mark) join_small_fronts(depth.small);  // else their time would show as that of what they run beside
     next(Kernel::assemble);
     if (depth.assemble.count() > 0) {
       assemble_fronts<<<static_cast<unsigned>(depth.assemble.count()), kAssembleThreads, 0, stream_.get()>>>(

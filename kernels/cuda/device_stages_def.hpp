@@ -110,6 +110,9 @@ DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& patter
   stream_.clear(store_.strict, plan.num_fronts * static_cast<Offset>(sizeof(int)));
   stream_.synchronize();  // what was copied from may go
   set_shared_memory(reinterpret_cast<const void*>(&factor_small_fronts<256, 2, S, V>), small_front_bytes<S>(kSmallRows<S>));
+  constexpr std::size_t kUnasked = 48 * 1024, kMiddle = small_front_bytes<S>(64);  // what needs no attribute
+  if constexpr (kMiddle > kUnasked)
+    set_shared_memory(reinterpret_cast<const void*>(&factor_small_fronts<128, 4, S, V>), kMiddle);
   set_shared_memory(reinterpret_cast<const void*>(&factor_diagonal_tiles<S, V>), block_lu_bytes<S>());
   set_shared_memory(reinterpret_cast<const void*>(&solve_strips<S, V>), strip_bytes<S>());
   set_shared_memory(reinterpret_cast<const void*>(&subtract_products<NarrowShape, S, V>), NarrowShape::bytes<S>());

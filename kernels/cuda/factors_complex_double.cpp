@@ -2,6 +2,7 @@
 
 namespace mfs::cuda {
 
+template class DeviceStages<Kokkos::complex<double>, Kokkos::complex<double>>;  // tested by itself
 template std::unique_ptr<Factorization<std::complex<double>>>
     make_factors<std::complex<double>, std::complex<double>>(std::shared_ptr<const SymbolicPlan>,
                                                              std::shared_ptr<const Pattern>);

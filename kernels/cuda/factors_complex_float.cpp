@@ -2,6 +2,7 @@
 
 namespace mfs::cuda {
 
+template class DeviceStages<Kokkos::complex<float>, Kokkos::complex<float>>;  // tested by itself
 template std::unique_ptr<Factorization<std::complex<float>>>
     make_factors<std::complex<float>, std::complex<float>>(std::shared_ptr<const SymbolicPlan>,
                                                            std::shared_ptr<const Pattern>);

@@ -2,6 +2,7 @@
 
 namespace mfs::cuda {
 
+template class DeviceStages<float, float>;  // tested by itself
 template std::unique_ptr<Factorization<float>> make_factors<float, float>(std::shared_ptr<const SymbolicPlan>,
                                                                           std::shared_ptr<const Pattern>);
 

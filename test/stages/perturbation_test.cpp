@@ -2,24 +2,19 @@
 // matrix with the noted shifts added (rule in kernels/panel_lu.hpp).
 #include <string>
 
+#include "test/stages/factored_fronts.hpp"
 #include "test/stages/reference_stages.hpp"
+#include "test/stages/weak_pivots.hpp"
 
 namespace mfs::test {
 namespace {
 
 constexpr double kBound = 0x1p-26, kTiny = 0x1p-47, kLargest = 4;
 
-/// Fronts, exchanges and shifts after a whole factorization.
-struct Factored {
-  std::vector<FrontBlocks<double>> fronts;
-  std::vector<std::vector<Vertex>> row_at;
-  std::vector<std::vector<double>> shift;
-  FactorStatus status{};
-};
-
 template <class Exec>
-Factored factored(const StageProblem<double>& problem, Path path, int threads, const PivotRule& rule) {
-  Factored result;
+FactoredFronts<double> factored(const StageProblem<double>& problem, Path path, int threads,
+                                const PivotRule& rule) {
+  FactoredFronts<double> result;
   in_engine(threads, [&] {
     StageBench<Exec, double> bench(problem);
     const SymbolicPlan& plan = *problem.plan;
@@ -34,97 +29,6 @@ Factored factored(const StageProblem<double>& problem, Path path, int threads, c
     result.status = bench.status();
   });
   return result;
-}
-
-std::vector<double> all_shifts(const Factored& result) {
-  std::vector<double> shifts;
-  for (const auto& front : result.shift) shifts.insert(shifts.end(), front.begin(), front.end());
-  return shifts;
-}
-
-/// A problem of one front of `pivots` and a root that its border lies in, with the entries given by position.
-StageProblem<double> two_fronts(Vertex pivots, Vertex border, const std::vector<Entry>& entries,
-                                Vertex max_block_size) {
-  SeparatorTree tree;
-  for (Vertex p = 0; p < pivots + border; ++p) tree.order.push_back(p);
-  tree.node_begin = {0, pivots};
-  tree.parent = {-1};
-  if (border > 0) {
-    tree.node_begin.push_back(pivots + border);
-    tree.parent = {1, -1};
-  }
-  return matrix_problem(from_entries_summed(pivots + border, entries), tree, max_block_size);
-}
-
-/// Sum over all fronts of (rows exchanged back) [L_P; L] [U_P U], by position: what the factors multiply out
-/// to, and the same of absolute values: what rounding is measured by.
-struct Product {
-  std::vector<std::vector<double>> value, size;
-};
-
-Product multiplied_out(const SymbolicPlan& plan, const Factored& result) {
-  Product product;
-  product.value.assign(plan.n, std::vector<double>(plan.n, 0.0));
-  product.size = product.value;
-  for (Vertex f = 0; f < plan.num_fronts; ++f) {
-    const Vertex p = plan.pivots(f), rows = p + plan.border_rows(f), first = plan.pivot_begin[f];
-    const auto position = [&](Vertex i) {
-      return i < p ? first + i : plan.border[plan.border_begin[f] + i - p];
-    };
-    const auto& lower = result.fronts[f].lower;
-    const auto& upper = result.fronts[f].upper;
-    for (Vertex i = 0; i < rows; ++i) {
-      const Vertex row = i < p ? first + result.row_at[f][i] : position(i);
-      for (Vertex j = 0; j < rows; ++j) {
-        for (Vertex k = 0; k < std::min({p, i + 1, j + 1}); ++k) {
-          const double l = i == k ? 1.0 : lower[i + static_cast<Offset>(k) * rows];
-          const double u =
-              j < p ? lower[k + static_cast<Offset>(j) * rows] : upper[k + static_cast<Offset>(j - p) * p];
-          product.value[row][position(j)] += l * u;
-          product.size[row][position(j)] += std::abs(l * u);
-        }
-      }
-    }
-  }
-  return product;
-}
-
-/// The scaled matrix by position, with the shifts added.
-std::vector<std::vector<double>> shifted_matrix(const StageProblem<double>& problem, const Factored& result) {
-  const SymbolicPlan& plan = *problem.plan;
-  const std::vector<Vertex> row_position = inverse(plan.row_of), column_position = inverse(plan.column_of);
-  std::vector<std::vector<double>> a(plan.n, std::vector<double>(plan.n, 0.0));
-  for (Vertex row = 0; row < plan.n; ++row) {
-    for (Offset k = problem.pattern->offsets[row]; k < problem.pattern->offsets[row + 1]; ++k) {
-      const Vertex column = problem.pattern->columns[k];
-      a[row_position[row]][column_position[column]] +=
-          problem.values[k] * (problem.row_scale[row] * problem.column_scale[column]);
-    }
-  }
-  for (Vertex f = 0; f < plan.num_fronts; ++f) {
-    for (Vertex i = 0; i < plan.pivots(f); ++i) {
-      a[plan.pivot_begin[f] + result.row_at[f][i]][plan.pivot_begin[f] + i] += result.shift[f][i];
-    }
-  }
-  return a;
-}
-
-void expect_exact_factors(const StageProblem<double>& problem, const Factored& result) {
-  const Product product = multiplied_out(*problem.plan, result);
-  const auto expected = shifted_matrix(problem, result);
-  double worst = 0;
-  for (Vertex i = 0; i < problem.plan->n; ++i) {
-    for (Vertex j = 0; j < problem.plan->n; ++j) {
-      const double off = std::abs(product.value[i][j] - expected[i][j]);
-      const double size = product.size[i][j] + std::abs(expected[i][j]);
-      if (!(off <= worst * size)) worst = std::isfinite(off) ? off / size : HUGE_VAL;
-    }
-  }
-  EXPECT_LT(worst, 1e-14 * std::sqrt(static_cast<double>(problem.plan->n)));
-  Vertex shifted = 0;
-  for (const double shift : all_shifts(result)) shifted += shift != 0;
-  EXPECT_EQ(result.status.perturbed, static_cast<unsigned long long>(shifted));
-  EXPECT_EQ(result.status.nonfinite, 0u);
 }
 
 template <class Tested>
@@ -152,7 +56,7 @@ class PerturbationTest : public testing::Test {
         SCOPED_TRACE("pivot " + std::to_string(lone.pivot) + ", border " + std::to_string(lone.border));
         const StageProblem<double> problem =
             two_fronts(1, 1, {{0, 0, lone.pivot}, {1, 0, lone.border}, {0, 1, 0.0}, {1, 1, 1.0}}, 64);
-        const Factored result =
+        const FactoredFronts<double> result =
             factored<typename Tested::Exec>(problem, path, threads, {kBound, kTiny, kLargest});
         EXPECT_EQ(result.shift[0][0], lone.shift);
         EXPECT_EQ(result.status.perturbed, lone.shift == 0 ? 0u : 1u);
@@ -208,7 +112,7 @@ TYPED_TEST(PerturbationTest, BorderIsSeenAfterTheColumnsBefore) {
                                                      {0, 2, 0.25},
                                                      {2, 2, 1.0}},
                                                     block_size);
-    const Factored result =
+    const FactoredFronts<double> result =
         factored<typename TypeParam::Exec>(problem, path, threads, {kBound, kTiny, kLargest});
     expect_exact_factors(problem, result);
     EXPECT_EQ(result.shift[0][0], 0.0);
@@ -228,24 +132,14 @@ TYPED_TEST(PerturbationTest, ZeroPivotBlocks) {
   std::vector<StageProblem<double>> problems;
   for (const Vertex p : {1, 2, 33, 150}) {
     for (const Vertex b : {0, 1, 70}) {
-      Random random(static_cast<std::uint64_t>(100 * p + b));
-      std::vector<Entry> entries;
-      for (Vertex i = 0; i < p; ++i) {
-        for (Vertex j = 0; j < p; ++j) entries.push_back({i, j, 0.0});
-        for (Vertex j = p; j < p + b; ++j) {
-          entries.push_back({i, j, random.entry()});
-          entries.push_back({j, i, random.entry()});
-        }
-      }
-      for (Vertex j = p; j < p + b; ++j) entries.push_back({j, j, 1.0});
-      for (const Vertex block_size : {1, 32, 1024}) problems.push_back(two_fronts(p, b, entries, block_size));
+      for (const Vertex block_size : {1, 32, 1024}) problems.push_back(zero_pivot_block(p, b, block_size));
     }
   }
   this->for_each_way([&](Path path, int threads) {
     for (const StageProblem<double>& problem : problems) {
       const Vertex p = problem.plan->pivots(0);
       SCOPED_TRACE(std::to_string(p) + " pivots, border " + std::to_string(problem.plan->border_rows(0)));
-      const Factored result =
+      const FactoredFronts<double> result =
           factored<typename TypeParam::Exec>(problem, path, threads, {kBound, kTiny, kLargest});
       EXPECT_EQ(result.shift[0],
                 std::vector<double>(p, problem.plan->border_rows(0) > 0 ? kBound : kLargest));
@@ -258,29 +152,12 @@ TYPED_TEST(PerturbationTest, ZeroPivotBlocks) {
 TYPED_TEST(PerturbationTest, PivotBlocksOfLowRank) {
   for (const std::uint64_t seed : {1, 2, 3}) {
     SCOPED_TRACE("seed " + std::to_string(seed));
-    Random random(seed);
     const Vertex p = 140, rank = 100, b = 30;
-    std::vector<std::vector<double>> x(p, std::vector<double>(rank)), y = x;
-    for (auto* factor : {&x, &y}) {
-      for (auto& row : *factor) {
-        for (double& value : row) value = static_cast<double>(random.integer(-2, 3));
-      }
-    }
-    std::vector<Entry> entries;
-    for (Vertex i = 0; i < p; ++i) {
-      for (Vertex j = 0; j < p; ++j) {
-        double value = 0;
-        for (Vertex k = 0; k < rank; ++k) value += x[i][k] * y[j][k];
-        entries.push_back({i, j, value / 64});
-      }
-      for (Vertex j = p; j < p + b; ++j) entries.push_back({i, j, random.entry()});
-      for (Vertex j = p; j < p + b; ++j) entries.push_back({j, i, random.entry()});
-    }
-    for (Vertex j = p; j < p + b; ++j) entries.push_back({j, j, 1e9});  // far from singular whatever comes
     for (const Vertex block_size : {7, 64, 1024}) {
-      const StageProblem<double> problem = two_fronts(p, b, entries, block_size);
+      const StageProblem<double> problem = low_rank_pivot_block(seed, p, rank, b, block_size, 1e9);
       this->for_each_way([&](Path path, int threads) {
-        const Factored result = factored<typename TypeParam::Exec>(problem, path, threads, {1e-6, 1e-10});
+        const FactoredFronts<double> result =
+            factored<typename TypeParam::Exec>(problem, path, threads, {1e-6, 1e-10});
         EXPECT_EQ(result.status.perturbed, static_cast<unsigned long long>(p - rank));
         for (Vertex i = 0; i < p; ++i) EXPECT_EQ(result.shift[0][i] != 0, i >= rank) << i;
         expect_exact_factors(problem, result);
@@ -294,14 +171,7 @@ TYPED_TEST(PerturbationTest, TreesWithManySuspectPivots) {
   for (const std::uint64_t seed : {11, 12, 13}) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     StageProblem<double> problem = artificial_problem(mixed_tree(), {seed, 0.5, 32});
-    Random random(seed);
-    for (Vertex row = 0; row < problem.pattern->n; ++row) {
-      const double factor =
-          random.chance(0.15) ? std::ldexp(1.0, -static_cast<int>(random.integer(10, 40))) : 1.0;
-      for (Offset k = problem.pattern->offsets[row]; k < problem.pattern->offsets[row + 1]; ++k) {
-        problem.values[k] *= factor;
-      }
-    }
+    weaken_rows(problem, seed);
     const ReferenceStages<double> expected(problem, {kBound, kTiny, kLargest});
     unsigned long long perturbed = 0;
     for (const auto& front : expected.fronts) {
@@ -309,7 +179,7 @@ TYPED_TEST(PerturbationTest, TreesWithManySuspectPivots) {
     }
     EXPECT_GT(perturbed, 0u);
     this->for_each_way([&](Path path, int threads) {
-      const Factored result =
+      const FactoredFronts<double> result =
           factored<typename TypeParam::Exec>(problem, path, threads, {kBound, kTiny, kLargest});
       EXPECT_EQ(result.status.perturbed, perturbed);
       for (Vertex f = 0; f < problem.plan->num_fronts; ++f) {

@@ -12,9 +12,9 @@
 #include <gtest/gtest.h>
 
 #include "kernels/blas.hpp"
-#include "kernels/engine.hpp"
 #include "kernels/host_factorization.hpp"
-#include "test/stages/artificial_problem.hpp"
+#include "test/stages/front_blocks.hpp"
+#include "test/stages/in_engine.hpp"
 
 namespace mfs::test {
 
@@ -37,12 +37,6 @@ std::vector<int> thread_counts() {
   return Tested::kThorough ? std::vector<int>{1, 2, 3} : std::vector<int>{2};
 }
 
-/// Work that uses Kokkos, where it runs in MFS.
-template <class Work>
-void in_engine(int threads, const Work& work) {
-  Engine::instance().run(threads, [&work] { work(); });
-}
-
 /// Which fronts of a depth take the path of the large ones.
 enum class Path { small, large, mixed };
 
@@ -53,27 +47,6 @@ inline DepthSchedule forced_schedule(const SymbolicPlan& plan, Vertex step, Path
     (large ? schedule.large : schedule.small).push_back(f);
   }
   return schedule;
-}
-
-/// The blocks of a front in the layout of the plan.
-template <class Scalar>
-struct FrontBlocks {
-  std::vector<Scalar> lower, upper, contribution;
-};
-
-template <class Scalar>
-FrontBlocks<Scalar> blocks_of(const ReferenceFront<Scalar>& front) {
-  FrontBlocks<Scalar> blocks;
-  for (Vertex j = 0; j < front.rows(); ++j) {
-    for (Vertex i = 0; i < front.rows(); ++i) {
-      if (j < front.pivots) {
-        blocks.lower.push_back(front.at(i, j));
-      } else {
-        (i < front.pivots ? blocks.upper : blocks.contribution).push_back(front.at(i, j));
-      }
-    }
-  }
-  return blocks;
 }
 
 template <class Exec, class Scalar>
@@ -154,19 +127,5 @@ class StageBench {
   Exec exec_;
   blas::SequentialScope sequential_;
 };
-
-/// Largest difference relative to the largest entry of `expected`; infinity where lengths differ or one is
-/// NaN.
-template <class Scalar>
-double difference(const std::vector<Scalar>& actual, const std::vector<Scalar>& expected) {
-  double most = 0, size = 0;
-  if (actual.size() != expected.size()) return std::numeric_limits<double>::infinity();
-  for (std::size_t k = 0; k < actual.size(); ++k) {
-    const double off = std::abs(actual[k] - expected[k]);
-    if (!(off <= most)) most = std::isnan(off) ? std::numeric_limits<double>::infinity() : off;
-    size = std::max<double>(size, std::abs(expected[k]));
-  }
-  return most == 0 ? 0 : most / size;
-}
 
 }  // namespace mfs::test

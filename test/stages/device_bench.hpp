@@ -1,0 +1,148 @@
+// Runs whole factorizations and substitutions on the device as CudaFactorization does, and shows everything
+// that they left. Memory that the device must write itself holds NaN before.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "kernels/cuda/device.hpp"
+#include "kernels/cuda/device_stages.hpp"
+#include "kernels/cuda/tile_lu.hpp"
+#include "test/stages/factored_fronts.hpp"
+#include "test/stages/inverted_blocks.hpp"
+
+namespace mfs::test {
+
+/// How the stages get to the device.
+enum class Launches { direct, recorded };
+
+/// Of a solve, n x columns by position: between forward and backward, and at the end.
+template <class Scalar>
+struct Substitution {
+  std::vector<Scalar> y, x;
+};
+
+template <class Scalar>
+class DeviceBench {
+ public:
+  using S = cuda::DeviceScalar<Scalar>;
+
+  explicit DeviceBench(const StageProblem<Scalar>& problem)
+      : plan_(problem.plan), pattern_(problem.pattern), stages_(*plan_, *pattern_, stream_) {
+    put_values(problem.values);
+    put(stages_.row_scale(), problem.row_scale);
+    put(stages_.column_scale(), problem.column_scale);
+  }
+  void put_values(const std::vector<Scalar>& values) { put(stages_.matrix_values(), values); }
+
+  /// Factors until no front becomes strict, as often as passes() then says.
+  FactorStatus factor(double tolerance, Launches launches = Launches::direct) {
+    const auto& at = stages_.store().fronts;
+    stream_.fill(at.factor, kNan, plan_->factor_entries * size_of<S>());
+    stream_.fill(at.contribution, kNan, plan_->contribution_entries * size_of<S>());
+    stream_.fill(at.local_row, kNan, plan_->n * size_of<Vertex>());
+    stream_.fill(at.shift, kNan, plan_->n * size_of<S>());
+    if (launches == Launches::recorded) graph_.record(stream_, [&] { stages_.factor(tolerance); });
+    for (passes_ = 0;;) {
+      launches == Launches::recorded ? graph_.launch(stream_) : stages_.factor(tolerance);
+      ++passes_;
+      const cuda::DeviceStatus status = get(stages_.status(), 1)[0];
+      if (status.found_strict == 0 || passes_ > plan_->num_fronts) return status_ = status.pivots;
+    }
+  }
+  int passes() const { return passes_; }
+
+  /// The factors with their diagonal blocks as an LU has them.
+  FactoredFronts<Scalar> factored() const {
+    FactoredFronts<Scalar> result = as_left();
+    for (Vertex f = 0; f < plan_->num_fronts; ++f) {
+      const Vertex p = plan_->pivots(f);
+      invert_diagonal(result.fronts[f].lower, p, p + plan_->border_rows(f), cuda::kInverted);
+    }
+    return result;
+  }
+  /// As they lie in the memory of the device; contribution blocks hold what is left of them.
+  FactoredFronts<Scalar> as_left() const {
+    const auto& at = stages_.store().fronts;
+    const auto factor = get_as<Scalar>(at.factor, plan_->factor_entries);
+    const auto contribution = get_as<Scalar>(at.contribution, plan_->contribution_entries);
+    const auto local_row = get_as<Vertex>(at.local_row, plan_->n);
+    const auto shift = get_as<Scalar>(at.shift, plan_->n);
+    const auto part = [](const auto& from, Offset begin, Offset count) {
+      return std::decay_t<decltype(from)>(from.begin() + begin, from.begin() + begin + count);
+    };
+    FactoredFronts<Scalar> result;
+    for (Vertex f = 0; f < plan_->num_fronts; ++f) {
+      const Offset p = plan_->pivots(f), b = plan_->border_rows(f);
+      result.fronts.push_back({part(factor, plan_->lower_begin[f], p * (p + b)),
+                               part(factor, plan_->upper_begin[f], p * b),
+                               part(contribution, plan_->contribution_begin[f], b * b)});
+      result.row_at.push_back(part(local_row, plan_->pivot_begin[f], p));
+      result.shift.push_back(part(shift, plan_->pivot_begin[f], p));
+    }
+    result.status = status_;
+    return result;
+  }
+  std::vector<int> strict() const { return get_as<int>(stages_.store().strict, plan_->num_fronts); }
+
+  /// v: n x columns by position.
+  Substitution<Scalar> solve(Vertex columns, const std::vector<Scalar>& v, bool transposed,
+                             Launches launches = Launches::direct) {
+    const Offset block = static_cast<Offset>(v.size());
+    const Offset border = static_cast<Offset>(plan_->border.size()) * columns;
+    ArenaLayout layout;
+    const Offset v_at = layout.add(block * size_of<S>()), y_at = layout.add(block * size_of<S>()),
+                 border_at = layout.add(border * size_of<S>());
+    const cuda::DeviceArena arena(layout.total());
+    const typename cuda::DeviceStages<S, S>::Vectors vectors{arena.at<S>(v_at), arena.at<S>(y_at),
+                                                             arena.at<S>(border_at), columns};
+    if (launches == Launches::recorded) {
+      cuda::Graph graph;
+      graph.record(stream_, [&] { stages_.substitute(vectors, transposed); });
+      put(vectors.v, v);
+      stream_.fill(vectors.border, kNan, border * size_of<S>());
+      graph.launch(stream_);
+      stream_.synchronize();
+    } else {
+      put(vectors.v, v);
+      stream_.fill(vectors.border, kNan, border * size_of<S>());
+      stages_.substitute(vectors, transposed);
+    }
+    return {get_as<Scalar>(vectors.y, block), get_as<Scalar>(vectors.v, block)};
+  }
+
+ private:
+  static constexpr int kNan = 0xff;
+  template <class T>
+  static constexpr Offset size_of() {
+    return static_cast<Offset>(sizeof(T));
+  }
+  template <class T, class From>
+  void put(T* to, const std::vector<From>& from) const {
+    static_assert(sizeof(T) == sizeof(From));
+    stream_.to_device(to, from.data(), static_cast<Offset>(from.size()) * size_of<T>());
+    stream_.synchronize();
+  }
+  template <class To, class T>
+  std::vector<To> get_as(const T* from, Offset count) const {
+    static_assert(sizeof(T) == sizeof(To));
+    std::vector<To> to(static_cast<std::size_t>(count));
+    stream_.to_host(to.data(), from, count * size_of<T>());
+    stream_.synchronize();
+    return to;
+  }
+  template <class T>
+  std::vector<T> get(const T* from, Offset count) const {
+    return get_as<T>(from, count);
+  }
+
+  std::shared_ptr<const SymbolicPlan> plan_;
+  std::shared_ptr<const Pattern> pattern_;
+  cuda::Stream stream_;
+  cuda::DeviceStages<S, S> stages_;
+  cuda::Graph graph_;
+  int passes_ = 0;
+  FactorStatus status_{};
+};
+
+}  // namespace mfs::test

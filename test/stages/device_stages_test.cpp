@@ -1,0 +1,403 @@
+// All stages on the device against the plain reference: factors, exchanges and shifts of fronts of all kinds
+// of sizes, then the solve. Needs a device; skips where there is none.
+#include <string>
+
+#include "kernels/cuda/cuda_factorization.hpp"
+#include "kernels/cuda/device_stages.hpp"
+#include "test/stages/device_bench.hpp"
+#include "test/stages/followed_reference.hpp"
+#include "test/stages/in_engine.hpp"
+#include "test/stages/weak_pivots.hpp"
+
+namespace mfs::test {
+namespace {
+
+/// Of the largest entry of a block: pivots are large, so nothing grows but by the inverted blocks.
+template <class Scalar>
+constexpr double kTolerance = 20000 * static_cast<double>(std::numeric_limits<RealOf<Scalar>>::epsilon());
+/// What the diagonal blocks lose by being inverted and back.
+constexpr double kInversion = 50;
+
+/// The default pivot tolerance.
+template <class Scalar>
+double default_tolerance() {
+  return std::sqrt(static_cast<double>(std::numeric_limits<RealOf<Scalar>>::epsilon()));
+}
+
+template <class Scalar>
+bool is_small(const SymbolicPlan& plan, Vertex f) {
+  return plan.pivots(f) + plan.border_rows(f) <= cuda::kSmallRows<cuda::DeviceScalar<Scalar>>;
+}
+/// Row after the last one in which pivot k of front f is searched.
+template <class Scalar>
+Vertex searched(const SymbolicPlan& plan, const std::vector<int>& strict, Vertex f, Vertex k) {
+  constexpr Vertex tile = cuda::kTile<cuda::DeviceScalar<Scalar>>;
+  const Vertex p = plan.pivots(f);
+  return is_small<Scalar>(plan, f) || strict[f] ? p : std::min(p, k / tile * tile + tile);
+}
+
+/// Factors, shifts and exchanges against the reference on the same pivots; returns that.
+template <class Scalar>
+std::vector<ReferenceFront<Scalar>> followed(const StageProblem<Scalar>& problem,
+                                             const DeviceBench<Scalar>& bench, double tolerance) {
+  const SymbolicPlan& plan = *problem.plan;
+  const std::vector<int> strict = bench.strict();
+  return follow<Scalar>(problem, bench.factored(), rule_of(problem, tolerance),
+                        [&](Vertex f, Vertex k) { return searched<Scalar>(plan, strict, f, k); });
+}
+
+template <class Scalar>
+void expect_reference(const StageProblem<Scalar>& problem, const DeviceBench<Scalar>& bench,
+                      const std::vector<ReferenceFront<Scalar>>& reference) {
+  ASSERT_EQ(reference.size(), static_cast<std::size_t>(problem.plan->num_fronts));
+  const FactoredFronts<Scalar> result = bench.factored();
+  for (Vertex f = 0; f < problem.plan->num_fronts; ++f) {
+    SCOPED_TRACE("front " + std::to_string(f) + " of " + std::to_string(problem.plan->pivots(f)) +
+                 " pivots, border " + std::to_string(problem.plan->border_rows(f)));
+    const FrontBlocks<Scalar> expected = blocks_of(reference[f]);
+    EXPECT_LT(difference(result.fronts[f].lower, expected.lower), kTolerance<Scalar>) << "P and L";
+    EXPECT_LT(difference(result.fronts[f].upper, expected.upper), kTolerance<Scalar>) << "U";
+  }
+  // Of the contribution blocks those of the last two depths are left.
+  for (Vertex f = 0; f < problem.plan->num_fronts; ++f) {
+    const Vertex parent = problem.plan->parent[f];
+    if (parent < 0 || problem.plan->parent[parent] >= 0) continue;
+    EXPECT_LT(difference(result.fronts[f].contribution, blocks_of(reference[f]).contribution),
+              kTolerance<Scalar>)
+        << "C of front " << f;
+  }
+}
+
+/// Fronts whose pivots are all large.
+template <class Scalar>
+void check_regular(const StageProblem<double>& of_doubles) {
+  const StageProblem<Scalar> problem = in_numbers_of<Scalar>(of_doubles);
+  DeviceBench<Scalar> bench(problem);
+  const FactorStatus status = bench.factor(default_tolerance<Scalar>());
+  EXPECT_EQ(bench.passes(), 1) << "no front is strict";
+  EXPECT_EQ(status.perturbed, 0u);
+  EXPECT_EQ(status.nonfinite, 0u);
+  expect_reference(problem, bench, followed(problem, bench, default_tolerance<Scalar>()));
+}
+
+/// Fronts of which some pivots are too small.
+template <class Scalar>
+FactorStatus check_weak(const StageProblem<Scalar>& problem, double tolerance) {
+  DeviceBench<Scalar> bench(problem);
+  const FactorStatus status = bench.factor(tolerance);
+  followed(problem, bench, tolerance);
+  expect_exact_factors(problem, bench.factored(), kInversion);
+  return status;
+}
+
+/// Multiplies rows and columns by random phases: real problems become complex ones with the same ranks.
+template <class Scalar>
+StageProblem<Scalar> turned(const StageProblem<double>& problem) {
+  StageProblem<Scalar> other = in_numbers_of<Scalar>(problem);
+  Random random(5);
+  const auto phases = [&] {
+    std::vector<std::complex<double>> made(problem.pattern->n);
+    for (auto& phase : made) phase = std::polar(1.0, 6.283185307179586 * random.unit());
+    return made;
+  };
+  const auto row = phases(), column = phases();
+  for (Vertex i = 0; i < problem.pattern->n; ++i) {
+    for (Offset k = problem.pattern->offsets[i]; k < problem.pattern->offsets[i + 1]; ++k) {
+      if constexpr (std::is_same_v<Scalar, RealOf<Scalar>>) {
+        other.values[k] = static_cast<Scalar>(problem.values[k]);
+      } else {
+        other.values[k] = Scalar(problem.values[k] * row[i] * column[problem.pattern->columns[k]]);
+      }
+    }
+  }
+  return other;
+}
+
+/// Trees in which every kernel has many fronts side by side: solved with by a warp, factored in shared
+/// memory, of a few tiles.
+std::vector<FrontShape> many_fronts() {
+  std::vector<FrontShape> shapes;
+  for (Vertex k = 0; k < 150; ++k) shapes.push_back({1 + k % 20, k % 41, 196 + k % 8});
+  for (Vertex k = 0; k < 40; ++k) shapes.push_back({20 + k, (7 * k) % 90, 196 + k % 8});
+  for (Vertex k = 0; k < 6; ++k) shapes.push_back({33 + 25 * k, 60 + 11 * k, 196 + k});
+  for (Vertex k = 0; k < 8; ++k) shapes.push_back({100 + 20 * k, 150 - 9 * k, 204});
+  shapes.push_back({310, 0, -1});
+  return shapes;
+}
+
+std::vector<StageProblem<double>> trees() {
+  return {artificial_problem(mixed_tree(), {1, 1.0}),
+          artificial_problem(mixed_tree(), {2, 0.2}),
+          artificial_problem(broom(), {3, 0.5}),
+          artificial_problem(chain(), {4, 0.7}),
+          artificial_problem(leaf_and_root(400, 450), {5}),
+          artificial_problem(many_fronts(), {6, 0.3})};
+}
+
+template <class Scalar>
+class DeviceStagesTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!cuda::device_found()) GTEST_SKIP() << "no CUDA device";
+  }
+  template <class Work>
+  void on_device(const Work& work) {
+    in_engine(1, [&] {
+      Engine::use_cuda();
+      work();
+    });
+  }
+};
+using Scalars = testing::Types<double, float, std::complex<double>, std::complex<float>>;
+TYPED_TEST_SUITE(DeviceStagesTest, Scalars);
+
+TYPED_TEST(DeviceStagesTest, FactorsFrontsOfAllSizes) {
+  this->on_device([&] {
+    for (const Vertex p : {1, 2, 31, 32, 33, 64, 65, 127, 128, 129, 257}) {
+      for (const Vertex b : {0, 1, 31, 32, 33, 65, 257}) {
+        SCOPED_TRACE(std::to_string(p) + " pivots, border " + std::to_string(b));
+        check_regular<TypeParam>(
+            artificial_problem(leaf_and_root(p, b), {static_cast<std::uint64_t>(1000 * p + b)}));
+        if (this->HasFailure()) return;
+      }
+    }
+  });
+}
+
+TYPED_TEST(DeviceStagesTest, FactorsTrees) {
+  this->on_device([&] {
+    for (const StageProblem<double>& problem : trees()) {
+      SCOPED_TRACE("n = " + std::to_string(problem.plan->n));
+      check_regular<TypeParam>(problem);
+    }
+  });
+}
+
+TYPED_TEST(DeviceStagesTest, SolvesAsTheReferenceDoes) {
+  this->on_device([&] {
+    std::vector<StageProblem<double>> problems = trees();
+    for (const Vertex p : {1, 32, 33, 64, 65, 129}) {
+      for (const Vertex b : {0, 1, 64, 65, 100})
+        problems.push_back(artificial_problem(leaf_and_root(p, b), {7}));
+    }
+    for (const StageProblem<double>& of_doubles : problems) {
+      SCOPED_TRACE("n = " + std::to_string(of_doubles.plan->n));
+      const StageProblem<TypeParam> problem = in_numbers_of<TypeParam>(of_doubles);
+      DeviceBench<TypeParam> bench(problem);
+      bench.factor(default_tolerance<TypeParam>());
+      const auto reference = followed(problem, bench, default_tolerance<TypeParam>());
+      const Vertex n = problem.plan->n;
+      for (const Vertex columns : {1, 3, 4, 16, 17}) {
+        const std::vector<TypeParam> v = Random(77).vector<TypeParam>(static_cast<std::int64_t>(n) * columns);
+        for (const bool transposed : {false, true}) {
+          SCOPED_TRACE(std::to_string(columns) + " columns" + (transposed ? ", transposed" : ""));
+          std::vector<TypeParam> y, x;
+          for (Vertex j = 0; j < columns; ++j) {
+            std::vector<TypeParam> column(v.begin() + static_cast<Offset>(j) * n,
+                                          v.begin() + static_cast<Offset>(j + 1) * n);
+            solve_forward(reference, transposed, column);
+            y.insert(y.end(), column.begin(), column.end());
+            solve_backward(reference, transposed, column);
+            x.insert(x.end(), column.begin(), column.end());
+          }
+          const Substitution<TypeParam> actual = bench.solve(columns, v, transposed);
+          EXPECT_LT(difference(actual.y, y), kTolerance<TypeParam>) << "forward";
+          EXPECT_LT(difference(actual.x, x), kTolerance<TypeParam>) << "backward";
+          if (this->HasFailure()) return;
+        }
+      }
+    }
+  });
+}
+
+TYPED_TEST(DeviceStagesTest, GivesTheSameBitsFromRunToRunAndFromTheGraph) {
+  const auto expect_same = [](const FactoredFronts<TypeParam>& actual,
+                              const FactoredFronts<TypeParam>& expected) {
+    EXPECT_EQ(actual.row_at, expected.row_at);
+    EXPECT_EQ(actual.shift, expected.shift);
+    for (std::size_t f = 0; f < expected.fronts.size(); ++f) {
+      EXPECT_TRUE(actual.fronts[f].lower == expected.fronts[f].lower) << "P and L of front " << f;
+      EXPECT_TRUE(actual.fronts[f].upper == expected.fronts[f].upper) << "U of front " << f;
+    }
+  };
+  this->on_device([&] {
+    for (const StageProblem<double>& of_doubles : trees()) {
+      const StageProblem<TypeParam> problem = in_numbers_of<TypeParam>(of_doubles);
+      const std::vector<TypeParam> v = Random(5).vector<TypeParam>(Offset(5) * problem.plan->n);
+      DeviceBench<TypeParam> bench(problem), other(problem);
+      bench.factor(1e-4);
+      const FactoredFronts<TypeParam> first = bench.as_left();
+      const Substitution<TypeParam> solution = bench.solve(5, v, false);
+      for (const Launches launches : {Launches::direct, Launches::recorded, Launches::recorded}) {
+        bench.factor(1e-4, launches);
+        expect_same(bench.as_left(), first);
+        const Substitution<TypeParam> again = bench.solve(5, v, false, launches);
+        EXPECT_TRUE(again.x == solution.x);
+        EXPECT_TRUE(again.y == solution.y);
+      }
+      other.factor(1e-4);
+      expect_same(other.as_left(), first);
+    }
+  });
+}
+
+// A graph is recorded once and replayed for other values.
+TYPED_TEST(DeviceStagesTest, FactorsOtherValues) {
+  this->on_device([&] {
+    StageProblem<TypeParam> problem = in_numbers_of<TypeParam>(artificial_problem(mixed_tree(), {8, 0.6}));
+    DeviceBench<TypeParam> bench(problem);
+    bench.factor(default_tolerance<TypeParam>());
+    for (const double factor : {-3.0, 0.125}) {
+      for (TypeParam& value : problem.values) value *= RealOf<TypeParam>(factor);
+      bench.put_values(problem.values);
+      bench.factor(default_tolerance<TypeParam>(), Launches::recorded);
+      expect_reference(problem, bench, followed(problem, bench, default_tolerance<TypeParam>()));
+    }
+  });
+}
+
+// A zero pivot block: every pivot is replaced, whatever the border.
+TYPED_TEST(DeviceStagesTest, ReplacesZeroPivots) {
+  this->on_device([&] {
+    for (const Vertex p : {1, 2, 33, 150}) {
+      for (const Vertex b : {0, 1, 70}) {
+        SCOPED_TRACE(std::to_string(p) + " pivots, border " + std::to_string(b));
+        const auto problem = in_numbers_of<TypeParam>(zero_pivot_block(p, b, 64));
+        if (b > 0) {
+          EXPECT_GE(check_weak(problem, default_tolerance<TypeParam>()).perturbed,
+                    static_cast<unsigned long long>(p));
+        }
+      }
+    }
+  });
+}
+
+TYPED_TEST(DeviceStagesTest, CountsPivotsThatAreNoNumbers) {
+  this->on_device([&] {
+    for (const double bad : {std::numeric_limits<double>::infinity(), std::nan("")}) {
+      for (const Vertex p : {3, 140, 300}) {
+        StageProblem<double> of_doubles = artificial_problem(leaf_and_root(p, 40), {9});
+        of_doubles.values[of_doubles.values.size() / 2] = bad;
+        const auto problem = turned<TypeParam>(of_doubles);
+        DeviceBench<TypeParam> bench(problem);
+        EXPECT_GT(bench.factor(default_tolerance<TypeParam>()).nonfinite, 0u)
+            << bad << ", " << p << " pivots";
+      }
+    }
+  });
+}
+
+/// A front of 300 pivots whose first 128 columns have their large entries below the first 128 rows; `own` is
+/// what those columns have in the rows of their own tile.
+StageProblem<double> pivots_below_the_tile(double own) {
+  constexpr Vertex p = 300, b = 50, half = 128;
+  Random random(31);
+  std::vector<Entry> entries;
+  for (Vertex i = 0; i < p; ++i) {
+    const Vertex partner = i < half ? i + half : i < 2 * half ? i - half : i;
+    for (Vertex j = 0; j < p + b; ++j) {
+      const double size = i < half && j < half ? own : 1;
+      entries.push_back({i, j, j == partner ? 80.0 : size * random.entry()});
+      if (j >= p) entries.push_back({j, i, random.entry()});
+    }
+  }
+  for (Vertex j = p; j < p + b; ++j) entries.push_back({j, j, 80.0});
+  return two_fronts(p, b, entries, 64);
+}
+
+// Nothing is there (the pivot would be replaced), or so little that the multipliers would grow.
+TYPED_TEST(DeviceStagesTest, SearchesFurtherWhereTheTileHasNoPivots) {
+  this->on_device([&] {
+    for (const double own : {0.0, 1e-3}) {
+      SCOPED_TRACE("entries of size " + std::to_string(own));
+      const StageProblem<TypeParam> problem = turned<TypeParam>(pivots_below_the_tile(own));
+      DeviceBench<TypeParam> bench(problem);
+      const FactorStatus status = bench.factor(default_tolerance<TypeParam>());
+      EXPECT_GT(bench.passes(), 1);
+      EXPECT_EQ(bench.strict()[0], 1);
+      EXPECT_EQ(status.perturbed, 0u);
+      expect_reference(problem, bench, followed(problem, bench, default_tolerance<TypeParam>()));
+      bench.factor(default_tolerance<TypeParam>(), Launches::recorded);
+      EXPECT_EQ(bench.passes(), 1) << "the front stays strict";
+      expect_reference(problem, bench, followed(problem, bench, default_tolerance<TypeParam>()));
+    }
+  });
+}
+
+/// In single precision, what rounding leaves of a weak pivot is not far enough from what is replaced.
+template <class Scalar>
+class DevicePivotsTest : public DeviceStagesTest<Scalar> {};
+using DoubleScalars = testing::Types<double, std::complex<double>>;
+TYPED_TEST_SUITE(DevicePivotsTest, DoubleScalars);
+
+TYPED_TEST(DevicePivotsTest, ReplacesWhatIsBeyondTheRank) {
+  this->on_device([&] {
+    for (const Vertex p : {20, 90, 140, 300}) {
+      for (const std::uint64_t seed : {1, 2}) {
+        SCOPED_TRACE(std::to_string(p) + " pivots, seed " + std::to_string(seed));
+        const Vertex rank = p * 7 / 8;
+        const auto problem = turned<TypeParam>(low_rank_pivot_block(seed, p, rank, 30, 64, 50.0));
+        DeviceBench<TypeParam> bench(problem);
+        bench.factor(1e-8);
+        const FactoredFronts<TypeParam> result = bench.factored();
+        for (Vertex i = 0; i < p; ++i)
+          EXPECT_EQ(result.shift[0][i] != TypeParam(0), i >= rank) << "pivot " << i;
+        followed(problem, bench, 1e-8);
+        expect_exact_factors(problem, result, kInversion);
+      }
+    }
+  });
+}
+
+// With a tolerance above the root of epsilon, what lies between is judged by its border.
+TYPED_TEST(DevicePivotsTest, JudgesSuspectPivotsByTheirBorder) {
+  this->on_device([&] {
+    for (const std::uint64_t seed : {11, 12, 13, 14}) {
+      for (const double tolerance : {1.5e-8, 1e-4}) {
+        SCOPED_TRACE("seed " + std::to_string(seed) + ", tolerance " + std::to_string(tolerance));
+        StageProblem<double> of_doubles = seed == 14 ? artificial_problem(leaf_and_root(300, 70), {seed})
+                                                     : artificial_problem(mixed_tree(), {seed, 0.5, 32});
+        weaken_rows(of_doubles, seed);
+        EXPECT_GT(check_weak(in_numbers_of<TypeParam>(of_doubles), tolerance).perturbed, 0u);
+      }
+    }
+  });
+}
+
+// Too large for the plain reference: the solution tells.
+TEST(DeviceStages, FactorsFrontsInPanels) {
+  if (!cuda::device_found()) GTEST_SKIP() << "no CUDA device";
+  in_engine(1, [&] {
+    Engine::use_cuda();
+    const StageProblem<double> problem =
+        artificial_problem({{150, 170, 1}, {cuda::kPanelled + 130, 400, 2}, {500, 0, -1}}, {41, 0.02});
+    const Vertex n = problem.plan->n;
+    DeviceBench<double> bench(problem);
+    bench.factor(1.5e-8);
+    for (const bool transposed : {false, true}) {
+      const std::vector<double> v = Random(3).vector(n);
+      const std::vector<double> x = bench.solve(1, v, transposed).x;
+      const std::vector<Vertex> row = inverse(problem.plan->row_of),
+                                column = inverse(problem.plan->column_of);
+      std::vector<double> left = v, size(n, 0.0);
+      for (Vertex i = 0; i < n; ++i) {
+        for (Offset k = problem.pattern->offsets[i]; k < problem.pattern->offsets[i + 1]; ++k) {
+          const Vertex j = problem.pattern->columns[k], to = transposed ? column[j] : row[i];
+          const double term = problem.values[k] * problem.row_scale[i] * problem.column_scale[j] *
+                              x[transposed ? row[i] : column[j]];
+          left[to] -= term;
+          size[to] += std::abs(term);
+        }
+      }
+      double worst = 0;
+      for (Vertex i = 0; i < n; ++i) {
+        if (!(std::abs(left[i]) <= worst * (size[i] + std::abs(v[i]))))
+          worst = std::isfinite(left[i]) ? std::abs(left[i]) / (size[i] + std::abs(v[i])) : HUGE_VAL;
+      }
+      EXPECT_LT(worst, 1e-12) << (transposed ? "transposed" : "plain");
+    }
+  });
+}
+
+}  // namespace
+}  // namespace mfs::test

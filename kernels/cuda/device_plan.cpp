@@ -11,8 +11,9 @@ Vertex tiles_of(Offset length, Vertex tile) { return static_cast<Vertex>((length
 // Builds one plan and is thrown away.
 class Builder {
  public:
-  Builder(const SymbolicPlan& plan, Vertex tile, Vertex small_rows, bool wide_products)
-      : plan_(plan), wide_products_(wide_products) {
+  Builder(const SymbolicPlan& plan, Vertex tile, Vertex small_rows, bool wide_products, Vertex panel,
+          Vertex panelled)
+      : plan_(plan), wide_products_(wide_products), panel_(panel), panelled_(panelled) {
     made_.tile = tile;
     made_.small_rows = small_rows;
   }
@@ -101,10 +102,10 @@ class Builder {
   }
 
   Vertex tile_end(Vertex f, Vertex k) const { return std::min<Vertex>(k + made_.tile, plan_.pivots(f)); }
-  bool panelled(Vertex f) const { return plan_.pivots(f) >= kPanelled; }
+  bool panelled(Vertex f) const { return plan_.pivots(f) >= panelled_; }
   // Columns before this one are made together with the tile at k.
   Vertex panel_end(Vertex f, Vertex k) const {
-    return panelled(f) ? std::min(k / kPanel * kPanel + kPanel, plan_.pivots(f)) : rows(f);
+    return panelled(f) ? std::min(k / panel_ * panel_ + panel_, plan_.pivots(f)) : rows(f);
   }
 
   // What is right of the panels that end with the tile at k: their block row, then all below it.
@@ -115,7 +116,7 @@ class Builder {
       if (active && tile_end(f, k) == panel_end(f, k) && panel_end(f, k) < rows(f)) ended.push_back(f);
     }
     if (ended.empty()) return;
-    const Vertex begin = k / kPanel * kPanel;
+    const Vertex begin = k / panel_ * panel_;
     for (Vertex tile = begin; tile <= k; tile += made_.tile) {
       std::vector<StepTask> tiles;
       std::vector<ProductTask> products;
@@ -309,14 +310,16 @@ class Builder {
 
   const SymbolicPlan& plan_;
   bool wide_products_;
+  Vertex panel_, panelled_;
   std::vector<Vertex> small_, large_;
   DevicePlan made_;
 };
 
 }  // namespace
 
-DevicePlan make_device_plan(const SymbolicPlan& plan, Vertex tile, Vertex small_rows, bool wide_products) {
-  return Builder(plan, tile, small_rows, wide_products).build();
+DevicePlan make_device_plan(const SymbolicPlan& plan, Vertex tile, Vertex small_rows, bool wide_products,
+                            Vertex panel, Vertex panelled) {
+  return Builder(plan, tile, small_rows, wide_products, panel, panelled).build();
 }
 
 }  // namespace mfs::cuda

@@ -112,7 +112,8 @@ constexpr Vertex kSolveTile = 64;
 constexpr Vertex kTinyPivots = 32, kTinyRows = 96;
 
 /// `tile` pivots per block column; fronts of up to `small_rows` rows are small; products may be cut into wide
-/// tiles.
-DevicePlan make_device_plan(const SymbolicPlan& plan, Vertex tile, Vertex small_rows, bool wide_products);
+/// tiles; fronts of `panelled` pivots are factored by panels of `panel`, a multiple of `tile`.
+DevicePlan make_device_plan(const SymbolicPlan& plan, Vertex tile, Vertex small_rows, bool wide_products,
+                            Vertex panel = kPanel, Vertex panelled = kPanelled);
 
 }  // namespace mfs::cuda

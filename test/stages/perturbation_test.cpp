@@ -2,7 +2,7 @@
 // matrix with the noted shifts added (rule in kernels/panel_lu.hpp).
 #include <string>
 
-#include "test/stages/factored_fronts.hpp"
+#include "test/stages/followed_reference.hpp"
 #include "test/stages/reference_stages.hpp"
 #include "test/stages/weak_pivots.hpp"
 
@@ -189,6 +189,8 @@ TYPED_TEST(PerturbationTest, TreesWithManySuspectPivots) {
               << "front " << f << ", pivot " << i;
         }
       }
+      follow<double>(problem, result, {kBound, kTiny, kLargest},
+                     [&](Vertex f, Vertex) { return problem.plan->pivots(f); });
       expect_exact_factors(problem, result);
     });
   }

@@ -1,0 +1,141 @@
+// The lists by which the device works, done by plain loops, give the factors and solutions of the plain
+// reference, and name every tile, pivot and border row once.
+#include <set>
+#include <string>
+
+#include "test/stages/list_interpreter.hpp"
+
+namespace mfs::test {
+namespace {
+
+constexpr double kTolerance = 4000 * std::numeric_limits<double>::epsilon();
+
+/// How the work is cut.
+struct Cut {
+  Vertex tile, small_rows;
+  bool wide;
+  Vertex panel, panelled;
+};
+const std::vector<Cut> kCuts{{128, 160, true, 512, 2048},  // as for double
+                             {64, 96, false, 512, 2048},   // as for complex<double>
+                             {16, 10, true, 32, 64},
+                             {32, 0, false, 128, 33}};
+
+/// The same pattern with each diagonal entry larger than the rest of its column: pivots stay where they are.
+StageProblem<double> column_dominant(StageProblem<double> problem) {
+  const SymbolicPlan& plan = *problem.plan;
+  const std::vector<Vertex> column_position = inverse(plan.column_of);
+  std::vector<double> sum(plan.n, 0.0);
+  std::vector<Offset> diagonal(plan.n, -1);
+  for (Vertex row = 0; row < plan.n; ++row) {
+    for (Offset k = problem.pattern->offsets[row]; k < problem.pattern->offsets[row + 1]; ++k) {
+      const Vertex column = problem.pattern->columns[k];
+      sum[column] += std::abs(problem.values[k] * problem.row_scale[row]);
+      if (plan.row_of[column_position[column]] == row) diagonal[column] = k;
+    }
+  }
+  for (Vertex position = 0; position < plan.n; ++position) {
+    const Vertex column = plan.column_of[position];
+    if (diagonal[column] < 0) throw std::logic_error("no diagonal entry");
+    problem.values[diagonal[column]] = 2 * sum[column] / problem.row_scale[plan.row_of[position]];
+  }
+  return problem;
+}
+
+void check(const StageProblem<double>& problem, const Cut& cut) {
+  const SymbolicPlan& plan = *problem.plan;
+  const std::vector<ReferenceFront<double>> reference = factor(plan, problem.scaled(), ReferenceRule());
+  const cuda::DevicePlan lists =
+      cuda::make_device_plan(plan, cut.tile, cut.small_rows, cut.wide, cut.panel, cut.panelled);
+  ASSERT_EQ(lists.depths.size(), static_cast<std::size_t>(plan.num_depths));
+  ListInterpreter interpreter(problem, lists);
+  interpreter.factor([&](Vertex step) {
+    for (Vertex f = plan.depth_begin[step]; f < plan.depth_begin[step + 1]; ++f) {
+      SCOPED_TRACE("front " + std::to_string(f));
+      const FrontBlocks<double> actual = interpreter.front(f), expected = blocks_of(reference[f]);
+      for (Vertex i = 0; i < plan.pivots(f); ++i) ASSERT_EQ(reference[f].row_at[i], i);
+      EXPECT_LT(difference(actual.lower, expected.lower), kTolerance) << "P and L";
+      EXPECT_LT(difference(actual.upper, expected.upper), kTolerance) << "U";
+      EXPECT_LT(difference(actual.contribution, expected.contribution), kTolerance) << "C";
+    }
+  });
+  std::vector<double> v = Random(3).vector(plan.n), expected = v;
+  solve_forward(reference, false, expected);
+  solve_backward(reference, false, expected);
+  interpreter.solve(v);
+  EXPECT_LT(difference(v, expected), kTolerance);
+}
+
+TEST(DevicePlan, ListsGiveTheFactorsOfFrontsOfAllSizes) {
+  for (const Cut& cut : kCuts) {
+    for (const Vertex p : {1, 2, 31, 32, 33, 65, 257}) {
+      for (const Vertex b : {0, 1, 33, 65, 257}) {
+        SCOPED_TRACE(std::to_string(p) + " pivots, border " + std::to_string(b) + ", tile " +
+                     std::to_string(cut.tile));
+        check(column_dominant(artificial_problem(leaf_and_root(p, b), {static_cast<std::uint64_t>(p + b)})),
+              cut);
+        if (HasFailure()) return;
+      }
+    }
+  }
+}
+
+TEST(DevicePlan, ListsGiveTheFactorsOfTrees) {
+  for (const Cut& cut : kCuts) {
+    for (const auto& shapes : {mixed_tree(), broom(), chain()}) {
+      SCOPED_TRACE("tile " + std::to_string(cut.tile));
+      check(column_dominant(artificial_problem(shapes, {4})), cut);
+    }
+  }
+}
+
+// Many enough for wide tiles, and deep enough for the library.
+TEST(DevicePlan, ListsGiveTheFactorsOfLargeFronts) {
+  const StageProblem<double> problem = column_dominant(artificial_problem(leaf_and_root(270, 1030), {5}));
+  for (const Cut& cut : {kCuts[0], Cut{64, 96, true, 256, 256}}) {
+    const cuda::DevicePlan lists =
+        cuda::make_device_plan(*problem.plan, cut.tile, cut.small_rows, cut.wide, cut.panel, cut.panelled);
+    std::set<cuda::Launch::Kind> kinds;
+    for (const auto& depth : lists.depths) {
+      for (const auto* launches : {&depth.factor, &depth.update}) {
+        for (const cuda::Launch& launch : *launches) kinds.insert(launch.kind);
+      }
+    }
+    EXPECT_EQ(kinds.count(cuda::Launch::Kind::library), 1u);
+    check(problem, cut);
+  }
+}
+
+TEST(DevicePlan, CutsManyProductsWide) {
+  const StageProblem<double> problem = artificial_problem(leaf_and_root(130, 1600), {5, 0.01});
+  const auto kind = [&](bool wide) {
+    return cuda::make_device_plan(*problem.plan, 128, 160, wide).depths[0].update[0].kind;
+  };
+  EXPECT_EQ(kind(true), cuda::Launch::Kind::wide_products);
+  EXPECT_EQ(kind(false), cuda::Launch::Kind::products);
+}
+
+// Rows of a block that are exchanged later must be exchanged in all blocks left of it.
+TEST(DevicePlan, ExchangesRowsOfEveryBlockLeftOfTheDiagonal) {
+  const StageProblem<double> problem = artificial_problem(mixed_tree(), {6});
+  const SymbolicPlan& plan = *problem.plan;
+  constexpr Vertex kTile = 32, kSmall = 40;
+  const cuda::DevicePlan lists = cuda::make_device_plan(plan, kTile, kSmall, true);
+  for (Vertex step = 0; step < plan.num_depths; ++step) {
+    std::set<std::tuple<Vertex, Vertex, Vertex>> expected, listed;
+    for (Vertex f = plan.depth_begin[step]; f < plan.depth_begin[step + 1]; ++f) {
+      if (plan.pivots(f) + plan.border_rows(f) <= kSmall) continue;
+      for (Vertex i = kTile; i < plan.pivots(f); i += kTile) {
+        for (Vertex j = 0; j < i; j += kTile) expected.insert({f, i, j});
+      }
+    }
+    const cuda::Range& range = lists.depths[step].exchange;
+    for (Offset k = range.begin; k < range.end; ++k)
+      listed.insert({lists.exchange[k].front, lists.exchange[k].begin, lists.exchange[k].column});
+    EXPECT_EQ(listed, expected);
+    EXPECT_EQ(static_cast<Offset>(listed.size()), range.count());
+  }
+}
+
+}  // namespace
+}  // namespace mfs::test

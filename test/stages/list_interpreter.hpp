@@ -1,0 +1,270 @@
+// Does on the host, by plain loops, what the lists of a DevicePlan tell the device: block after block of
+// every launch, each from what was there before the launch, as blocks of one launch run at the same time.
+// Without pivoting. All memory is NaN before.
+#pragma once
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "kernels/cuda/device_plan.hpp"
+#include "test/stages/front_blocks.hpp"
+
+namespace mfs::test {
+
+class ListInterpreter {
+ public:
+  ListInterpreter(const StageProblem<double>& problem, const cuda::DevicePlan& lists)
+      : problem_(problem), plan_(*problem.plan), lists_(lists) {
+    factor_.assign(static_cast<std::size_t>(plan_.factor_entries), kNothing);
+    contribution_.assign(static_cast<std::size_t>(plan_.contribution_entries), kNothing);
+  }
+
+  /// Calls after_depth(step) when all fronts of a depth are done.
+  template <class After>
+  void factor(const After& after_depth) {
+    for (std::size_t step = 0; step < lists_.depths.size(); ++step) {
+      const cuda::DepthLaunches& depth = lists_.depths[step];
+      factor_small(depth);
+      for (Offset i = depth.assemble.begin; i < depth.assemble.end; ++i) assemble(lists_.assemble[i]);
+      for (const cuda::Launch& launch : depth.factor) run(launch);
+      for (const cuda::Launch& launch : depth.update) run(launch);
+      after_depth(static_cast<Vertex>(step));
+    }
+  }
+
+  FrontBlocks<double> front(Vertex f) const {
+    const Offset p = plan_.pivots(f), b = plan_.border_rows(f);
+    const auto part = [](const std::vector<double>& from, Offset begin, Offset count) {
+      return std::vector<double>(from.begin() + begin, from.begin() + begin + count);
+    };
+    return {part(factor_, plan_.lower_begin[f], p * (p + b)), part(factor_, plan_.upper_begin[f], p * b),
+            part(contribution_, plan_.contribution_begin[f], b * b)};
+  }
+
+  /// v := A^-1 v by position. A tile that needs what comes later in its list makes NaN of it.
+  void solve(std::vector<double>& v) const {
+    std::vector<double> y(v.size(), kNothing), border(plan_.border.size(), kNothing);
+    for (const cuda::DepthLaunches& depth : lists_.depths) {
+      for (Offset i = depth.tiny.begin; i < depth.tiny.end; ++i) {
+        const Vertex f = lists_.tiny_fronts[i];
+        forward(f, 0, plan_.pivots(f), v, y, border);
+        forward(f, plan_.pivots(f), rows(f), v, y, border);
+      }
+      for (Offset i = depth.solve.begin; i < depth.solve.end; ++i) {
+        const cuda::FrontPart& part = lists_.solve[i];
+        forward(part.front, part.begin, tile_end(part), v, y, border);
+      }
+    }
+    v.assign(v.size(), kNothing);
+    for (auto depth = lists_.depths.rbegin(); depth != lists_.depths.rend(); ++depth) {
+      for (Offset i = depth->tiny.begin; i < depth->tiny.end; ++i)
+        backward(lists_.tiny_fronts[i], 0, plan_.pivots(lists_.tiny_fronts[i]), y, v);
+      for (Offset i = depth->solve_back.begin; i < depth->solve_back.end; ++i)
+        backward(lists_.solve[i].front, lists_.solve[i].begin, tile_end(lists_.solve[i]), y, v);
+    }
+  }
+
+ private:
+  static constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
+  Vertex rows(Vertex f) const { return plan_.pivots(f) + plan_.border_rows(f); }
+  Vertex tile_end(const cuda::FrontPart& part) const {
+    const Vertex p = plan_.pivots(part.front);
+    return std::min(part.begin + cuda::kSolveTile, part.begin < p ? p : rows(part.front));
+  }
+
+  // Entry (i, j) of front f, wherever it lies.
+  template <class Self>
+  static auto& entry_of(Self& self, Vertex f, Vertex i, Vertex j) {
+    const SymbolicPlan& plan = self.plan_;
+    const Offset p = plan.pivots(f), b = plan.border_rows(f);
+    if (j < p) return self.factor_[plan.lower_begin[f] + i + j * (p + b)];
+    if (i < p) return self.factor_[plan.upper_begin[f] + i + (j - p) * p];
+    return self.contribution_[plan.contribution_begin[f] + i - p + (j - p) * b];
+  }
+  double& at(Vertex f, Vertex i, Vertex j) { return entry_of(*this, f, i, j); }
+  double at(Vertex f, Vertex i, Vertex j) const { return entry_of(*this, f, i, j); }
+
+  void add_entries(Offset begin, Offset end) {
+    for (Offset e = begin; e < end; ++e) {
+      const double scale =
+          problem_.row_scale[plan_.entry_row[e]] * problem_.column_scale[plan_.entry_column[e]];
+      factor_[plan_.entry_target[e]] += problem_.values[plan_.entry_slot[e]] * scale;
+    }
+  }
+  double child_entry(Vertex child, Vertex i, Vertex j) const {
+    return contribution_[plan_.contribution_begin[child] + i +
+                         static_cast<Offset>(j) * plan_.border_rows(child)];
+  }
+
+  // Eliminates pivots [k, next) of a front from rows and columns up to `end`.
+  void eliminate(Vertex f, Vertex k, Vertex next, Vertex end) {
+    for (; k < next; ++k) {
+      for (Vertex i = k + 1; i < end; ++i) at(f, i, k) /= at(f, k, k);
+      for (Vertex j = k + 1; j < end; ++j) {
+        for (Vertex i = k + 1; i < end; ++i) at(f, i, j) -= at(f, i, k) * at(f, k, j);
+      }
+    }
+  }
+
+  // Small fronts need the plan alone.
+  void factor_small(const cuda::DepthLaunches& depth) {
+    EXPECT_LE(depth.small.size(), static_cast<std::size_t>(cuda::kMostSmallLaunches));
+    for (const cuda::SmallLaunch& launch : depth.small) {
+      for (Offset k = launch.fronts.begin; k < launch.fronts.end; ++k) {
+        const Vertex f = lists_.small_fronts[k];
+        EXPECT_LE(rows(f), launch.rows);
+        for (Vertex j = 0; j < rows(f); ++j) {
+          for (Vertex i = 0; i < rows(f); ++i) at(f, i, j) = 0;
+        }
+        add_entries(plan_.entry_begin[f], plan_.entry_begin[f + 1]);
+        for (Vertex c = plan_.child_begin[f]; c < plan_.child_begin[f + 1]; ++c) {
+          const Vertex child = plan_.children[c], *map = &plan_.border_in_parent[plan_.border_begin[child]];
+          for (Vertex j = 0; j < plan_.border_rows(child); ++j) {
+            for (Vertex i = 0; i < plan_.border_rows(child); ++i)
+              at(f, map[i], map[j]) += child_entry(child, i, j);
+          }
+        }
+        eliminate(f, 0, plan_.pivots(f), rows(f));
+      }
+    }
+  }
+
+  void assemble(const cuda::AssemblyPart& part) {
+    const Vertex f = part.front;
+    for (Vertex j = part.begin; j < part.end; ++j) {
+      for (Vertex i = 0; i < rows(f); ++i) {
+        EXPECT_TRUE(std::isnan(at(f, i, j)) || i >= plan_.pivots(f)) << "assembled twice";
+        at(f, i, j) = 0;
+        for (Vertex c = plan_.child_begin[f]; c < plan_.child_begin[f + 1]; ++c) {
+          const Vertex* const map = &lists_.child_row[lists_.child_row_begin[c]];
+          if (map[i] >= 0 && map[j] >= 0) at(f, i, j) += child_entry(plan_.children[c], map[i], map[j]);
+        }
+      }
+    }
+    add_entries(part.first_entry, part.last_entry);
+  }
+
+  // The task that a block belongs to, as the device finds it.
+  template <class Task>
+  static const Task& task_of(const std::vector<Task>& tasks, const cuda::Range& range, Vertex Task::*first,
+                             Vertex block) {
+    Offset found = range.begin;
+    for (Offset i = range.begin; i < range.end; ++i) {
+      if (tasks[i].*first <= block) found = i;
+    }
+    return tasks[found];
+  }
+
+  void run(const cuda::Launch& launch) {
+    using Kind = cuda::Launch::Kind;
+    if (launch.kind == Kind::diagonal) {
+      EXPECT_EQ(launch.blocks, launch.tasks.count());
+      for (Offset i = launch.tasks.begin; i < launch.tasks.end; ++i) {
+        const cuda::StepTask& task = lists_.steps[i];
+        const Vertex next = std::min(task.k + lists_.tile, plan_.pivots(task.front));
+        eliminate(task.front, task.k, next, next);
+      }
+    } else if (launch.kind == Kind::strips) {
+      for (Vertex block = 0; block < launch.blocks; ++block) {
+        const cuda::StepTask& task = task_of(lists_.steps, launch.tasks, &cuda::StepTask::first_strip, block);
+        solve_strip(task, block - task.first_strip);
+      }
+    } else {
+      const std::vector<double> factor = factor_, contribution = contribution_;
+      const Vertex height = launch.kind == Kind::wide_products ? 128 : 64;
+      for (Vertex block = 0; block < launch.blocks; ++block) {
+        const cuda::ProductTask& task =
+            task_of(lists_.products, launch.tasks, &cuda::ProductTask::first_tile, block);
+        if (launch.kind == Kind::library) {
+          EXPECT_EQ(launch.tasks.count(), 1);
+          subtract_product(task, {0, task.m}, {0, task.n}, factor, contribution);
+        } else {
+          const Vertex tile = block - task.first_tile, down = (task.m + height - 1) / height;
+          const Vertex row = tile % down * height, column = tile / down * 64;
+          EXPECT_LT(column, task.n) << "a block without work";
+          subtract_product(task, {row, std::min(row + height, task.m)},
+                           {column, std::min(column + 64, task.n)}, factor, contribution);
+        }
+      }
+    }
+  }
+
+  void solve_strip(const cuda::StepTask& task, Vertex strip) {
+    const Vertex f = task.front, k = task.k, next = std::min(k + lists_.tile, plan_.pivots(f));
+    const Vertex length = rows(f) - next, strips = task.left ? (length + cuda::kStrip - 1) / cuda::kStrip : 0;
+    if (strip < strips) {
+      for (Vertex i = next + strip * cuda::kStrip; i < std::min(next + (strip + 1) * cuda::kStrip, rows(f));
+           ++i) {
+        for (Vertex j = k; j < next; ++j) {
+          for (Vertex t = k; t < j; ++t) at(f, i, j) -= at(f, i, t) * at(f, t, j);
+          at(f, i, j) /= at(f, j, j);
+        }
+      }
+      return;
+    }
+    const Vertex begin = task.begin + (strip - strips) * cuda::kStrip;
+    EXPECT_LT(begin, task.end) << "a block without work";
+    for (Vertex j = next + begin; j < next + std::min(begin + cuda::kStrip, task.end); ++j) {
+      for (Vertex i = k; i < next; ++i) {
+        for (Vertex t = k; t < i; ++t) at(f, i, j) -= at(f, i, t) * at(f, t, j);
+      }
+    }
+  }
+
+  void subtract_product(const cuda::ProductTask& task, std::pair<Vertex, Vertex> down,
+                        std::pair<Vertex, Vertex> right, const std::vector<double>& factor,
+                        const std::vector<double>& contribution) {
+    const std::vector<double>& before = task.in_contribution ? contribution : factor;
+    std::vector<double>& c = task.in_contribution ? contribution_ : factor_;
+    for (Offset j = right.first; j < right.second; ++j) {
+      for (Offset i = down.first; i < down.second; ++i) {
+        double sum = before[task.c + i + j * task.ldc];
+        for (Offset k = 0; k < task.k; ++k)
+          sum -= factor[task.a + i + k * task.lda] * factor[task.b + k + j * task.ldb];
+        c[task.c + i + j * task.ldc] = sum;
+      }
+    }
+  }
+
+  double from_children(Vertex f, Vertex row, const std::vector<double>& border) const {
+    double sum = 0;
+    const Offset place = lists_.row_begin[f] + row;
+    for (Offset s = lists_.source_begin[place]; s < lists_.source_begin[place + 1]; ++s)
+      sum += border[lists_.source[s]];
+    return sum;
+  }
+
+  void forward(Vertex f, Vertex begin, Vertex end, const std::vector<double>& v, std::vector<double>& y,
+               std::vector<double>& border) const {
+    const Vertex p = plan_.pivots(f), first = plan_.pivot_begin[f];
+    for (Vertex i = begin; i < end; ++i) {
+      double sum = from_children(f, i, border) + (i < p ? v[first + i] : 0);
+      for (Vertex k = 0; k < std::min(i, p); ++k) sum -= at(f, i, k) * y[first + k];
+      double& to = i < p ? y[first + i] : border[plan_.border_begin[f] + i - p];
+      EXPECT_TRUE(std::isnan(to)) << "done twice";
+      to = sum;
+    }
+  }
+
+  void backward(Vertex f, Vertex begin, Vertex end, const std::vector<double>& y,
+                std::vector<double>& v) const {
+    const Vertex p = plan_.pivots(f), first = plan_.pivot_begin[f];
+    for (Vertex i = end - 1; i >= begin; --i) {
+      double sum = y[first + i];
+      for (Vertex j = i + 1; j < rows(f); ++j)
+        sum -= at(f, i, j) * v[j < p ? first + j : plan_.border[plan_.border_begin[f] + j - p]];
+      EXPECT_TRUE(std::isnan(v[first + i])) << "done twice";
+      v[first + i] = sum / at(f, i, i);
+    }
+  }
+
+  const StageProblem<double>& problem_;
+  const SymbolicPlan& plan_;
+  const cuda::DevicePlan& lists_;
+  std::vector<double> factor_, contribution_;
+};
+
+}  // namespace mfs::test

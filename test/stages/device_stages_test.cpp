@@ -4,91 +4,12 @@
 
 #include "kernels/cuda/cuda_factorization.hpp"
 #include "kernels/cuda/device_stages.hpp"
-#include "test/stages/device_bench.hpp"
-#include "test/stages/followed_reference.hpp"
+#include "test/stages/device_checks.hpp"
 #include "test/stages/in_engine.hpp"
 #include "test/stages/weak_pivots.hpp"
 
 namespace mfs::test {
 namespace {
-
-/// Of the largest entry of a block: pivots are large, so nothing grows but by the inverted blocks.
-template <class Scalar>
-constexpr double kTolerance = 20000 * static_cast<double>(std::numeric_limits<RealOf<Scalar>>::epsilon());
-/// What the diagonal blocks lose by being inverted and back.
-constexpr double kInversion = 50;
-
-/// The default pivot tolerance.
-template <class Scalar>
-double default_tolerance() {
-  return std::sqrt(static_cast<double>(std::numeric_limits<RealOf<Scalar>>::epsilon()));
-}
-
-template <class Scalar>
-bool is_small(const SymbolicPlan& plan, Vertex f) {
-  return plan.pivots(f) + plan.border_rows(f) <= cuda::kSmallRows<cuda::DeviceScalar<Scalar>>;
-}
-/// Row after the last one in which pivot k of front f is searched.
-template <class Scalar>
-Vertex searched(const SymbolicPlan& plan, const std::vector<int>& strict, Vertex f, Vertex k) {
-  constexpr Vertex tile = cuda::kTile<cuda::DeviceScalar<Scalar>>;
-  const Vertex p = plan.pivots(f);
-  return is_small<Scalar>(plan, f) || strict[f] ? p : std::min(p, k / tile * tile + tile);
-}
-
-/// Factors, shifts and exchanges against the reference on the same pivots; returns that.
-template <class Scalar>
-std::vector<ReferenceFront<Scalar>> followed(const StageProblem<Scalar>& problem,
-                                             const DeviceBench<Scalar>& bench, double tolerance) {
-  const SymbolicPlan& plan = *problem.plan;
-  const std::vector<int> strict = bench.strict();
-  return follow<Scalar>(problem, bench.factored(), rule_of(problem, tolerance),
-                        [&](Vertex f, Vertex k) { return searched<Scalar>(plan, strict, f, k); });
-}
-
-template <class Scalar>
-void expect_reference(const StageProblem<Scalar>& problem, const DeviceBench<Scalar>& bench,
-                      const std::vector<ReferenceFront<Scalar>>& reference) {
-  ASSERT_EQ(reference.size(), static_cast<std::size_t>(problem.plan->num_fronts));
-  const FactoredFronts<Scalar> result = bench.factored();
-  for (Vertex f = 0; f < problem.plan->num_fronts; ++f) {
-    SCOPED_TRACE("front " + std::to_string(f) + " of " + std::to_string(problem.plan->pivots(f)) +
-                 " pivots, border " + std::to_string(problem.plan->border_rows(f)));
-    const FrontBlocks<Scalar> expected = blocks_of(reference[f]);
-    EXPECT_LT(difference(result.fronts[f].lower, expected.lower), kTolerance<Scalar>) << "P and L";
-    EXPECT_LT(difference(result.fronts[f].upper, expected.upper), kTolerance<Scalar>) << "U";
-  }
-  // Of the contribution blocks those of the last two depths are left.
-  for (Vertex f = 0; f < problem.plan->num_fronts; ++f) {
-    const Vertex parent = problem.plan->parent[f];
-    if (parent < 0 || problem.plan->parent[parent] >= 0) continue;
-    EXPECT_LT(difference(result.fronts[f].contribution, blocks_of(reference[f]).contribution),
-              kTolerance<Scalar>)
-        << "C of front " << f;
-  }
-}
-
-/// Fronts whose pivots are all large.
-template <class Scalar>
-void check_regular(const StageProblem<double>& of_doubles) {
-  const StageProblem<Scalar> problem = in_numbers_of<Scalar>(of_doubles);
-  DeviceBench<Scalar> bench(problem);
-  const FactorStatus status = bench.factor(default_tolerance<Scalar>());
-  EXPECT_EQ(bench.passes(), 1) << "no front is strict";
-  EXPECT_EQ(status.perturbed, 0u);
-  EXPECT_EQ(status.nonfinite, 0u);
-  expect_reference(problem, bench, followed(problem, bench, default_tolerance<Scalar>()));
-}
-
-/// Fronts of which some pivots are too small.
-template <class Scalar>
-FactorStatus check_weak(const StageProblem<Scalar>& problem, double tolerance) {
-  DeviceBench<Scalar> bench(problem);
-  const FactorStatus status = bench.factor(tolerance);
-  followed(problem, bench, tolerance);
-  expect_exact_factors(problem, bench.factored(), kInversion);
-  return status;
-}
 
 /// Multiplies rows and columns by random phases: real problems become complex ones with the same ranks.
 template <class Scalar>
@@ -201,8 +122,8 @@ TYPED_TEST(DeviceStagesTest, SolvesAsTheReferenceDoes) {
             x.insert(x.end(), column.begin(), column.end());
           }
           const Substitution<TypeParam> actual = bench.solve(columns, v, transposed);
-          EXPECT_LT(difference(actual.y, y), kTolerance<TypeParam>) << "forward";
-          EXPECT_LT(difference(actual.x, x), kTolerance<TypeParam>) << "backward";
+          EXPECT_LT(difference(actual.y, y), kDeviceTolerance<TypeParam>) << "forward";
+          EXPECT_LT(difference(actual.x, x), kDeviceTolerance<TypeParam>) << "backward";
           if (this->HasFailure()) return;
         }
       }
@@ -343,7 +264,7 @@ TYPED_TEST(DevicePivotsTest, ReplacesWhatIsBeyondTheRank) {
         for (Vertex i = 0; i < p; ++i)
           EXPECT_EQ(result.shift[0][i] != TypeParam(0), i >= rank) << "pivot " << i;
         followed(problem, bench, 1e-8);
-        expect_exact_factors(problem, result, kInversion);
+        expect_exact_factors(problem, result, Measure::row);
       }
     }
   });

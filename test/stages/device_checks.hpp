@@ -1,0 +1,89 @@
+// What must hold for every factorization on the device: factors, shifts and exchanges against the reference.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "kernels/cuda/device_store.hpp"
+#include "test/stages/device_bench.hpp"
+#include "test/stages/followed_reference.hpp"
+
+namespace mfs::test {
+
+/// Of the largest entry of a block: pivots are large, so nothing grows but by the inverted blocks.
+template <class Scalar>
+constexpr double kDeviceTolerance = 20000 *
+                                    static_cast<double>(std::numeric_limits<RealOf<Scalar>>::epsilon());
+/// The default pivot tolerance.
+template <class Scalar>
+double default_tolerance() {
+  return std::sqrt(static_cast<double>(std::numeric_limits<RealOf<Scalar>>::epsilon()));
+}
+
+template <class Scalar>
+bool is_small(const SymbolicPlan& plan, Vertex f) {
+  return plan.pivots(f) + plan.border_rows(f) <= cuda::kSmallRows<cuda::DeviceScalar<Scalar>>;
+}
+/// Row after the last one in which pivot k of front f is searched.
+template <class Scalar>
+Vertex searched(const SymbolicPlan& plan, const std::vector<int>& strict, Vertex f, Vertex k) {
+  constexpr Vertex tile = cuda::kTile<cuda::DeviceScalar<Scalar>>;
+  const Vertex p = plan.pivots(f);
+  return is_small<Scalar>(plan, f) || strict[f] ? p : std::min(p, k / tile * tile + tile);
+}
+
+/// Factors, shifts and exchanges against the reference on the same pivots; returns that.
+template <class Scalar>
+std::vector<ReferenceFront<Scalar>> followed(const StageProblem<Scalar>& problem,
+                                             const DeviceBench<Scalar>& bench, double tolerance) {
+  const SymbolicPlan& plan = *problem.plan;
+  const std::vector<int> strict = bench.strict();
+  return follow<Scalar>(problem, bench.factored(), rule_of(problem, tolerance),
+                        [&](Vertex f, Vertex k) { return searched<Scalar>(plan, strict, f, k); });
+}
+
+template <class Scalar>
+void expect_reference(const StageProblem<Scalar>& problem, const DeviceBench<Scalar>& bench,
+                      const std::vector<ReferenceFront<Scalar>>& reference) {
+  ASSERT_EQ(reference.size(), static_cast<std::size_t>(problem.plan->num_fronts));
+  const FactoredFronts<Scalar> result = bench.factored();
+  for (Vertex f = 0; f < problem.plan->num_fronts; ++f) {
+    SCOPED_TRACE("front " + std::to_string(f) + " of " + std::to_string(problem.plan->pivots(f)) +
+                 " pivots, border " + std::to_string(problem.plan->border_rows(f)));
+    const FrontBlocks<Scalar> expected = blocks_of(reference[f]);
+    EXPECT_LT(difference(result.fronts[f].lower, expected.lower), kDeviceTolerance<Scalar>) << "P and L";
+    EXPECT_LT(difference(result.fronts[f].upper, expected.upper), kDeviceTolerance<Scalar>) << "U";
+  }
+  // Of the contribution blocks those of the last two depths are left.
+  for (Vertex f = 0; f < problem.plan->num_fronts; ++f) {
+    const Vertex parent = problem.plan->parent[f];
+    if (parent < 0 || problem.plan->parent[parent] >= 0) continue;
+    EXPECT_LT(difference(result.fronts[f].contribution, blocks_of(reference[f]).contribution),
+              kDeviceTolerance<Scalar>)
+        << "C of front " << f;
+  }
+}
+
+/// Fronts whose pivots are all large.
+template <class Scalar>
+void check_regular(const StageProblem<double>& of_doubles) {
+  const StageProblem<Scalar> problem = in_numbers_of<Scalar>(of_doubles);
+  DeviceBench<Scalar> bench(problem);
+  const FactorStatus status = bench.factor(default_tolerance<Scalar>());
+  EXPECT_EQ(bench.passes(), 1) << "no front is strict";
+  EXPECT_EQ(status.perturbed, 0u);
+  EXPECT_EQ(status.nonfinite, 0u);
+  expect_reference(problem, bench, followed(problem, bench, default_tolerance<Scalar>()));
+}
+
+/// Fronts of which some pivots are too small.
+template <class Scalar>
+FactorStatus check_weak(const StageProblem<Scalar>& problem, double tolerance) {
+  DeviceBench<Scalar> bench(problem);
+  const FactorStatus status = bench.factor(tolerance);
+  followed(problem, bench, tolerance);
+  expect_exact_factors(problem, bench.factored(), Measure::row);
+  return status;
+}
+
+}  // namespace mfs::test

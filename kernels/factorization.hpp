@@ -45,6 +45,27 @@ constexpr Vertex kSolveColumns = 16;
 
 enum class HostSpace { serial, openmp };
 
+/// What a factorization whose memory is a device's can do beside: take and give arrays of that memory.
+/// `stream` is a stream of the caller; what was put into it before is waited for on the device. Each call
+/// returns when its work is done.
+template <class Scalar>
+class DeviceFactors {
+ public:
+  virtual ~DeviceFactors() = default;
+  /// Takes the values, by slot of the pattern, for the next factor(); false if one of them is not finite.
+  virtual bool take_values(const Scalar* values, void* stream) = 0;
+  /// Solves on the device alone; false, and nothing is written, where that misses the tolerance: where b is
+  /// not finite, pivots were perturbed, or the ladder must be climbed.
+  virtual bool solve_resident(const Scalar* b, Offset ldb, Scalar* x, Offset ldx, Vertex columns,
+                              const TransposedPattern* transposed, const SolveControls& controls,
+                              void* stream, SolveOutcome& outcome) = 0;
+  /// Copies of `columns` columns of `rows` entries, device to host and back.
+  virtual void download(const Scalar* from, Offset ld, Offset rows, Vertex columns, Scalar* to,
+                        void* stream) = 0;
+  virtual void upload(const Scalar* from, Offset rows, Vertex columns, Scalar* to, Offset ld,
+                      void* stream) = 0;
+};
+
 template <class Scalar>
 class Factorization {
  public:
@@ -89,6 +110,8 @@ class Factorization {
   }
 
   virtual Offset bytes() const = 0;
+  /// Null where the factors are in the memory of the host.
+  virtual DeviceFactors<Scalar>* device() { return nullptr; }
 };
 
 /// With single_precision the factors are float or complex<float>, whatever Scalar is. Must be made and used

@@ -108,6 +108,17 @@ auto maximum_at(double* place) {
   return Kokkos::Max<double, Space>(Kokkos::View<double, Space>(place));
 }
 
+/// *found = 1 if an entry is NaN or infinite, else 0 or less.
+template <class Exec, class Scalar>
+void find_nonfinite(const Exec& exec, Offset count, const Scalar* x, double* found) {
+  Kokkos::parallel_reduce(
+      "mfs::finite", Kokkos::RangePolicy<Exec, Kokkos::IndexType<Offset>>(exec, 0, count),
+      KOKKOS_LAMBDA(Offset i, double& most) {
+        if (!(magnitude(x[i]) <= 1.7976931348623157e308)) most = 1;
+      },
+      maximum_at<Exec>(found));
+}
+
 /// *largest = largest |a_ij| row_scale[i] column_scale[j].
 template <class Exec, class Scalar, class Value>
 void largest_scaled_entry(const Exec& exec, const FrontStore<Scalar, Value>& store, double* largest) {

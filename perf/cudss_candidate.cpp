@@ -21,35 +21,16 @@ std::function<std::unique_ptr<Candidate>(const System&)> load_cudss(const std::s
 #include <limits>
 
 #include "perf/cudss_library.hpp"
+#include "perf/device_array.hpp"
 
 namespace mfs::perf {
 namespace {
 
-void check(cudaError_t code, const char* what) {
-  if (code != cudaSuccess) throw std::runtime_error(std::string(what) + ": " + cudaGetErrorString(code));
-}
+using mfs::perf::check;
 void check(cudssStatus_t status, const char* what) {
   if (status != CUDSS_STATUS_SUCCESS)
     throw std::runtime_error(std::string(what) + ": cuDSS status " + std::to_string(status));
 }
-
-template <class T>
-class DeviceArray {
- public:
-  explicit DeviceArray(std::size_t count) { check(cudaMalloc(&data_, count * sizeof(T)), "cudaMalloc"); }
-  template <class Source>
-  explicit DeviceArray(const std::vector<Source>& host) : DeviceArray(host.size()) {
-    const std::vector<T> converted(host.begin(), host.end());
-    check(cudaMemcpy(data_, converted.data(), host.size() * sizeof(T), cudaMemcpyHostToDevice), "cudaMemcpy");
-  }
-  ~DeviceArray() { cudaFree(data_); }
-  DeviceArray(const DeviceArray&) = delete;
-  DeviceArray& operator=(const DeviceArray&) = delete;
-  T* get() const { return data_; }
-
- private:
-  T* data_ = nullptr;
-};
 
 class CudssCandidate final : public Candidate {
  public:

@@ -3,6 +3,9 @@
 #include <mfs/mfs.hpp>
 
 #include "perf/candidate.hpp"
+#ifdef MFS_CUDA
+#include "perf/device_array.hpp"
+#endif
 
 namespace mfs::perf {
 namespace {
@@ -14,7 +17,7 @@ Options options_for(Place place, int threads) {
   return options;
 }
 
-class MfsCandidate final : public Candidate {
+class MfsCandidate : public Candidate {
  public:
   MfsCandidate(const System& system, Place place, int threads)
       : system_(system), solver_(options_for(place, threads)), x_(system.b.size()) {}
@@ -42,6 +45,9 @@ class MfsCandidate final : public Candidate {
     return facts;
   }
 
+ protected:
+  Solver& solver() { return solver_; }
+
  private:
   CsrView<double> view() const {
     const FamilyMatrix& a = system_.a;
@@ -53,9 +59,42 @@ class MfsCandidate final : public Candidate {
   std::vector<double> x_;
 };
 
+#ifdef MFS_CUDA
+// Values, right-hand sides and solutions in the memory of the device, as for the others.
+class MfsResident final : public MfsCandidate {
+ public:
+  MfsResident(const System& system, int threads)
+      : MfsCandidate(system, Place::device, threads),
+        values_(system.a.values),
+        b_(system.b),
+        x_(system.b.size()),
+        n_(system.a.n) {}
+
+  void refactor() override { solver().refactor_device(values_.get()); }
+  void solve(int columns) override { solver().solve_device(b_.get(), x_.get(), columns); }
+  void read_solution(int columns, double* x) override {
+    check(cudaMemcpy(x, x_.get(), static_cast<std::size_t>(n_) * columns * sizeof(double),
+                     cudaMemcpyDeviceToHost),
+          "cudaMemcpy");
+  }
+  Facts facts() override {
+    Facts facts = MfsCandidate::facts();
+    facts.vectors = "device";
+    return facts;
+  }
+
+ private:
+  DeviceArray<double> values_, b_, x_;
+  std::int64_t n_;
+};
+#endif
+
 }  // namespace
 
 std::unique_ptr<Candidate> make_mfs(const System& system, Place place, int threads) {
+#ifdef MFS_CUDA
+  if (place == Place::device) return std::make_unique<MfsResident>(system, threads);
+#endif
   return std::make_unique<MfsCandidate>(system, place, threads);
 }
 

@@ -133,14 +133,10 @@ class BasicSolver<Scalar>::Impl {
     const Offset n = analysis_->pattern->n;
     if (ldb == 0) ldb = n;
     if (ldx == 0) ldx = n;
-    check_vectors(b, x, nrhs, ldb, ldx);
+    check_places(b, x, nrhs, ldb, ldx);
+    check_finite(b, nrhs, ldb);
     const Stopwatch watch;
-    report_.rung = Rung::factors;
-    report_.time_ladder = 0;
-    report_.refinement_steps = 0;
-    report_.krylov_steps = 0;
-    report_.corrected_pivots = 0;
-    report_.backward_error = 0;
+    begin_solve();
     for (Offset first = 0; first < nrhs; first += kSolveColumns) {
       const Vertex columns = static_cast<Vertex>(std::min<Offset>(kSolveColumns, nrhs - first));
       // A failing block is left with its own right-hand sides: those before it may lie under their solutions.
@@ -150,6 +146,47 @@ class BasicSolver<Scalar>::Impl {
           [&] {
             return System<Scalar>{factored_matrix(), b + first * ldb, columns, ldb, transposed};
           });
+      tell("solve", static_cast<double>(first + columns) / static_cast<double>(nrhs));
+    }
+    watch_effort();
+    report_.time_solve = watch.seconds();
+  }
+
+  void refactor_device(const Scalar* values, void* stream) {
+    DeviceFactors<Scalar>& device = device_factors("refactor_device", numeric_ != nullptr);
+    if (!values) throw InvalidInput("values", "null pointer");
+    const Stopwatch watch;
+    // Sums of repeated entries, a new matching, and what is wrong with the values are left to the host.
+    bool taken = false;
+    if (analysis_->pattern->slot_of_entry.empty() && !drifted_) {
+      factored_ = false;
+      run("factor", [&] { taken = device.take_values(values, stream); });
+    }
+    if (taken) {
+      refactored_ = true;
+      strengthened_ = 0;
+      factor_values();
+    } else {
+      std::vector<Scalar> held(static_cast<std::size_t>(analysis_->pattern->num_entries));
+      const Offset count = static_cast<Offset>(held.size());
+      run("factor", [&] { device.download(values, count, count, 1, held.data(), stream); });
+      refactor(held.data());
+    }
+    report_.time_refactor = watch.seconds();
+  }
+
+  void solve_device(const Scalar* b, Scalar* x, Offset nrhs, Offset ldb, Offset ldx, bool transposed,
+                    void* stream) {
+    device_factors("solve_device", factored_);
+    const Offset n = analysis_->pattern->n;
+    if (ldb == 0) ldb = n;
+    if (ldx == 0) ldx = n;
+    check_places(b, x, nrhs, ldb, ldx);
+    const Stopwatch watch;
+    begin_solve();
+    for (Offset first = 0; first < nrhs; first += kSolveColumns) {
+      const Vertex columns = static_cast<Vertex>(std::min<Offset>(kSolveColumns, nrhs - first));
+      solve_device_block(b + first * ldb, ldb, x + first * ldx, ldx, columns, transposed, stream);
       tell("solve", static_cast<double>(first + columns) / static_cast<double>(nrhs));
     }
     watch_effort();
@@ -212,6 +249,51 @@ class BasicSolver<Scalar>::Impl {
     if (!numeric_) throw StateError("its values are not held any more");
     const Pattern& pattern = *analysis_->pattern;
     return {pattern.n, pattern.n, pattern.offsets.data(), pattern.columns.data(), numeric_->matrix_values()};
+  }
+
+  DeviceFactors<Scalar>& device_factors(const char* call, bool factored) {
+    if (!factored) throw StateError(std::string(call) + ": the matrix has not been factored");
+    DeviceFactors<Scalar>* device = numeric_->device();
+    if (!device) throw StateError(std::string(call) + ": the factors are not on a device");
+    return *device;
+  }
+
+  // On the device, or where that is not enough by way of the host.
+  void solve_device_block(const Scalar* b, Offset ldb, Scalar* x, Offset ldx, Vertex columns, bool transposed,
+                          void* stream) {
+    const SolveControls controls{tolerance_, options_.solve.max_refinement_steps};
+    SolveOutcome outcome;
+    bool solved = false;
+    run("solve", [&] {
+      if (transposed) make_transposed();
+      solved = numeric_->device()->solve_resident(
+          b, ldb, x, ldx, columns, transposed ? &*transposed_pattern_ : nullptr, controls, stream, outcome);
+    });
+    if (solved) {
+      note_outcome(outcome);
+      report_.time_ladder += outcome.time_ladder;
+      report_.backward_error = std::max(report_.backward_error, outcome.backward_error);
+      return;
+    }
+    const Offset n = analysis_->pattern->n;
+    std::vector<Scalar> held(static_cast<std::size_t>(n) * columns);
+    run("solve", [&] { numeric_->device()->download(b, ldb, n, columns, held.data(), stream); });
+    check_finite(held.data(), columns, n);
+    run_phase(
+        options_.dump_prefix, [&] { solve_block(held.data(), n, held.data(), n, columns, transposed); },
+        [&] {
+          return System<Scalar>{factored_matrix(), held.data(), columns, n, transposed};
+        });
+    run("solve", [&] { numeric_->device()->upload(held.data(), n, columns, x, ldx, stream); });
+  }
+
+  void begin_solve() {
+    report_.rung = Rung::factors;
+    report_.time_ladder = 0;
+    report_.refinement_steps = 0;
+    report_.krylov_steps = 0;
+    report_.corrected_pivots = 0;
+    report_.backward_error = 0;
   }
 
   void make_transposed() {
@@ -450,6 +532,11 @@ class BasicSolver<Scalar>::Impl {
       for (Vertex j = 0; j < columns; ++j) std::copy(b + j * ldb, b + j * ldb + n, rhs + j * n);
       outcome = numeric_->solve(columns, transposed ? &*transposed_pattern_ : nullptr, controls);
     });
+    note_outcome(outcome);
+    return outcome;
+  }
+
+  void note_outcome(const SolveOutcome& outcome) {
     report_.refinement_steps = std::max(report_.refinement_steps, outcome.refinement_steps);
     report_.krylov_steps = std::max(report_.krylov_steps, outcome.krylov_steps);
     report_.corrected_pivots = std::max<std::int64_t>(report_.corrected_pivots, outcome.corrected_pivots);
@@ -458,7 +545,6 @@ class BasicSolver<Scalar>::Impl {
                       : outcome.corrected_pivots > 0 ? Rung::correction
                                                      : Rung::factors;
     report_.rung = std::max(report_.rung, used);
-    return outcome;
   }
 
   void solve_block(const Scalar* b, Offset ldb, Scalar* x, Offset ldx, Vertex columns, bool transposed) {
@@ -488,13 +574,17 @@ class BasicSolver<Scalar>::Impl {
                          "the matrix is singular to working precision");
   }
 
-  void check_vectors(const Scalar* b, const Scalar* x, Offset nrhs, Offset ldb, Offset ldx) const {
+  void check_places(const Scalar* b, const Scalar* x, Offset nrhs, Offset ldb, Offset ldx) const {
     const Offset n = analysis_->pattern->n;
     if (nrhs < 1) throw InvalidInput("nrhs", "must be at least 1");
     if (!b) throw InvalidInput("b", "null pointer");
     if (!x) throw InvalidInput("x", "null pointer");
     if (ldb < n) throw InvalidInput("ldb", "must be at least the number of rows");
     if (ldx < n) throw InvalidInput("ldx", "must be at least the number of rows");
+  }
+
+  void check_finite(const Scalar* b, Offset nrhs, Offset ldb) const {
+    const Offset n = analysis_->pattern->n;
     for (Offset j = 0; j < nrhs; ++j) {
       for (Offset i = 0; i < n; ++i) {
         if (!std::isfinite(std::abs(b[i + j * ldb]))) throw InvalidInput("b", "NaN or infinity", i, j);
@@ -588,6 +678,20 @@ void BasicSolver<Scalar>::refactor(const Scalar* values) {
         impl().options().dump_prefix, [&] { impl().refactor(values); },
         [&] { return System<Scalar>{impl().caller_view(values)}; });
   });
+}
+template <class Scalar>
+void BasicSolver<Scalar>::refactor_device(const Scalar* values, void* stream) {
+  at_the_border([&] { impl().refactor_device(values, stream); });
+}
+template <class Scalar>
+void BasicSolver<Scalar>::solve_device(const Scalar* b, Scalar* x, std::int64_t nrhs, std::int64_t ldb,
+                                       std::int64_t ldx, void* stream) {
+  at_the_border([&] { impl().solve_device(b, x, nrhs, ldb, ldx, false, stream); });
+}
+template <class Scalar>
+void BasicSolver<Scalar>::solve_transpose_device(const Scalar* b, Scalar* x, std::int64_t nrhs,
+                                                 std::int64_t ldb, std::int64_t ldx, void* stream) {
+  at_the_border([&] { impl().solve_device(b, x, nrhs, ldb, ldx, true, stream); });
 }
 template <class Scalar>
 void BasicSolver<Scalar>::solve(const Scalar* b, Scalar* x, std::int64_t nrhs, std::int64_t ldb,

@@ -1,7 +1,7 @@
-// Stage "assemble" of larger fronts on the device: each block makes some columns of a front, each of its warps a
-// piece of a column at a time. Every entry is the sum of what the children have for it, in their order, and is written once;
-// the original entries are added last. The shared source of the stage (kernels/assemble.hpp), which clears and
-// then adds child by child, moves four times as many bytes.
+// Stage "assemble" of larger fronts on the device: each block makes some columns of a front, each of its
+// warps a piece of a column at a time. Every entry is the sum of what the children have for it, in their
+// order, and is written once; the original entries are added last. The shared source of the stage
+// (kernels/assemble.hpp), which clears and then adds child by child, moves four times as many bytes.
 #pragma once
 
 #include "kernels/cuda/device_store.hpp"
@@ -44,7 +44,8 @@ __device__ void sum_children(const DeviceStore<S, Value>& store, Vertex f, int j
 }
 
 template <class S, class Value>
-__global__ void __launch_bounds__(kAssembleThreads) assemble_fronts(DeviceStore<S, Value> store, Offset first) {
+__global__ void __launch_bounds__(kAssembleThreads)
+    assemble_fronts(DeviceStore<S, Value> store, Offset first) {
   const AssemblyPart part = store.assemble[first + blockIdx.x];
   const FrontStore<S, Value>& at = store.fronts;
   const Vertex f = part.front;

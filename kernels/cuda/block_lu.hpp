@@ -49,8 +49,8 @@ struct BorderBelow {
   }
 };
 
-// A tile that leaves out pivot rows below it does not decide about a small pivot: its front becomes strict, and
-// is factored again.
+// A tile that leaves out pivot rows below it does not decide about a small pivot: its front becomes strict,
+// and is factored again.
 template <class S, class Value>
 struct UndecidedBelow {
   const DeviceStore<S, Value>* store;
@@ -66,7 +66,8 @@ template <class S>
 __device__ void load_tile(const Tile<S>& tile, const S* from, Offset ld) {
   const int lane = threadIdx.x % kWarp, warp = threadIdx.x / kWarp, warps = blockDim.x / kWarp;
   for (int c = warp; c < tile.rows; c += warps) {
-    for (int r = lane; r < tile.rows; r += kWarp) copy_async<sizeof(S)>(shared_address(tile.a + r + c * tile.ld), from + r + c * ld);
+    for (int r = lane; r < tile.rows; r += kWarp)
+      copy_async<sizeof(S)>(shared_address(tile.a + r + c * tile.ld), from + r + c * ld);
   }
   commit_copies();
   wait_copies<0>();
@@ -86,7 +87,8 @@ template <class S>
 __device__ void exchange_front_rows(const Front<S>& front, int a, int b) {
   const Offset ld = front.rows();
   for (int c = threadIdx.x; c < front.rows(); c += blockDim.x) {
-    S* column = c < front.pivots ? front.lower + c * ld : front.upper + static_cast<Offset>(c - front.pivots) * front.pivots;
+    S* column = c < front.pivots ? front.lower + c * ld
+                                 : front.upper + static_cast<Offset>(c - front.pivots) * front.pivots;
     const S held = column[a];
     column[a] = column[b];
     column[b] = held;
@@ -95,8 +97,9 @@ __device__ void exchange_front_rows(const Front<S>& front, int a, int b) {
 
 // Columns [k, k + s) of a strict front, rows [k, p), in global memory: each pivot is searched in all of them.
 template <class S, class Value>
-__device__ __noinline__ void factor_strict(const DeviceStore<S, Value>& store, Vertex f, const Front<S>& front, int k, int s,
-                              S* column_work, TileWork<S>& work) {
+__device__ __noinline__ void factor_strict(const DeviceStore<S, Value>& store, Vertex f,
+                                           const Front<S>& front, int k, int s, S* column_work,
+                                           TileWork<S>& work) {
   const PivotRule rule = store.rule();
   const Offset ld = front.rows();
   const int m = front.pivots - k, begin = store.fronts.pivot_begin[f];
@@ -154,7 +157,8 @@ __device__ __noinline__ void factor_strict(const DeviceStore<S, Value>& store, V
     if (size == size && !(size >= rule.bound)) {
       // The border rows of columns left of this one are not solved for: do so for this column alone.
       const Tile<S> tile{a, static_cast<int>(ld), s, s};
-      const BorderBelow<S> below{front.lower + front.pivots + k * ld, ld, front.border, column_work, work.border};
+      const BorderBelow<S> below{front.lower + front.pivots + k * ld, ld, front.border, column_work,
+                                 work.border};
       const S accepted = replacement(pivot, below(tile, j), rule);
       added = accepted - pivot;
       pivot = accepted;
@@ -172,7 +176,8 @@ __device__ __noinline__ void factor_strict(const DeviceStore<S, Value>& store, V
 }
 
 template <class S, class Value>
-__global__ void __launch_bounds__(kTileThreads) factor_diagonal_tiles(DeviceStore<S, Value> store, Offset first) {
+__global__ void __launch_bounds__(kTileThreads)
+    factor_diagonal_tiles(DeviceStore<S, Value> store, Offset first) {
   extern __shared__ __align__(16) unsigned char memory[];
   const StepTask task = store.steps[first + blockIdx.x];
   const Vertex f = task.front;
@@ -196,7 +201,8 @@ __global__ void __launch_bounds__(kTileThreads) factor_diagonal_tiles(DeviceStor
       tile_lu(tile, store.rule(), UndecidedBelow<S, Value>{&store, f}, row_at, store.fronts.shift + begin,
               store.fronts.status, work);
     } else {
-      const BorderBelow<S> below{front.lower + front.pivots + k * ld, ld, front.border, column_work, work.border};
+      const BorderBelow<S> below{front.lower + front.pivots + k * ld, ld, front.border, column_work,
+                                 work.border};
       tile_lu(tile, store.rule(), below, row_at, store.fronts.shift + begin, store.fronts.status, work);
     }
     for (int i = threadIdx.x; i < s; i += blockDim.x) store.fronts.local_row[begin + i] = k + row_at[i];
@@ -225,7 +231,8 @@ __global__ void exchange_block_rows(DeviceStore<S, Value> store, Offset first) {
       held[i] = a[i % s + static_cast<Offset>(c + i / s) * front.rows()];
     __syncthreads();
     for (int i = threadIdx.x; i < s * kColumns; i += blockDim.x)
-      a[i % s + static_cast<Offset>(c + i / s) * front.rows()] = held[local_row[i % s] - part.begin + i / s * s];
+      a[i % s + static_cast<Offset>(c + i / s) * front.rows()] =
+          held[local_row[i % s] - part.begin + i / s * s];
     __syncthreads();
   }
 }

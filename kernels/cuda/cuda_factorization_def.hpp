@@ -29,7 +29,8 @@ constexpr bool fits_shared_memory() {
 }
 
 template <class Value, class Scalar>
-class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedArena, Value> {
+class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedArena, Value>,
+                                public DeviceFactors<Value> {
   using Ladder = AccuracyLadder<Kokkos::OpenMP, PinnedArena, Value>;
   using Ladder::plan;
   using S = DeviceScalar<Scalar>;
@@ -55,6 +56,11 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
     make_room(1);
   }
 
+  Value* matrix_values() override {
+    bring_values();
+    values_sent_ = false;
+    return Ladder::matrix_values();
+  }
   double* row_scale() override {
     scales_sent_ = false;
     return Ladder::row_scale();
@@ -86,13 +92,68 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
                      const SolveControls& controls) override {
     SolveOutcome on_device;
     if (this->status().perturbed == 0) {
+      const Offset bytes = static_cast<Offset>(plan().n) * columns * static_cast<Offset>(sizeof(Value));
+      stream_.to_device(b_, this->rhs(columns), bytes);
       on_device = solve_on_device(columns, transposed, controls);
-      if (on_device.backward_error <= controls.tolerance) return on_device;
+      if (on_device.backward_error <= controls.tolerance) {
+        stream_.to_host(this->vectors().x, x_, bytes);
+        stream_.synchronize();
+        return on_device;
+      }
     }
+    bring_values();
     SolveOutcome outcome = Ladder::solve(columns, transposed, controls);
     outcome.refinement_steps += on_device.refinement_steps;
     outcome.time_ladder += on_device.time_ladder;
     return outcome;
+  }
+
+  double condition_estimate(const TransposedPattern& transposed) override {
+    bring_values();
+    return Ladder::condition_estimate(transposed);
+  }
+  bool determinant(Value& phase, double& log_abs) override {
+    bring_values();
+    return Ladder::determinant(phase, log_abs);
+  }
+
+  DeviceFactors<Value>* device() override { return this; }
+
+  bool take_values(const Value* values, void* stream) override {
+    follow(stream);
+    stream_.copy_columns(stages_.matrix_values(), 0, values, 0, plan().nnz * sizeof(Value), 1);
+    values_sent_ = true;
+    values_here_ = false;
+    return finite(plan().nnz, stages_.matrix_values());
+  }
+
+  bool solve_resident(const Value* b, Offset ldb, Value* x, Offset ldx, Vertex columns,
+                      const TransposedPattern* transposed, const SolveControls& controls, void* stream,
+                      SolveOutcome& outcome) override {
+    if (this->status().perturbed > 0) return false;
+    this->rhs(columns);  // room
+    const Offset n = plan().n, bytes = n * static_cast<Offset>(sizeof(Value));
+    follow(stream);
+    stream_.copy_columns(b_, bytes, b, ldb * static_cast<Offset>(sizeof(Value)), bytes, columns);
+    outcome = solve_on_device(columns, transposed, controls);
+    // A b that is not finite leaves no finite error.
+    if (!(outcome.backward_error <= controls.tolerance)) return false;
+    stream_.copy_columns(x, ldx * static_cast<Offset>(sizeof(Value)), x_, bytes, bytes, columns);
+    stream_.synchronize();
+    return true;
+  }
+
+  void download(const Value* from, Offset ld, Offset rows, Vertex columns, Value* to, void* stream) override {
+    follow(stream);
+    const Offset bytes = rows * static_cast<Offset>(sizeof(Value));
+    stream_.copy_columns(to, bytes, from, ld * static_cast<Offset>(sizeof(Value)), bytes, columns);
+    stream_.synchronize();
+  }
+  void upload(const Value* from, Offset rows, Vertex columns, Value* to, Offset ld, void* stream) override {
+    follow(stream);
+    const Offset bytes = rows * static_cast<Offset>(sizeof(Value));
+    stream_.copy_columns(to, ld * static_cast<Offset>(sizeof(Value)), from, bytes, bytes, columns);
+    stream_.synchronize();
   }
 
   Value pivot_shift(Vertex position) const override {
@@ -112,7 +173,30 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
       stream_.to_device(stages_.column_scale(), Ladder::column_scale(), n * sizeof(double));
       scales_sent_ = true;
     }
-    stream_.to_device(stages_.matrix_values(), this->matrix_values(), plan().nnz * sizeof(Value));
+    if (!values_sent_) {
+      stream_.to_device(stages_.matrix_values(), Ladder::matrix_values(), plan().nnz * sizeof(Value));
+      values_sent_ = true;
+    }
+  }
+
+  // The values on the host, where they came from the device.
+  void bring_values() {
+    if (values_here_) return;
+    stream_.to_host(Ladder::matrix_values(), stages_.matrix_values(), plan().nnz * sizeof(Value));
+    stream_.synchronize();
+    values_here_ = true;
+  }
+
+  void follow(void* stream) {
+    foreign_.record_foreign(stream);
+    stream_.wait_for(foreign_);
+  }
+
+  bool finite(Offset count, const V* values) {
+    find_nonfinite(exec_, count, values, device_errors_);
+    stream_.to_host(errors_, device_errors_, sizeof(double));
+    stream_.synchronize();
+    return !(*errors_ > 0);
   }
 
   void launch_factor(double tolerance) {
@@ -128,12 +212,11 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
     graph_.launch(stream_);
   }
 
-  // Solution and error of the right-hand sides in rhs(), refined while that halves the error.
+  // Solution x_ and error of the right-hand sides in b_, refined while that halves the error.
   SolveOutcome solve_on_device(Vertex columns, const TransposedPattern* transposed,
                                const SolveControls& controls) {
     const Offset block = static_cast<Offset>(plan().n) * columns;
     SolveOutcome outcome;
-    stream_.to_device(b_, this->rhs(columns), block * sizeof(Value));
     substitute(b_, x_, columns, transposed != nullptr);
     outcome.backward_error = largest_error(columns, transposed);
     const Stopwatch refining;
@@ -147,10 +230,6 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
       ++outcome.refinement_steps;
     }
     if (outcome.refinement_steps > 0) outcome.time_ladder = refining.seconds();
-    if (outcome.backward_error <= controls.tolerance) {
-      stream_.to_host(this->vectors().x, x_, block * sizeof(Value));
-      stream_.synchronize();
-    }
     return outcome;
   }
 
@@ -184,11 +263,8 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
     const double* out_scale = transposed ? at.row_scale : at.column_scale;
     gather_scaled<V>(exec_, plan().n, columns, in, in_scale, from, substitution_.v);
     substitution_.columns = columns;
-    Graph& graph = solve_graph_[transposed];
-    if (!graph.recorded() || graph_columns_[transposed] != columns) {
-      graph.record(stream_, [&] { stages_.substitute(substitution_, transposed); });
-      graph_columns_[transposed] = columns;
-    }
+    Graph& graph = solve_graph_[transposed][columns - 1];
+    if (!graph.recorded()) graph.record(stream_, [&] { stages_.substitute(substitution_, transposed); });
     graph.launch(stream_);
     scatter_scaled<V>(exec_, plan().n, columns, out, out_scale, static_cast<const S*>(substitution_.v), to);
   }
@@ -210,7 +286,9 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
     substitution_ = {vectors_->template at<S>(v), vectors_->template at<S>(y),
                      vectors_->template at<S>(border), columns};
     device_errors_ = vectors_->template at<double>(errors);
-    for (auto& graph : solve_graph_) graph.reset();
+    for (auto& graphs : solve_graph_) {
+      for (Graph& graph : graphs) graph.reset();
+    }
   }
 
   RowAccess<V> device_rows(const TransposedPattern* transposed) {
@@ -267,10 +345,10 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
   std::unique_ptr<PinnedArena> host_;
   double* errors_;
   DeviceStatus* status_;
-  bool scales_sent_ = false, warm_ = false;
-  Graph graph_, solve_graph_[2];
+  bool scales_sent_ = false, values_sent_ = false, values_here_ = true, warm_ = false;
+  Event foreign_;
+  Graph graph_, solve_graph_[2][kSolveColumns];
   double graph_tolerance_ = 0;
-  Vertex graph_columns_[2] = {0, 0};
   std::unique_ptr<DeviceArena> vectors_, transposed_;
   RowAccess<V> transposed_rows_{};
   V *b_, *x_, *r_, *d_;

@@ -73,6 +73,9 @@ class Stream {
   void to_host(void* to, const void* from, Offset bytes) const;
   void clear(void* place, Offset bytes) const { fill(place, 0, bytes); }
   void fill(void* place, int byte, Offset bytes) const;
+  /// `columns` columns of so many bytes, between any two memories.
+  void copy_columns(void* to, Offset to_pitch, const void* from, Offset from_pitch, Offset bytes,
+                    Vertex columns) const;
 
  private:
   cudaStream_t stream_ = nullptr;
@@ -86,6 +89,8 @@ class Event {
   Event(const Event&) = delete;
   Event& operator=(const Event&) = delete;
   void record(const Stream& stream);
+  /// In a stream that is not ours.
+  void record_foreign(void* stream);
   /// Milliseconds from `before` to this; both must have passed.
   float since(const Event& before) const;
   cudaEvent_t get() const { return event_; }
@@ -105,6 +110,7 @@ class Graph {
   bool recorded() const { return executable_ != nullptr; }
   template <class Work>
   void record(const Stream& stream, const Work& work) {
+    reset();
     begin(stream);
     try {
       work();

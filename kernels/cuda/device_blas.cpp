@@ -16,7 +16,9 @@ void check_blas(cublasStatus_t status, const char* what) {
     throw BackendError("cuBLAS", status, std::string(what) + ": " + cublasGetStatusString(status));
 }
 
-cublasHandle_t blas(void* handle) { return static_cast<cublasHandle_t>(handle); }
+cublasHandle_t blas(void* handle) {
+  return static_cast<cublasHandle_t>(handle);
+}
 
 }  // namespace
 
@@ -27,17 +29,20 @@ DeviceBlas::DeviceBlas(const Stream& stream) : workspace_(kWorkspace) {
   check_blas(cublasSetStream(handle, stream.get()), "cublasSetStream");
   check_blas(cublasSetWorkspace(handle, workspace_.at<void>(0), kWorkspace), "cublasSetWorkspace");
 }
-DeviceBlas::~DeviceBlas() { cublasDestroy(blas(handle_)); }
+DeviceBlas::~DeviceBlas() {
+  cublasDestroy(blas(handle_));
+}
 
-#define MFS_GEMM_MINUS(S, Number, gemm)                                                                          \
-  template <>                                                                                                    \
-  void DeviceBlas::gemm_minus<S>(int m, int n, int k, const S* a, int lda, const S* b, int ldb, S* c, int ldc)   \
-      const {                                                                                                    \
-    const S minus_one(-1), one(1);                                                                               \
-    check_blas(gemm(blas(handle_), CUBLAS_OP_N, CUBLAS_OP_N, m, n, k, reinterpret_cast<const Number*>(&minus_one), \
-                    reinterpret_cast<const Number*>(a), lda, reinterpret_cast<const Number*>(b), ldb,            \
-                    reinterpret_cast<const Number*>(&one), reinterpret_cast<Number*>(c), ldc),                   \
-               #gemm);                                                                                           \
+#define MFS_GEMM_MINUS(S, Number, gemm)                                                                     \
+  template <>                                                                                               \
+  void DeviceBlas::gemm_minus<S>(int m, int n, int k, const S* a, int lda, const S* b, int ldb, S* c,       \
+                                 int ldc) const {                                                           \
+    const S minus_one(-1), one(1);                                                                          \
+    check_blas(                                                                                             \
+        gemm(blas(handle_), CUBLAS_OP_N, CUBLAS_OP_N, m, n, k, reinterpret_cast<const Number*>(&minus_one), \
+             reinterpret_cast<const Number*>(a), lda, reinterpret_cast<const Number*>(b), ldb,              \
+             reinterpret_cast<const Number*>(&one), reinterpret_cast<Number*>(c), ldc),                     \
+        #gemm);                                                                                             \
   }
 MFS_GEMM_MINUS(float, float, cublasSgemm)
 MFS_GEMM_MINUS(double, double, cublasDgemm)

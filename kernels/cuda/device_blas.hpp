@@ -9,7 +9,8 @@ namespace mfs::cuda {
 
 class DeviceBlas {
  public:
-  /// Works in `stream`, which must outlive it, with memory of its own. Throws BackendError("cuBLAS"), OutOfMemory.
+  /// Works in `stream`, which must outlive it, with memory of its own. Throws BackendError("cuBLAS"),
+  /// OutOfMemory.
   explicit DeviceBlas(const Stream& stream);
   ~DeviceBlas();
   DeviceBlas(const DeviceBlas&) = delete;

@@ -6,7 +6,9 @@ namespace mfs::cuda {
 
 namespace {
 
-Vertex tiles_of(Offset length, Vertex tile) { return static_cast<Vertex>((length + tile - 1) / tile); }
+Vertex tiles_of(Offset length, Vertex tile) {
+  return static_cast<Vertex>((length + tile - 1) / tile);
+}
 
 // Builds one plan and is thrown away.
 class Builder {
@@ -149,8 +151,8 @@ class Builder {
     const Span own{right.begin, std::min(right.end, p)};
     if (own.length() > 0 && down.length() > 0) {
       products.push_back({lower + down.begin + k * ld, lower + k + own.begin * ld,
-                          lower + down.begin + own.begin * ld, down.length(), own.length(), s, rows(f), rows(f),
-                          rows(f), 0, 0});
+                          lower + down.begin + own.begin * ld, down.length(), own.length(), s, rows(f),
+                          rows(f), rows(f), 0, 0});
     }
     const Span border{std::max(right.begin, p), right.end}, pivots{down.begin, std::min(down.end, p)};
     if (border.length() > 0 && pivots.length() > 0) {
@@ -163,9 +165,9 @@ class Builder {
   void place_tiles(const std::vector<StepTask>& tiles) {
     const Offset begin = static_cast<Offset>(made_.steps.size());
     place_strips(tiles);
-    depth().factor.insert(depth().factor.end() - 1,
-                          {Launch::Kind::diagonal, {begin, begin + static_cast<Offset>(tiles.size())},
-                           static_cast<Vertex>(tiles.size())});
+    depth().factor.insert(depth().factor.end() - 1, {Launch::Kind::diagonal,
+                                                     {begin, begin + static_cast<Offset>(tiles.size())},
+                                                     static_cast<Vertex>(tiles.size())});
   }
 
   void place_strips(const std::vector<StepTask>& tiles) {
@@ -202,8 +204,8 @@ class Builder {
     place_products(products, depth().update);
   }
 
-  // The largest products one by one to the library, the others in one launch; larger tiles use the card better
-  // once there are enough of them.
+  // The largest products one by one to the library, the others in one launch; larger tiles use the card
+  // better once there are enough of them.
   void place_products(const std::vector<ProductTask>& products, std::vector<Launch>& launches) {
     constexpr Vertex kNarrow = 64, kWide = 128, kEnough = 2 * 132;
     constexpr Offset kLibraryEntries = Offset(1) << 20;
@@ -235,8 +237,8 @@ class Builder {
     }
   }
 
-  // Forward: the tiles of a front in the order in which they depend on each other, those of all fronts by turns;
-  // backward: the other way round, and only pivots.
+  // Forward: the tiles of a front in the order in which they depend on each other, those of all fronts by
+  // turns; backward: the other way round, and only pivots.
   void list_solve(Vertex step) {
     std::vector<Vertex> fronts;
     depth().tiny.begin = static_cast<Offset>(made_.tiny_fronts.size());
@@ -272,7 +274,8 @@ class Builder {
     for (Vertex f = 0; f < plan_.num_fronts; ++f) made_.row_begin[f + 1] = made_.row_begin[f] + rows(f);
     made_.source_begin.assign(static_cast<std::size_t>(made_.row_begin.back()) + 1, 0);
     for_each_child_row([&](Offset row, Offset) { ++made_.source_begin[row + 1]; });
-    for (std::size_t i = 1; i < made_.source_begin.size(); ++i) made_.source_begin[i] += made_.source_begin[i - 1];
+    for (std::size_t i = 1; i < made_.source_begin.size(); ++i)
+      made_.source_begin[i] += made_.source_begin[i - 1];
     made_.source.resize(static_cast<std::size_t>(made_.source_begin.back()));
     std::vector<Offset> next(made_.source_begin.begin(), made_.source_begin.end() - 1);
     for_each_child_row([&](Offset row, Offset place) { made_.source[next[row]++] = place; });
@@ -291,7 +294,8 @@ class Builder {
       for (Vertex c = plan_.child_begin[f]; c < plan_.child_begin[f + 1]; ++c) {
         const Vertex child = plan_.children[c];
         const Vertex* map = plan_.border_in_parent.data() + plan_.border_begin[child];
-        for (Vertex i = 0; i < plan_.border_rows(child); ++i) made_.child_row[made_.child_row_begin[c] + map[i]] = i;
+        for (Vertex i = 0; i < plan_.border_rows(child); ++i)
+          made_.child_row[made_.child_row_begin[c] + map[i]] = i;
       }
     }
   }

@@ -12,8 +12,9 @@
 //      p |  |t +----------+--------+
 //        |  |r |          |   C    |
 //
-// In a front with many pivots, kPanel of them are factored first, without what is right of them, which is then
-// solved for and updated at once: products of that depth run faster by half. The largest go to the library.
+// In a front with many pivots, kPanel of them are factored first, without what is right of them, which is
+// then solved for and updated at once: products of that depth run faster by half. The largest go to the
+// library.
 #pragma once
 
 #include <vector>
@@ -31,8 +32,8 @@ struct ProductTask {
   Vertex in_contribution;
 };
 
-/// The diagonal tile of a front at its pivot k, and the strips beside it: of the block column, where `left`, and of
-/// columns [begin, end) of the block row, counted from the tile's right edge.
+/// The diagonal tile of a front at its pivot k, and the strips beside it: of the block column, where `left`,
+/// and of columns [begin, end) of the block row, counted from the tile's right edge.
 struct StepTask {
   Vertex front, k;
   Vertex left, begin, end;
@@ -90,8 +91,8 @@ struct DevicePlan {
   std::vector<StepTask> steps;
   std::vector<ProductTask> products;
   std::vector<DepthLaunches> depths;
-  // Row i of front f takes row child_row[child_row_begin[c] + i] of the contribution block of its c-th entry in
-  // the plan's children, -1 for none.
+  // Row i of front f takes row child_row[child_row_begin[c] + i] of the contribution block of its c-th entry
+  // in the plan's children, -1 for none.
   std::vector<Offset> child_row_begin;  // children + 1
   std::vector<Vertex> child_row;
   // Row i of front f takes border values source[source_begin[row_begin[f] + i]...] of its children, in order.

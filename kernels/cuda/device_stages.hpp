@@ -1,5 +1,5 @@
-// All stages of a factorization on the device: the plan's copy, one arena, and the launches, depth by depth. What
-// is launched goes to one stream; nothing here waits for it.
+// All stages of a factorization on the device: the plan's copy, one arena, and the launches, depth by depth.
+// What is launched goes to one stream; nothing here waits for it.
 #pragma once
 
 #include <functional>
@@ -38,8 +38,9 @@ class DeviceStages {
   DeviceStatus* status() const { return status_; }
   Offset bytes() const { return arena_.bytes(); }
 
-  /// Launches assemble, factor and update of all depths for matrix_values(). `tolerance` of pivots is relative to
-  /// the largest scaled entry. `mark`, where given, is called before each launch and once at the end.
+  /// Launches assemble, factor and update of all depths for matrix_values(). `tolerance` of pivots is
+  /// relative to the largest scaled entry. `mark`, where given, is called before each launch and once at the
+  /// end.
   void factor(double tolerance, const Mark& mark = {});
   /// Launches v := A'^-1 v (elimination order, scaled) for the factors; `work` as VectorLayout has it.
   struct Vectors {

@@ -78,8 +78,8 @@ struct DeviceStages<S, V>::Layout {
 
 template <class S, class V>
 DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& pattern, const Stream& stream)
-    : DeviceStages(plan, pattern, stream,
-                   make_device_plan(plan, kTile<S>, kSmallRows<S>, kWideProducts<S>)) {}
+    : DeviceStages(plan, pattern, stream, make_device_plan(plan, kTile<S>, kSmallRows<S>, kWideProducts<S>)) {
+}
 
 template <class S, class V>
 DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& pattern, const Stream& stream,
@@ -109,15 +109,18 @@ DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& patter
   store_.tiny = pivot_rule<RealOf<S>>(0, 1).tiny;
   stream_.clear(store_.strict, plan.num_fronts * static_cast<Offset>(sizeof(int)));
   stream_.synchronize();  // what was copied from may go
-  set_shared_memory(reinterpret_cast<const void*>(&factor_small_fronts<256, 2, S, V>), small_front_bytes<S>(kSmallRows<S>));
+  set_shared_memory(reinterpret_cast<const void*>(&factor_small_fronts<256, 2, S, V>),
+                    small_front_bytes<S>(kSmallRows<S>));
   constexpr std::size_t kUnasked = 48 * 1024, kMiddle = small_front_bytes<S>(64);  // what needs no attribute
   if constexpr (kMiddle > kUnasked)
     set_shared_memory(reinterpret_cast<const void*>(&factor_small_fronts<128, 4, S, V>), kMiddle);
   set_shared_memory(reinterpret_cast<const void*>(&factor_diagonal_tiles<S, V>), block_lu_bytes<S>());
   set_shared_memory(reinterpret_cast<const void*>(&solve_strips<S, V>), strip_bytes<S>());
-  set_shared_memory(reinterpret_cast<const void*>(&subtract_products<NarrowShape, S, V>), NarrowShape::bytes<S>());
+  set_shared_memory(reinterpret_cast<const void*>(&subtract_products<NarrowShape, S, V>),
+                    NarrowShape::bytes<S>());
   if constexpr (kWideProducts<S>)
-    set_shared_memory(reinterpret_cast<const void*>(&subtract_products<WideShape, S, V>), WideShape::bytes<S>());
+    set_shared_memory(reinterpret_cast<const void*>(&subtract_products<WideShape, S, V>),
+                      WideShape::bytes<S>());
 }
 
 template <class S, class V>
@@ -126,16 +129,19 @@ void DeviceStages<S, V>::launch(const Launch& what) {
   const int count = static_cast<int>(what.tasks.count());
   switch (what.kind) {
     case Launch::Kind::diagonal:
-      factor_diagonal_tiles<<<blocks, kTileThreads, block_lu_bytes<S>(), stream_.get()>>>(store_, what.tasks.begin);
+      factor_diagonal_tiles<<<blocks, kTileThreads, block_lu_bytes<S>(), stream_.get()>>>(store_,
+                                                                                          what.tasks.begin);
       break;
     case Launch::Kind::strips:
       if (blocks > 0) {
-        solve_strips<<<blocks, kStripThreads, strip_bytes<S>(), stream_.get()>>>(store_, what.tasks.begin, count);
+        solve_strips<<<blocks, kStripThreads, strip_bytes<S>(), stream_.get()>>>(store_, what.tasks.begin,
+                                                                                 count);
       }
       break;
     case Launch::Kind::products:
-      subtract_products<NarrowShape><<<blocks, NarrowShape::threads, NarrowShape::bytes<S>(), stream_.get()>>>(
-          store_, what.tasks.begin, count);
+      subtract_products<NarrowShape>
+          <<<blocks, NarrowShape::threads, NarrowShape::bytes<S>(), stream_.get()>>>(store_, what.tasks.begin,
+                                                                                     count);
       break;
     case Launch::Kind::wide_products:
       if constexpr (kWideProducts<S>) {
@@ -147,13 +153,15 @@ void DeviceStages<S, V>::launch(const Launch& what) {
       const ProductTask& task = lists_.products[what.tasks.begin];
       S* const factor = store_.fronts.factor;
       S* const c = (task.in_contribution ? store_.fronts.contribution : factor) + task.c;
-      blas_.gemm_minus<S>(task.m, task.n, task.k, factor + task.a, task.lda, factor + task.b, task.ldb, c, task.ldc);
+      blas_.gemm_minus<S>(task.m, task.n, task.k, factor + task.a, task.lda, factor + task.b, task.ldb, c,
+                          task.ldc);
       break;
     }
   }
 }
 
-// Each size in a stream of its own, beside the larger fronts of the depth: all are too small to fill the device.
+// Each size in a stream of its own, beside the larger fronts of the depth: all are too small to fill the
+// device.
 template <class S, class V>
 void DeviceStages<S, V>::launch_small_fronts(const std::vector<SmallLaunch>& launches) {
   if (launches.empty()) return;
@@ -247,8 +255,9 @@ void DeviceStages<S, V>::substitute_columns(const Vectors& at) {
     return static_cast<unsigned>((depth.tiny.count() + kTinyFrontsPerBlock - 1) / kTinyFrontsPerBlock);
   };
   for (Vertex first = 0; first < at.columns; first += K) {
-    const DeviceVectors<S> vectors{std::min<int>(K, at.columns - first), n, borders, at.v + first * n,
-                                   at.y + first * n, at.border + first * borders};
+    const DeviceVectors<S> vectors{
+        std::min<int>(K, at.columns - first), n, borders, at.v + first * n, at.y + first * n,
+        at.border + first * borders};
     const Offset bytes = n * vectors.columns * static_cast<Offset>(sizeof(S));
     stream_.fill(vectors.y, kUnset, bytes);
     for (const DepthLaunches& depth : lists_.depths) {

@@ -40,8 +40,8 @@ struct DeviceStore {
   }
 };
 
-/// The task that `place` belongs to: the last of `count` whose `first` member is not beyond it. One warp searches
-/// 32 tasks at a time.
+/// The task that `place` belongs to: the last of `count` whose `first` member is not beyond it. One warp
+/// searches 32 tasks at a time.
 template <class Task>
 __device__ int find_task(const Task* tasks, int count, Vertex Task::*first, int place) {
   const int lane = threadIdx.x % 32;

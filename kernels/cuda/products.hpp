@@ -1,6 +1,6 @@
-// C -= A B for many products of different sizes in one launch, tile by tile: what the steps of "variable factor"
-// leave, and the stage "variable update". Operands stream through shared memory by asynchronous copies, some
-// stages ahead; the sums are made on the tensor cores.
+// C -= A B for many products of different sizes in one launch, tile by tile: what the steps of "variable
+// factor" leave, and the stage "variable update". Operands stream through shared memory by asynchronous
+// copies, some stages ahead; the sums are made on the tensor cores.
 #pragma once
 
 #include "kernels/cuda/async_copy.hpp"
@@ -35,15 +35,17 @@ __device__ inline int2 tile_place(int row_tiles, int column_tiles, int tile) {
 }
 
 template <class Shape, class S, class Value>
-__global__ void __launch_bounds__(Shape::threads) subtract_products(DeviceStore<S, Value> store, Offset first, int count) {
+__global__ void __launch_bounds__(Shape::threads)
+    subtract_products(DeviceStore<S, Value> store, Offset first, int count) {
   extern __shared__ __align__(16) unsigned char memory[];
   S* const shared = reinterpret_cast<S*>(memory);
   const ProductTask& task =
       store.products[first + find_task(store.products + first, count, &ProductTask::first_tile, blockIdx.x)];
   const int m = task.m, n = task.n, depth = task.k;
   const Offset lda = task.lda, ldb = task.ldb, ldc = task.ldc;
-  const int2 place = tile_place((m + Shape::rows - 1) / Shape::rows, (n + Shape::columns - 1) / Shape::columns,
-                                static_cast<int>(blockIdx.x) - task.first_tile);
+  const int2 place =
+      tile_place((m + Shape::rows - 1) / Shape::rows, (n + Shape::columns - 1) / Shape::columns,
+                 static_cast<int>(blockIdx.x) - task.first_tile);
   const int row = place.x * Shape::rows, column = place.y * Shape::columns;
   const S* const a = store.fronts.factor + task.a + row;
   const S* const b = store.fronts.factor + task.b + column * ldb;
@@ -83,7 +85,8 @@ __global__ void __launch_bounds__(Shape::threads) subtract_products(DeviceStore<
 
   const int warp = threadIdx.x / kWarp;
   const int m0 = warp % Shape::WM * Shape::MT * 16, n0 = warp / Shape::WM * Shape::NT * 8;
-  S* const c = (task.in_contribution ? store.fronts.contribution : store.fronts.factor) + task.c + row + column * ldc;
+  S* const c =
+      (task.in_contribution ? store.fronts.contribution : store.fronts.factor) + task.c + row + column * ldc;
   WarpTile<S, Shape::MT, Shape::NT> product;
   const int steps = (depth + Shape::depth - 1) / Shape::depth;
 #pragma unroll
@@ -102,8 +105,8 @@ __global__ void __launch_bounds__(Shape::threads) subtract_products(DeviceStore<
     if (ahead < steps) load(ahead * Shape::depth, ahead % Shape::stages);
     commit_copies();
     const S* const sa = shared + s % Shape::stages * kStageEntries;
-    product.multiply(sa + m0, Shape::lda, sa + Shape::lda * Shape::depth + n0 * Shape::ldb, 1,
-                                    Shape::ldb, Shape::depth);
+    product.multiply(sa + m0, Shape::lda, sa + Shape::lda * Shape::depth + n0 * Shape::ldb, 1, Shape::ldb,
+                     Shape::depth);
   }
   // The same places again, but not held in registers all the while.
   Offset stride = ldc;

@@ -1,5 +1,5 @@
-// Small fronts on the device, one block each: the stages "assemble", "variable factor" and "variable update" in
-// shared memory, the front written once.
+// Small fronts on the device, one block each: the stages "assemble", "variable factor" and "variable update"
+// in shared memory, the front written once.
 #pragma once
 
 #include "kernels/cuda/device_store.hpp"
@@ -23,11 +23,13 @@ __device__ void assemble_in_tile(const DeviceStore<S, Value>& store, Vertex f, c
   const Offset lower = at.lower_begin[f], upper = at.upper_begin[f];
   for (Offset e = at.entry_begin[f] + threadIdx.x; e < at.entry_begin[f + 1]; e += blockDim.x) {
     const Offset target = at.entry_target[e];
-    const int inside = static_cast<int>(target < lower + p * rows && target >= lower ? target - lower : target - upper);
+    const int inside =
+        static_cast<int>(target < lower + p * rows && target >= lower ? target - lower : target - upper);
     const bool left = target >= lower && target < lower + p * rows;
     const int i = left ? inside % rows : inside % p, j = left ? inside / rows : p + inside / p;
     const double scale = at.row_scale[at.entry_row[e]] * at.column_scale[at.entry_column[e]];
-    tile.a[i + j * tile.ld] = static_cast<S>(at.matrix_values[at.entry_slot[e]] * static_cast<RealOf<Value>>(scale));
+    tile.a[i + j * tile.ld] =
+        static_cast<S>(at.matrix_values[at.entry_slot[e]] * static_cast<RealOf<Value>>(scale));
   }
   const int lane = threadIdx.x % kWarp, warp = threadIdx.x / kWarp, warps = blockDim.x / kWarp;
   for (Vertex c = at.child_begin[f]; c < at.child_begin[f + 1]; ++c) {
@@ -61,7 +63,8 @@ __device__ void write_tile(const Front<S>& front, const Tile<S>& tile) {
 
 /// Threads by the number of rows, and how many blocks a multiprocessor should hold.
 template <int Threads, int Blocks, class S, class Value>
-__global__ void __launch_bounds__(Threads, Blocks) factor_small_fronts(DeviceStore<S, Value> store, Offset first) {
+__global__ void __launch_bounds__(Threads, Blocks)
+    factor_small_fronts(DeviceStore<S, Value> store, Offset first) {
   extern __shared__ __align__(16) unsigned char memory[];
   const Vertex f = store.small_fronts[first + blockIdx.x];
   const Front<S> front = store.fronts.front(f);
@@ -73,7 +76,8 @@ __global__ void __launch_bounds__(Threads, Blocks) factor_small_fronts(DeviceSto
   if (static_cast<int>(threadIdx.x) < rows) row_at[threadIdx.x] = threadIdx.x;
   assemble_in_tile(store, f, front, tile);
   const Vertex begin = store.fronts.pivot_begin[f];
-  tile_lu(tile, store.rule(), NoFurtherBorder(), row_at, store.fronts.shift + begin, store.fronts.status, work);
+  tile_lu(tile, store.rule(), NoFurtherBorder(), row_at, store.fronts.shift + begin, store.fronts.status,
+          work);
   invert_diagonal_blocks(tile);
   __syncthreads();
   write_tile(front, tile);

@@ -1,6 +1,6 @@
-// The triangular solves beside a diagonal tile T: strips of 128 rows of the block column, X := X U^-1, and of 128
-// columns of the block row, X := L^-1 X, which is solved transposed, X^T := X^T L^-T. The 32 x 32 blocks on T's
-// diagonal are inverted already, so all is products, on the tensor cores.
+// The triangular solves beside a diagonal tile T: strips of 128 rows of the block column, X := X U^-1, and of
+// 128 columns of the block row, X := L^-1 X, which is solved transposed, X^T := X^T L^-T. The 32 x 32 blocks
+// on T's diagonal are inverted already, so all is products, on the tensor cores.
 #pragma once
 
 #include "kernels/cuda/block_lu.hpp"
@@ -9,10 +9,13 @@ namespace mfs::cuda {
 
 constexpr int kStripThreads = kStrip / 16 * kWarp;
 
-/// The upper triangle of a tile in 32 x 32 blocks, column by column: block (i, j), i <= j, at j (j + 1) / 2 + i.
+/// The upper triangle of a tile in 32 x 32 blocks, column by column: block (i, j), i <= j, at j (j + 1) / 2 +
+/// i.
 constexpr int kBlockLd = tile_ld(kInverted);
 constexpr int kBlockEntries = kBlockLd * kInverted;
-__device__ inline int block_place(int i, int j) { return (j * (j + 1) / 2 + i) * kBlockEntries; }
+__device__ inline int block_place(int i, int j) {
+  return (j * (j + 1) / 2 + i) * kBlockEntries;
+}
 
 template <class S>
 constexpr std::size_t strip_bytes() {
@@ -83,7 +86,8 @@ struct StripRows {
 };
 
 template <class S, class Value>
-__global__ void __launch_bounds__(kStripThreads, 1) solve_strips(DeviceStore<S, Value> store, Offset first, int count) {
+__global__ void __launch_bounds__(kStripThreads, 1)
+    solve_strips(DeviceStore<S, Value> store, Offset first, int count) {
   extern __shared__ __align__(16) unsigned char memory[];
   constexpr int tile = kTile<S>, kTriangle = tile / kInverted * (tile / kInverted + 1) / 2 * kBlockEntries;
   S* const t = reinterpret_cast<S*>(memory);
@@ -115,7 +119,8 @@ __global__ void __launch_bounds__(kStripThreads, 1) solve_strips(DeviceStore<S, 
   S* const column = front.lower + next + begin + k * ld;
   const auto block_row = [&](int r) {
     const int c = begin + r;
-    return c < rest ? front.lower + k + (next + c) * ld : front.upper + k + static_cast<Offset>(c - rest) * front.pivots;
+    return c < rest ? front.lower + k + (next + c) * ld
+                    : front.upper + k + static_cast<Offset>(c - rest) * front.pivots;
   };
   StripRows<S> x;
   if (left) {

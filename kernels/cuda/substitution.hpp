@@ -1,13 +1,14 @@
-// Stage "solve" on the device, one launch per depth and direction for its tiny fronts, a warp each, and one for the
-// others, in tiles of 64 rows of a front (of 64 columns where the factor is used transposed).
+// Stage "solve" on the device, one launch per depth and direction for its tiny fronts, a warp each, and one
+// for the others, in tiles of 64 rows of a front (of 64 columns where the factor is used transposed).
 //
-//   forward     y_i = L_ii^-1 (v_i + what the children left - sum_{j<i} L_ij y_j);  border: z = what the children
+//   forward     y_i = L_ii^-1 (v_i + what the children left - sum_{j<i} L_ij y_j);  border: z = what the
+//   children
 //               left - L y
 //   backward    v_i = U_ii^-1 (y_i - U v(border) - sum_{j>i} U_ij v_j)
 //
-// A tile needs the results of others of its front, which run at the same time: it waits, entry by entry, until
-// they are no longer kUnset, which nothing computed is. They belong to blocks with smaller numbers, so none waits
-// for one that has not begun. Each sum is made by one block in one order.
+// A tile needs the results of others of its front, which run at the same time: it waits, entry by entry,
+// until they are no longer kUnset, which nothing computed is. They belong to blocks with smaller numbers, so
+// none waits for one that has not begun. Each sum is made by one block in one order.
 //
 // The transposed system takes U^T forward and L^T backward, and undoes the row exchanges at the end.
 #pragma once
@@ -22,8 +23,8 @@ constexpr int kSolveThreads = 256;
 /// Every byte of an entry whose tile has not been done: a NaN that no operation makes.
 constexpr int kUnset = 0xff;
 
-/// Vectors of one solve in elimination order; `border` holds one value per border row of every front. y is unset
-/// before the forward pass, v before the backward pass.
+/// Vectors of one solve in elimination order; `border` holds one value per border row of every front. y is
+/// unset before the forward pass, v before the backward pass.
 template <class S>
 struct DeviceVectors {
   int columns;  // at most the K of the kernel
@@ -53,8 +54,8 @@ __device__ SolveTile<S> solve_tile(const FrontStore<S, Value>& fronts, const Fro
   return tile;
 }
 
-// Columns (or rows) [begin, begin + count) of the factor beside the tile, count <= 64, seen as a 64 x 64 matrix
-// B(row, k) that multiplies the vector's part at `begin`:
+// Columns (or rows) [begin, begin + count) of the factor beside the tile, count <= 64, seen as a 64 x 64
+// matrix B(row, k) that multiplies the vector's part at `begin`:
 //   rows contiguous   B(row, k) = base[row + k * ld]
 //   transposed        B(row, k) = base[k + row * ld]
 template <class S>
@@ -65,15 +66,15 @@ struct Panel {
 
 template <class S, int K>
 struct TileSums {
-  // Plain: thread = row + 64 * group, group takes every fourth column. Transposed: each warp takes 8 rows, lanes
-  // run along k.
+  // Plain: thread = row + 64 * group, group takes every fourth column. Transposed: each warp takes 8 rows,
+  // lanes run along k.
   static constexpr int kGroups = kSolveThreads / kSolveTile;
   static constexpr int kLoads = kSolveTile / kGroups;
   static constexpr int kRowsPerWarp = kSolveTile / (kSolveThreads / kWarp);
 
   S loaded[kLoads];
-  S sum[K];                      // plain
-  S row_sum[kRowsPerWarp][K];    // transposed
+  S sum[K];                    // plain
+  S row_sum[kRowsPerWarp][K];  // transposed
 
   __device__ void clear() {
 #pragma unroll
@@ -181,11 +182,11 @@ __device__ Kokkos::complex<Real> wait_for(const Kokkos::complex<Real>* place) {
   return {wait_for(parts), wait_for(parts + 1)};
 }
 
-// out(i) = base(i) + sign * sum over k in [from(i), to(i)) of entry(i, k) x(k), for rows [begin, end) of at most
-// 32, eight lanes to a row; x and out are rows of K in shared memory.
+// out(i) = base(i) + sign * sum over k in [from(i), to(i)) of entry(i, k) x(k), for rows [begin, end) of at
+// most 32, eight lanes to a row; x and out are rows of K in shared memory.
 template <int K, class S, class Entry, class Bounds>
-__device__ void multiply_block(int begin, int end, const Entry& entry, const Bounds& bounds, const S* x, const S* base,
-                               bool minus, S* out) {
+__device__ void multiply_block(int begin, int end, const Entry& entry, const Bounds& bounds, const S* x,
+                               const S* base, bool minus, S* out) {
   constexpr int kLanes = kSolveThreads / kInverted;
   const int row = begin + static_cast<int>(threadIdx.x) / kLanes, part = threadIdx.x % kLanes;
   S sum[K];
@@ -210,8 +211,9 @@ __device__ void multiply_block(int begin, int end, const Entry& entry, const Bou
   __syncthreads();
 }
 
-// out := T^-1 x for the diagonal tile T, 64 x 64, whose two 32 x 32 blocks are inverted. Upper: U (or L^T), from
-// the last block on; lower: L (or U^T). T(i, j) = t[i + j * ld], or t[j + i * ld] where transposed. x is lost.
+// out := T^-1 x for the diagonal tile T, 64 x 64, whose two 32 x 32 blocks are inverted. Upper: U (or L^T),
+// from the last block on; lower: L (or U^T). T(i, j) = t[i + j * ld], or t[j + i * ld] where transposed. x is
+// lost.
 template <bool Upper, bool Transposed, bool Unit, int K, class S>
 __device__ void solve_diagonal(const S* t, S* x, S* out, int width) {
   constexpr int ld = kSolveTile + 1;
@@ -222,13 +224,17 @@ __device__ void solve_diagonal(const S* t, S* x, S* out, int width) {
   const int2 first = Upper && width > kInverted ? int2{middle, width} : int2{0, middle};
   const int2 second = Upper ? int2{0, middle} : int2{middle, width};
   const auto inverse = [&](int2 block) {
-    multiply_block<K>(block.x, block.y, entry,
-                      [&](int i) { return Upper ? int2{i, block.y} : int2{block.x, i + 1}; }, x,
-                      static_cast<const S*>(nullptr), false, out);
+    multiply_block<K>(
+        block.x, block.y, entry,
+        [&](int i) {
+          return Upper ? int2{i, block.y} : int2{block.x, i + 1};
+        },
+        x, static_cast<const S*>(nullptr), false, out);
   };
   inverse(first);
   if (width <= kInverted) return;
-  multiply_block<K>(second.x, second.y, entry, [&](int) { return first; }, out, x, true, x);
+  multiply_block<K>(
+      second.x, second.y, entry, [&](int) { return first; }, out, x, true, x);
   inverse(second);
 }
 
@@ -273,7 +279,8 @@ __global__ void __launch_bounds__(kSolveThreads)
   const FrontPart part = store.solve[first + blockIdx.x];
   const SolveTile<S> tile = solve_tile(store.fronts, part);
   const Front<S>& front = tile.front;
-  const Offset pivots_at = store.fronts.pivot_begin[part.front], border_at = store.fronts.border_begin[part.front];
+  const Offset pivots_at = store.fronts.pivot_begin[part.front],
+               border_at = store.fronts.border_begin[part.front];
   if (tile.pivots) shared.load_diagonal(tile);
   for (int i = threadIdx.x; i < kSolveTile * K; i += kSolveThreads) {
     const int r = i % kSolveTile, c = i / kSolveTile;
@@ -316,7 +323,8 @@ __global__ void __launch_bounds__(kSolveThreads)
     solve_diagonal<false, Transposed, !Transposed, K>(shared.diagonal, shared.result, shared.x, tile.width);
     result = shared.x;
   }
-  S* const to = tile.pivots ? vectors.y + pivots_at + tile.begin : vectors.border + border_at + tile.begin - front.pivots;
+  S* const to = tile.pivots ? vectors.y + pivots_at + tile.begin
+                            : vectors.border + border_at + tile.begin - front.pivots;
   const Offset stride = tile.pivots ? vectors.n : vectors.borders;
   for (int i = threadIdx.x; i < tile.width * vectors.columns; i += kSolveThreads) {
     const int r = i % tile.width, c = i / tile.width;
@@ -332,7 +340,8 @@ __global__ void __launch_bounds__(kSolveThreads)
   const FrontPart part = store.solve[first + blockIdx.x];
   const SolveTile<S> tile = solve_tile(store.fronts, part);
   const Front<S>& front = tile.front;
-  const Offset pivots_at = store.fronts.pivot_begin[part.front], border_at = store.fronts.border_begin[part.front];
+  const Offset pivots_at = store.fronts.pivot_begin[part.front],
+               border_at = store.fronts.border_begin[part.front];
   const auto row_of = [&](int pivot) {
     return pivots_at + (Transposed ? store.fronts.local_row[pivots_at + pivot] : pivot);
   };
@@ -407,8 +416,8 @@ __global__ void __launch_bounds__(kTinyFrontsPerBlock* kWarp)
     for (int begin = 0; begin < b; begin += kWarp) {
       const int row = begin + lane;
       S z = row < b ? from_children(p + row, c) : S(0);
-  #pragma unroll 8
-    for (int k = 0; k < p; ++k) {
+#pragma unroll 8
+      for (int k = 0; k < p; ++k) {
         const S other = shuffle(y, k);
         if (row < b) z -= (Transposed ? front.upper[k + row * p] : front.lower[p + row + k * rows]) * other;
       }
@@ -430,12 +439,14 @@ __global__ void __launch_bounds__(kTinyFrontsPerBlock* kWarp)
     S sum = lane < p ? vectors.y[pivots_at + lane + c * vectors.n] : S(0);
     for (int begin = 0; begin < b; begin += kWarp) {
       const int count_here = min(kWarp, b - begin);
-      const S x = lane < count_here ? vectors.v[store.fronts.border[border_at + begin + lane] + c * vectors.n] : S(0);
+      const S x =
+          lane < count_here ? vectors.v[store.fronts.border[border_at + begin + lane] + c * vectors.n] : S(0);
 #pragma unroll 8
       for (int k = 0; k < count_here; ++k) {
         const S other = shuffle(x, k);
         const int j = begin + k;
-        if (lane < p) sum -= (Transposed ? front.lower[p + j + lane * rows] : front.upper[lane + j * p]) * other;
+        if (lane < p)
+          sum -= (Transposed ? front.lower[p + j + lane * rows] : front.upper[lane + j * p]) * other;
       }
     }
     S x = Transposed ? sum : S(0);

@@ -1,9 +1,9 @@
-// LU of one tile in shared memory by one thread block: the pivot block of a small front with its border, or the
-// diagonal tile of a larger one. The pivot of each column is searched in all pivot rows of the tile; pivots that
-// are too small are treated as on the host (kernels/panel_lu.hpp).
+// LU of one tile in shared memory by one thread block: the pivot block of a small front with its border, or
+// the diagonal tile of a larger one. The pivot of each column is searched in all pivot rows of the tile;
+// pivots that are too small are treated as on the host (kernels/panel_lu.hpp).
 //
-// Sixteen columns at a time lie in registers, one row per thread; what is right of them is then solved for and
-// updated on the tensor cores.
+// Sixteen columns at a time lie in registers, one row per thread; what is right of them is then solved for
+// and updated on the tensor cores.
 #pragma once
 
 #include "kernels/cuda/warp_tile.hpp"
@@ -42,8 +42,8 @@ struct TileWork {
   int any_exchange;
 };
 
-/// What the pivots below the bound are compared with: the largest entry of their column in border rows that are
-/// no rows of the tile. Asked for with the tile's columns up to this one written back.
+/// What the pivots below the bound are compared with: the largest entry of their column in border rows that
+/// are no rows of the tile. Asked for with the tile's columns up to this one written back.
 struct NoFurtherBorder {
   template <class S>
   __device__ double operator()(const Tile<S>&, int) const {
@@ -52,7 +52,9 @@ struct NoFurtherBorder {
 };
 
 // Orders by magnitude to 20 bits: enough to choose a pivot.
-__device__ inline unsigned pivot_key(double size) { return __double2hiint(size) + 1u; }
+__device__ inline unsigned pivot_key(double size) {
+  return __double2hiint(size) + 1u;
+}
 
 // 1 / x, to an ulp or two, without a branch.
 __device__ inline double reciprocal_of(double x) {
@@ -93,7 +95,9 @@ __device__ S replacement(S pivot, double border, const PivotRule& rule) {
 }
 
 // Keeps the compiler from loading everything that follows at once, for which there are no registers.
-__device__ inline void hold_loads() { asm volatile("" ::: "memory"); }
+__device__ inline void hold_loads() {
+  asm volatile("" ::: "memory");
+}
 
 // Exchanges [begin, end) of a panel whose first row is x[0], row `origin` of the tile.
 template <class T>
@@ -130,8 +134,8 @@ __device__ void solve_panel_column(const S* lower, int ld, int width, S* x) {
 // Columns [first, first + width) of the tile, a thread for each row.
 template <class S, class Border>
 __device__ void factor_tile_panel(const Tile<S>& tile, int first, int width, const PivotRule& rule,
-                                  const Border& further_border, S* shift,
-                                  FactorStatus* status, TileWork<S>& work) {
+                                  const Border& further_border, S* shift, FactorStatus* status,
+                                  TileWork<S>& work) {
   const int t = threadIdx.x, lane = t % kWarp, warp = t / kWarp, next = first + width;
   const int rows = tile.rows, pivots = tile.pivots, ld = tile.ld, pivot_warps = (pivots + kWarp - 1) / kWarp;
   S* const a = tile.a;
@@ -204,8 +208,8 @@ __device__ void factor_tile_panel(const Tile<S>& tile, int first, int width, con
 }
 
 /// Factors the tile. row_at (in shared memory, set to the identity by the caller) follows the row exchanges;
-/// shift[j] (global memory, zero before) becomes what was added to pivot j. All threads of the block call it, at least `rows`
-/// of them, a multiple of 32.
+/// shift[j] (global memory, zero before) becomes what was added to pivot j. All threads of the block call it,
+/// at least `rows` of them, a multiple of 32.
 template <class S, class Border>
 __device__ void tile_lu(const Tile<S>& tile, const PivotRule& rule, const Border& further_border, int* row_at,
                         S* shift, FactorStatus* status, TileWork<S>& work) {
@@ -217,8 +221,8 @@ __device__ void tile_lu(const Tile<S>& tile, const PivotRule& rule, const Border
     if (t == 0) work.any_exchange = 0;
     factor_tile_panel(tile, first, width, rule, further_border, shift, status, work);
     __syncthreads();
-    // This panel's columns see the exchanges that came after them; then the others see all, and what is on the
-    // right is solved for.
+    // This panel's columns see the exchanges that came after them; then the others see all, and what is on
+    // the right is solved for.
     if (work.any_exchange) {
       if (t < width) exchange_rows(a + (first + t) * ld + first, work.exchange, t + 1, width, first);
       if (t == blockDim.x - 1) exchange_rows(row_at + first, work.exchange, 0, width, first);
@@ -257,8 +261,8 @@ __device__ void tile_lu(const Tile<S>& tile, const PivotRule& rule, const Border
   }
 }
 
-// X L = I and X U = I, column by column in place, by one warp: lane r makes row r of X. Rolled loops: unrolled
-// ones are so long that every warp waits for its instructions.
+// X L = I and X U = I, column by column in place, by one warp: lane r makes row r of X. Rolled loops:
+// unrolled ones are so long that every warp waits for its instructions.
 template <class S>
 __device__ void invert_unit_lower(S* m, int ld, int size) {
   const int r = threadIdx.x % kWarp;

@@ -3,8 +3,8 @@
 //
 //   lane l, g = l / 4, t = l % 4, holds of each 16 x 8 tile   (g, 2t) (g, 2t+1) (g+8, 2t) (g+8, 2t+1)
 //
-// Operands are column-major; leading dimensions of 4 modulo 16 keep the reads of doubles free of bank conflicts.
-// Source of the fragment layout: PTX ISA, "Matrix fragments for mma.m16n8k8 with .f64".
+// Operands are column-major; leading dimensions of 4 modulo 16 keep the reads of doubles free of bank
+// conflicts. Source of the fragment layout: PTX ISA, "Matrix fragments for mma.m16n8k8 with .f64".
 #pragma once
 
 #include <type_traits>
@@ -16,7 +16,9 @@ namespace mfs::cuda {
 constexpr int kWarp = 32;
 
 /// Leading dimension for `rows` rows of a tile in shared memory.
-__host__ __device__ constexpr int tile_ld(int rows) { return (rows + 15) / 16 * 16 + 4; }
+__host__ __device__ constexpr int tile_ld(int rows) {
+  return (rows + 15) / 16 * 16 + 4;
+}
 
 /// The sums of MT x NT tiles of 16 x 8.
 template <class S, int MT, int NT>

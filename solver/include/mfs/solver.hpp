@@ -59,6 +59,18 @@ class MFS_API BasicSolver {
   void solve_transpose(const Scalar* b, Scalar* x, std::int64_t nrhs = 1, std::int64_t ldb = 0,
                        std::int64_t ldx = 0);
 
+  /// The same for arrays in the memory of the device, with Backend::cuda, when nothing needs to go through
+  /// the host: values in the order of the entries of the matrix last given to analyze or factor, b and x as
+  /// above. `stream` is a cudaStream_t of the caller (null: the default stream): what was put into it before
+  /// is waited for on the device; the results are there when the call returns. Steps of the accuracy ladder
+  /// beyond refinement make their way through the host. Throw StateError where the factors are not on a
+  /// device.
+  void refactor_device(const Scalar* values, void* stream = nullptr);
+  void solve_device(const Scalar* b, Scalar* x, std::int64_t nrhs = 1, std::int64_t ldb = 0,
+                    std::int64_t ldx = 0, void* stream = nullptr);
+  void solve_transpose_device(const Scalar* b, Scalar* x, std::int64_t nrhs = 1, std::int64_t ldb = 0,
+                              std::int64_t ldx = 0, void* stream = nullptr);
+
   /// Estimate of the condition number |A|_1 |A^-1|_1 (Higham and Tisseur 2000; rarely below a third of it),
   /// by a few solves. Infinite if A is singular. Throws StateError, OutOfMemory, and AccuracyNotReached where
   /// more pivots were perturbed than can be taken back.

@@ -2,7 +2,26 @@
 
 #include <mfs/error.hpp>
 
+#include "kernels/cuda/faults.hpp"
+
 namespace mfs::cuda {
+
+Fault* planned_fault = nullptr;
+
+namespace {
+
+// The call's result, or what a test wants it to be.
+template <class Call>
+cudaError_t attempt(CallKind kind, const Call& call) {
+  if (!fails(kind)) return call();
+  return kind == CallKind::runtime ? cudaErrorUnknown : cudaErrorMemoryAllocation;
+}
+template <class Call>
+void checked(const char* what, const Call& call) {
+  check(attempt(CallKind::runtime, call), what);
+}
+
+}  // namespace
 
 void check(cudaError_t code, const char* what) {
   if (code == cudaSuccess) return;
@@ -11,25 +30,28 @@ void check(cudaError_t code, const char* what) {
 }
 
 void check_launch(const char* what) {
-  check(cudaPeekAtLastError(), what);
+  checked(what, [] { return cudaPeekAtLastError(); });
 }
 
 Offset free_memory() {
   std::size_t free = 0, total = 0;
-  check(cudaMemGetInfo(&free, &total), "cudaMemGetInfo");
+  checked("cudaMemGetInfo", [&] { return cudaMemGetInfo(&free, &total); });
   return static_cast<Offset>(free);
 }
 
 void set_shared_memory(const void* kernel, std::size_t bytes) {
-  check(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize, static_cast<int>(bytes)),
-        "cudaFuncSetAttribute");
-  check(cudaFuncSetAttribute(kernel, cudaFuncAttributePreferredSharedMemoryCarveout,
-                             cudaSharedmemCarveoutMaxShared),
-        "cudaFuncSetAttribute");
+  checked("cudaFuncSetAttribute", [&] {
+    return cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize, static_cast<int>(bytes));
+  });
+  checked("cudaFuncSetAttribute", [&] {
+    return cudaFuncSetAttribute(kernel, cudaFuncAttributePreferredSharedMemoryCarveout,
+                                cudaSharedmemCarveoutMaxShared);
+  });
 }
 
 DeviceArena::DeviceArena(Offset bytes) : bytes_(bytes) {
-  const cudaError_t code = cudaMalloc(&data_, static_cast<std::size_t>(bytes));
+  const cudaError_t code =
+      attempt(CallKind::device_memory, [&] { return cudaMalloc(&data_, static_cast<std::size_t>(bytes)); });
   if (code == cudaErrorMemoryAllocation) {
     cudaGetLastError();
     throw OutOfMemory(MemorySpace::device, static_cast<std::size_t>(bytes),
@@ -42,7 +64,8 @@ DeviceArena::~DeviceArena() {
 }
 
 PinnedArena::PinnedArena(Offset bytes) : bytes_(bytes) {
-  const cudaError_t code = cudaMallocHost(&data_, static_cast<std::size_t>(bytes));
+  const cudaError_t code =
+      attempt(CallKind::host_memory, [&] { return cudaMallocHost(&data_, static_cast<std::size_t>(bytes)); });
   if (code == cudaErrorMemoryAllocation) {
     cudaGetLastError();
     throw std::bad_alloc();
@@ -54,57 +77,62 @@ PinnedArena::~PinnedArena() {
 }
 
 Stream::Stream() {
-  check(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "cudaStreamCreate");
+  checked("cudaStreamCreate", [&] { return cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking); });
 }
 Stream::~Stream() {
   cudaStreamDestroy(stream_);
 }
 void Stream::synchronize() const {
-  check(cudaStreamSynchronize(stream_), "cudaStreamSynchronize");
+  checked("cudaStreamSynchronize", [&] { return cudaStreamSynchronize(stream_); });
 }
 void Stream::wait_for(const Event& event) const {
-  check(cudaStreamWaitEvent(stream_, event.get(), 0), "cudaStreamWaitEvent");
+  checked("cudaStreamWaitEvent", [&] { return cudaStreamWaitEvent(stream_, event.get(), 0); });
 }
 void Stream::to_device(void* to, const void* from, Offset bytes) const {
-  check(cudaMemcpyAsync(to, from, static_cast<std::size_t>(bytes), cudaMemcpyHostToDevice, stream_),
-        "cudaMemcpy");
+  checked("cudaMemcpy", [&] {
+    return cudaMemcpyAsync(to, from, static_cast<std::size_t>(bytes), cudaMemcpyHostToDevice, stream_);
+  });
 }
 void Stream::to_host(void* to, const void* from, Offset bytes) const {
-  check(cudaMemcpyAsync(to, from, static_cast<std::size_t>(bytes), cudaMemcpyDeviceToHost, stream_),
-        "cudaMemcpy");
+  checked("cudaMemcpy", [&] {
+    return cudaMemcpyAsync(to, from, static_cast<std::size_t>(bytes), cudaMemcpyDeviceToHost, stream_);
+  });
 }
 void Stream::fill(void* place, int byte, Offset bytes) const {
-  check(cudaMemsetAsync(place, byte, static_cast<std::size_t>(bytes), stream_), "cudaMemset");
+  checked("cudaMemset",
+          [&] { return cudaMemsetAsync(place, byte, static_cast<std::size_t>(bytes), stream_); });
 }
 
 Event::Event() {
-  check(cudaEventCreate(&event_), "cudaEventCreate");
+  checked("cudaEventCreate", [&] { return cudaEventCreate(&event_); });
 }
 Event::~Event() {
   cudaEventDestroy(event_);
 }
 void Event::record(const Stream& stream) {
-  check(cudaEventRecord(event_, stream.get()), "cudaEventRecord");
+  checked("cudaEventRecord", [&] { return cudaEventRecord(event_, stream.get()); });
 }
 void Event::record_foreign(void* stream) {
-  check(cudaEventRecord(event_, static_cast<cudaStream_t>(stream)), "cudaEventRecord");
+  checked("cudaEventRecord", [&] { return cudaEventRecord(event_, static_cast<cudaStream_t>(stream)); });
 }
 float Event::since(const Event& before) const {
   float milliseconds = 0;
-  check(cudaEventElapsedTime(&milliseconds, before.event_, event_), "cudaEventElapsedTime");
+  checked("cudaEventElapsedTime", [&] { return cudaEventElapsedTime(&milliseconds, before.event_, event_); });
   return milliseconds;
 }
 
 void Stream::copy_columns(void* to, Offset to_pitch, const void* from, Offset from_pitch, Offset bytes,
                           Vertex columns) const {
-  check(cudaMemcpy2DAsync(to, static_cast<std::size_t>(to_pitch), from, static_cast<std::size_t>(from_pitch),
-                          static_cast<std::size_t>(bytes), static_cast<std::size_t>(columns),
-                          cudaMemcpyDefault, stream_),
-        "cudaMemcpy2D");
+  checked("cudaMemcpy2D", [&] {
+    return cudaMemcpy2DAsync(to, static_cast<std::size_t>(to_pitch), from,
+                             static_cast<std::size_t>(from_pitch), static_cast<std::size_t>(bytes),
+                             static_cast<std::size_t>(columns), cudaMemcpyDefault, stream_);
+  });
 }
 
 void Graph::begin(const Stream& stream) {
-  check(cudaStreamBeginCapture(stream.get(), cudaStreamCaptureModeThreadLocal), "cudaStreamBeginCapture");
+  checked("cudaStreamBeginCapture",
+          [&] { return cudaStreamBeginCapture(stream.get(), cudaStreamCaptureModeThreadLocal); });
 }
 void Graph::abandon(const Stream& stream) {
   cudaGraph_t graph = nullptr;
@@ -114,13 +142,14 @@ void Graph::abandon(const Stream& stream) {
 }
 void Graph::end(const Stream& stream) {
   cudaGraph_t graph = nullptr;
-  check(cudaStreamEndCapture(stream.get(), &graph), "cudaStreamEndCapture");
-  const cudaError_t code = cudaGraphInstantiate(&executable_, graph, 0);
+  checked("cudaStreamEndCapture", [&] { return cudaStreamEndCapture(stream.get(), &graph); });
+  const cudaError_t code =
+      attempt(CallKind::runtime, [&] { return cudaGraphInstantiate(&executable_, graph, 0); });
   cudaGraphDestroy(graph);
   check(code, "cudaGraphInstantiate");
 }
 void Graph::launch(const Stream& stream) const {
-  check(cudaGraphLaunch(executable_, stream.get()), "cudaGraphLaunch");
+  checked("cudaGraphLaunch", [&] { return cudaGraphLaunch(executable_, stream.get()); });
 }
 void Graph::reset() {
   if (executable_) cudaGraphExecDestroy(executable_);

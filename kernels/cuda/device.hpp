@@ -10,7 +10,7 @@
 
 namespace mfs::cuda {
 
-/// Throws BackendError("CUDA", code, what), or OutOfMemory for cudaErrorMemoryAllocation.
+/// Throws BackendError("CUDA", code, what).
 void check(cudaError_t code, const char* what);
 /// The same for the launch before it.
 void check_launch(const char* what);
@@ -38,7 +38,7 @@ class DeviceArena {
   void* data_ = nullptr;
 };
 
-/// Page-locked host memory, which the device copies from and to without a stop.
+/// Page-locked host memory, which the device copies from and to without a stop. Throws std::bad_alloc.
 class PinnedArena {
  public:
   explicit PinnedArena(Offset bytes);
@@ -114,11 +114,11 @@ class Graph {
     begin(stream);
     try {
       work();
+      end(stream);
     } catch (...) {
       abandon(stream);
       throw;
     }
-    end(stream);
   }
   void launch(const Stream& stream) const;
   void reset();

@@ -4,6 +4,7 @@
 
 #include <mfs/error.hpp>
 #include "kernels/cuda/device_scalar.hpp"
+#include "kernels/cuda/faults.hpp"
 
 namespace mfs::cuda {
 
@@ -11,7 +12,9 @@ namespace {
 
 constexpr Offset kWorkspace = Offset(32) << 20;  // what cuBLAS recommends for Hopper
 
-void check_blas(cublasStatus_t status, const char* what) {
+template <class Call>
+void checked(const char* what, const Call& call) {
+  const cublasStatus_t status = fails(CallKind::library) ? CUBLAS_STATUS_EXECUTION_FAILED : call();
   if (status != CUBLAS_STATUS_SUCCESS)
     throw BackendError("cuBLAS", status, std::string(what) + ": " + cublasGetStatusString(status));
 }
@@ -24,25 +27,27 @@ cublasHandle_t blas(void* handle) {
 
 DeviceBlas::DeviceBlas(const Stream& stream) : workspace_(kWorkspace) {
   cublasHandle_t handle = nullptr;
-  check_blas(cublasCreate(&handle), "cublasCreate");
-  handle_ = handle;
-  check_blas(cublasSetStream(handle, stream.get()), "cublasSetStream");
-  check_blas(cublasSetWorkspace(handle, workspace_.at<void>(0), kWorkspace), "cublasSetWorkspace");
+  checked("cublasCreate", [&] { return cublasCreate(&handle); });
+  handle_.reset(handle);
+  checked("cublasSetStream", [&] { return cublasSetStream(handle, stream.get()); });
+  checked("cublasSetWorkspace",
+          [&] { return cublasSetWorkspace(handle, workspace_.at<void>(0), kWorkspace); });
 }
-DeviceBlas::~DeviceBlas() {
-  cublasDestroy(blas(handle_));
+void DeviceBlas::Destroy::operator()(void* handle) const {
+  cublasDestroy(blas(handle));
 }
 
-#define MFS_GEMM_MINUS(S, Number, gemm)                                                                     \
-  template <>                                                                                               \
-  void DeviceBlas::gemm_minus<S>(int m, int n, int k, const S* a, int lda, const S* b, int ldb, S* c,       \
-                                 int ldc) const {                                                           \
-    const S minus_one(-1), one(1);                                                                          \
-    check_blas(                                                                                             \
-        gemm(blas(handle_), CUBLAS_OP_N, CUBLAS_OP_N, m, n, k, reinterpret_cast<const Number*>(&minus_one), \
-             reinterpret_cast<const Number*>(a), lda, reinterpret_cast<const Number*>(b), ldb,              \
-             reinterpret_cast<const Number*>(&one), reinterpret_cast<Number*>(c), ldc),                     \
-        #gemm);                                                                                             \
+#define MFS_GEMM_MINUS(S, Number, gemm)                                                                 \
+  template <>                                                                                           \
+  void DeviceBlas::gemm_minus<S>(int m, int n, int k, const S* a, int lda, const S* b, int ldb, S* c,   \
+                                 int ldc) const {                                                       \
+    const S minus_one(-1), one(1);                                                                      \
+    checked(#gemm, [&] {                                                                                \
+      return gemm(blas(handle_.get()), CUBLAS_OP_N, CUBLAS_OP_N, m, n, k,                               \
+                  reinterpret_cast<const Number*>(&minus_one), reinterpret_cast<const Number*>(a), lda, \
+                  reinterpret_cast<const Number*>(b), ldb, reinterpret_cast<const Number*>(&one),       \
+                  reinterpret_cast<Number*>(c), ldc);                                                   \
+    });                                                                                                 \
   }
 MFS_GEMM_MINUS(float, float, cublasSgemm)
 MFS_GEMM_MINUS(double, double, cublasDgemm)

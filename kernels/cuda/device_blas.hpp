@@ -12,17 +12,17 @@ class DeviceBlas {
   /// Works in `stream`, which must outlive it, with memory of its own. Throws BackendError("cuBLAS"),
   /// OutOfMemory.
   explicit DeviceBlas(const Stream& stream);
-  ~DeviceBlas();
-  DeviceBlas(const DeviceBlas&) = delete;
-  DeviceBlas& operator=(const DeviceBlas&) = delete;
 
   /// C (m x n) -= A (m x k) B (k x n), column-major, in device memory; S as device code calls it.
   template <class S>
   void gemm_minus(int m, int n, int k, const S* a, int lda, const S* b, int ldb, S* c, int ldc) const;
 
  private:
+  struct Destroy {
+    void operator()(void* handle) const;
+  };
   DeviceArena workspace_;
-  void* handle_ = nullptr;
+  std::unique_ptr<void, Destroy> handle_;
 };
 
 }  // namespace mfs::cuda

@@ -1,0 +1,142 @@
+// Every call to CUDA and cuBLAS that a solver makes is let fail once, through all its phases: it must be told
+// as what it is, leave no memory taken and no wrong solution behind, and an object that works. Needs a
+// device; skips where there is none. The solver is compiled into this program: libmfs shows no seam.
+#include <algorithm>
+#include <limits>
+
+#include "kernels/cuda/device.hpp"
+#include "kernels/cuda/faults.hpp"
+#include "test/failure/fresh_solver.hpp"
+
+namespace mfs::test {
+namespace {
+
+using cuda::CallKind;
+
+constexpr std::int64_t kColumns = 3;
+constexpr double kUntouched = 12345;
+
+/// Two matrices of one pattern and right-hand sides.
+struct System {
+  SparseMatrix a, next;
+  std::vector<double> b;
+};
+
+System system_of(const SparseMatrix& a) {
+  System system{a, a, right_hand_sides(a, kColumns, a.n, 3)};
+  for (double& value : system.next.values) value *= -1.5;
+  return system;
+}
+
+/// All phases; the last two factorizations and solves replay recorded graphs.
+void use(Solver& solver, const System& system, std::vector<double>& x) {
+  solver.analyze(system.a.view());
+  solver.factor(system.a.view());
+  for (int k = 0; k < 2; ++k) {
+    solver.refactor(system.next.view());
+    solver.solve(system.b.data(), x.data(), kColumns);
+    x.assign(x.size(), kUntouched);
+    solver.solve_transpose(system.b.data(), x.data(), kColumns);
+    x.assign(x.size(), kUntouched);
+  }
+}
+
+/// Runs work with the fault, and returns whether an error came out, which must be the right one.
+template <class Work>
+bool fails_properly(cuda::Fault& fault, const Work& work) {
+  bool failed = true;
+  cuda::planned_fault = &fault;
+  try {
+    work();
+    failed = false;
+  } catch (const OutOfMemory& error) {
+    EXPECT_TRUE(fault.kind == CallKind::device_memory || fault.kind == CallKind::host_memory) << error.what();
+    EXPECT_EQ(error.space(), fault.kind == CallKind::host_memory ? MemorySpace::host : MemorySpace::device);
+  } catch (const BackendError& error) {
+    EXPECT_TRUE(fault.kind == CallKind::runtime || fault.kind == CallKind::library) << error.what();
+    EXPECT_EQ(error.library(), fault.kind == CallKind::library ? "cuBLAS" : "CUDA");
+  } catch (const std::exception& error) {
+    ADD_FAILURE() << "another error: " << error.what();
+  }
+  cuda::planned_fault = nullptr;
+  return failed;
+}
+
+/// After a fault: what is solved without a new factorization is right, or refused.
+void expect_no_wrong_solution(Solver& solver, const System& system) {
+  std::vector<double> x(system.b.size());
+  try {
+    solver.solve(system.b.data(), x.data(), kColumns);
+  } catch (const Error&) {
+    return;
+  }
+  const std::int64_t n = system.a.n;
+  EXPECT_LE(std::min(worst_error(system.a, system.b, n, x, n, kColumns),
+                     worst_error(system.next, system.b, n, x, n, kColumns)),
+            kPromised);
+}
+
+void expect_survives(const Options& options, const System& system, long n) {
+  SCOPED_TRACE("call " + std::to_string(n));
+  Solver solver(options);
+  std::vector<double> x(system.b.size(), kUntouched);
+  cuda::Fault fault{n};
+  EXPECT_TRUE(fails_properly(fault, [&] { use(solver, system, x); })) << "nothing was thrown";
+  EXPECT_TRUE(fault.met);
+  EXPECT_EQ(x, std::vector<double>(x.size(), kUntouched));
+  expect_no_wrong_solution(solver, system);
+  solver.factor(system.a.view());
+  expect_solves(solver, system.a, kColumns);
+  solver.refactor(system.next.view());
+  expect_solves(solver, system.next, kColumns);
+}
+
+class DeviceFaults : public testing::Test {
+ protected:
+  void SetUp() override {
+    const std::vector<Backend> usable = backends();
+    if (std::count(usable.begin(), usable.end(), Backend::cuda) == 0) GTEST_SKIP() << "no CUDA device";
+    options_.backend = Backend::cuda;
+    options_.threads = 2;
+  }
+  void TearDown() override { cuda::planned_fault = nullptr; }
+
+  /// Calls of a use in which nothing fails.
+  long count_calls(const System& system) const {
+    cuda::Fault never{std::numeric_limits<long>::max()};
+    cuda::planned_fault = &never;
+    Solver solver(options_);
+    std::vector<double> x(system.b.size());
+    use(solver, system, x);
+    cuda::planned_fault = nullptr;
+    return never.calls;
+  }
+
+  Options options_;
+};
+
+TEST_F(DeviceFaults, EveryCallThatFailsIsToldAndForgotten) {
+  for (const SparseMatrix& a : {grid_2d(30, 29), random_diagonally_dominant(300, 4, 1)}) {
+    const System system = system_of(a);
+    const long calls = count_calls(system);
+    ASSERT_GT(calls, 50);
+    for (long n = 0; n < calls && !HasFailure(); ++n) expect_survives(options_, system, n);
+  }
+}
+
+// What the driver keeps for itself is there after the first rounds.
+TEST_F(DeviceFaults, NoMemoryStaysTaken) {
+  constexpr Offset kNoise = Offset(8) << 20;
+  const System system = system_of(grid_2d(30, 29));
+  const long calls = count_calls(system);
+  const auto round = [&] {
+    for (long n = 0; n < calls; n += 3) expect_survives(options_, system, n);
+  };
+  round();
+  const Offset before = cuda::free_memory();
+  round();
+  EXPECT_GE(cuda::free_memory(), before - kNoise);
+}
+
+}  // namespace
+}  // namespace mfs::test

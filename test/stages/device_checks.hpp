@@ -70,7 +70,8 @@ void check_regular(const StageProblem<double>& of_doubles) {
   const StageProblem<Scalar> problem = in_numbers_of<Scalar>(of_doubles);
   DeviceBench<Scalar> bench(problem);
   const FactorStatus status = bench.factor(default_tolerance<Scalar>());
-  EXPECT_EQ(bench.passes(), 1) << "no front is strict";
+  // Pivots searched in tiles may let something below them grow: then a front becomes strict, once.
+  EXPECT_LE(bench.passes(), 2);
   EXPECT_EQ(status.perturbed, 0u);
   EXPECT_EQ(status.nonfinite, 0u);
   expect_reference(problem, bench, followed(problem, bench, default_tolerance<Scalar>()));

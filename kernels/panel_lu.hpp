@@ -23,7 +23,6 @@ struct PivotRule {
   double largest = 1;  // what is large in this matrix
 };
 
-/// The rule for factors of Real, from the pivot tolerance and the largest scaled entry.
 /// A suspect pivot is still accepted when it is at least this fraction of what lies below it in the border:
 /// then dividing by it lets nothing grow.
 constexpr double kBorderThreshold = 0.01;

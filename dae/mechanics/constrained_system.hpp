@@ -1,0 +1,113 @@
+// What the integrator integrates: a mechanical system with holonomic constraints, in the terms of Jung and
+// Bae (Multibody System Dynamics 2017), Eq. (1)-(4),
+//
+//   F(t, q, v, a, lambda) = M(q) a - Q(t, q, v) + Phi_q^T lambda = 0     n equations of motion
+//   Phi(t, q)                                                    = 0     m constraints on positions,
+//   d/dt   Phi = Phi_q v + Phi_t                                 = 0       on velocities,
+//   d^2/dt^2 Phi = Phi_q a + (Phi_q v + Phi_t)_q v + ...         = 0       on accelerations,
+//
+// with n coordinates q, v = q', a = v' and m multipliers lambda. A system fills these residuals and their
+// derivatives, sparse and on patterns that never change. Derivatives that hold for every such system are not
+// asked for twice: Phi_q is also the derivative of d/dt Phi by v, of d^2/dt^2 Phi by a, and, transposed, of F
+// by lambda.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace mfs::dae {
+
+/// Where the system is. Borrowed arrays of n coordinates, velocities, accelerations and m multipliers.
+struct StateView {
+  double t = 0.0;
+  const double* q = nullptr;
+  const double* v = nullptr;
+  const double* a = nullptr;
+  const double* lambda = nullptr;
+};
+
+/// The derivatives that a system computes. Rows are equations, columns coordinates.
+enum class Block {
+  force_q,         ///< dF/dq, n x n
+  force_v,         ///< dF/dv, n x n
+  force_a,         ///< dF/da: the mass matrix, n x n
+  position_q,      ///< Phi_q, m x n
+  velocity_q,      ///< d(d/dt Phi)/dq, m x n
+  acceleration_q,  ///< d(d^2/dt^2 Phi)/dq, m x n
+  acceleration_v,  ///< d(d^2/dt^2 Phi)/dv, m x n
+};
+constexpr int kBlocks = 7;
+
+/// A sparse pattern in compressed rows; columns of a row ascend strictly. No entries: the block is zero.
+struct Pattern {
+  int rows = 0, columns = 0;
+  std::vector<int> row_start;  ///< rows + 1
+  std::vector<int> column;     ///< row_start[rows]
+  std::size_t entries() const { return column.size(); }
+};
+
+/// The patterns of all blocks and which of them have the same values in every state.
+struct TangentPattern {
+  std::array<Pattern, kBlocks> block;
+  std::array<bool, kBlocks> constant{};
+
+  const Pattern& operator[](Block b) const { return block[static_cast<std::size_t>(b)]; }
+};
+
+/// Values of the blocks, in the order of the entries of their patterns.
+struct Tangent {
+  std::array<std::vector<double>, kBlocks> values;
+
+  std::vector<double>& operator[](Block b) { return values[static_cast<std::size_t>(b)]; }
+  const std::vector<double>& operator[](Block b) const { return values[static_cast<std::size_t>(b)]; }
+};
+
+/// The left-hand sides of the equations above.
+struct Residual {
+  std::vector<double> force;         ///< F, n
+  std::vector<double> position;      ///< Phi, m
+  std::vector<double> velocity;      ///< d/dt Phi, m
+  std::vector<double> acceleration;  ///< d^2/dt^2 Phi, m
+};
+
+class ConstrainedSystem {
+ public:
+  virtual ~ConstrainedSystem() = default;
+
+  virtual int coordinates() const = 0;  ///< n
+  virtual int constraints() const = 0;  ///< m < n
+  virtual const TangentPattern& tangent_pattern() const = 0;
+
+  /// Overwrites `residual`, whose vectors have their sizes.
+  virtual void evaluate(const StateView& state, Residual& residual) const = 0;
+  /// Overwrites the values of all blocks in `tangent`, whose vectors have the sizes of their patterns.
+  virtual void evaluate(const StateView& state, Tangent& tangent) const = 0;
+
+  /// What an error message calls them: "knuckle.x", "joint ball_upper, equation 2".
+  virtual std::string coordinate_name(int coordinate) const {
+    return "q[" + std::to_string(coordinate) + "]";
+  }
+  virtual std::string constraint_name(int row) const { return "constraint " + std::to_string(row); }
+  /// What a coordinate measures, for error weights and for scaling pivots: a typical size, in its own unit (1
+  /// m, 1 for an Euler parameter).
+  virtual double coordinate_scale(int) const { return 1.0; }
+};
+
+/// Vectors of the right sizes for `system`, all zero.
+inline Residual make_residual(const ConstrainedSystem& system) {
+  const auto n = static_cast<std::size_t>(system.coordinates());
+  const auto m = static_cast<std::size_t>(system.constraints());
+  return {std::vector<double>(n), std::vector<double>(m), std::vector<double>(m), std::vector<double>(m)};
+}
+
+inline Tangent make_tangent(const ConstrainedSystem& system) {
+  Tangent tangent;
+  for (std::size_t b = 0; b < kBlocks; ++b)
+    tangent.values[b].resize(system.tangent_pattern().block[b].entries());
+  return tangent;
+}
+
+}  // namespace mfs::dae

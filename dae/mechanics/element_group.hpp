@@ -1,0 +1,62 @@
+// What a mechanical system is made of: groups of elements of one kind. An element sees a few coordinates of
+// the system and may bring constraints (rows of Phi, each with its multiplier); it computes its share of the
+// residuals and, as small dense matrices, of the derivatives. A mesh of finite elements is one group, the
+// links of one rigid interface are one, a rigid body or a joint is a group of one element. Multibody adds the
+// shares up.
+#pragma once
+
+#include <string>
+
+namespace mfs::dae {
+
+/// An element's own part of the state: nq coordinates and nc multipliers, gathered.
+struct LocalState {
+  double t;
+  const double *q, *v, *a, *lambda;
+};
+
+/// Shares to be filled (they come zeroed): F (nq), Phi and its derivatives by time (nc each).
+struct LocalResidual {
+  double* force;
+  double *position, *velocity, *acceleration;
+};
+
+/// Shares to be filled (they come zeroed), dense, row by row. Null: the block is not asked for, or the group
+/// said that it is zero. Derivatives of F: nq x nq; of constraints: nc x nq.
+struct LocalTangent {
+  double *force_q, *force_v, *force_a;
+  double *position_q, *velocity_q, *acceleration_q, *acceleration_v;
+};
+
+/// Which of the blocks of F an element has at all: keeps zeros out of the patterns. Blocks of constraints are
+/// taken as dense for every element with constraints.
+struct LocalStructure {
+  enum class Kind { zero, diagonal, dense };
+  Kind force_q = Kind::dense;
+  Kind force_v = Kind::zero;
+  Kind force_a = Kind::zero;
+  /// force_a (or force_v) is the same for every state.
+  bool constant_force_a = false;
+  bool constant_force_v = false;
+};
+
+/// Immutable once it is part of a system; its functions are called by several threads at once.
+class ElementGroup {
+ public:
+  virtual ~ElementGroup() = default;
+
+  virtual int size() const = 0;                        ///< elements
+  virtual int local_coordinates() const = 0;           ///< nq of each
+  virtual int local_constraints() const { return 0; }  ///< nc of each
+  /// The nq indices in the system of the coordinates of element e, all different.
+  virtual const int* coordinates(int e) const = 0;
+  virtual LocalStructure structure() const = 0;
+
+  virtual void residual(int e, const LocalState& state, LocalResidual& residual) const = 0;
+  virtual void tangent(int e, const LocalState& state, LocalTangent& tangent) const = 0;
+
+  /// What an error message calls element e: "joint crank_pin", "body arm, element 17".
+  virtual std::string name(int e) const = 0;
+};
+
+}  // namespace mfs::dae

@@ -17,29 +17,37 @@ struct CoordinateRange {
   int first = 0, count = 0;
 };
 
+/// What the coordinates of one body are called and measure.
+struct BodyCoordinates {
+  std::string name;
+  CoordinateRange range;
+  double scale;
+  std::vector<std::string> components;
+};
+
 /// Collects the parts; `build` makes the system of them.
 class MultibodyBuilder {
  public:
   /// `initial_q`, `initial_v`: count values each; `scale`: a typical size of these coordinates (metres, or
-  /// 1). `body` names them in messages.
+  /// 1). `body` names them in messages, together with `components`, whose number divides count: three of them
+  /// make "arm[4].x" of the node 4 (0-based) of a mesh; none, "arm[12]".
   CoordinateRange add_coordinates(const std::string& body, const std::vector<double>& initial_q,
-                                  const std::vector<double>& initial_v, double scale = 1.0);
+                                  const std::vector<double>& initial_v, double scale = 1.0,
+                                  const std::vector<std::string>& components = {});
   void add(std::shared_ptr<const ElementGroup> group);
 
   const std::vector<double>& initial_q() const { return q_; }
   const std::vector<double>& initial_v() const { return v_; }
 
-  /// `threads` 0: all that the machine offers. Throws InvalidInput where a group names a coordinate that is
-  /// not there, or names one twice in an element.
+  /// `threads` 0: all that the machine offers. The system's functions may not be called at the same time by
+  /// several threads: they share the room for the elements' matrices. What an element throws they pass on;
+  /// where several throw, always the same one's.
+  /// Throws InvalidInput where an element names a coordinate that is not there, or one twice, and where there
+  /// are not fewer constraints than coordinates.
   std::unique_ptr<ConstrainedSystem> build(int threads = 0) const;
 
  private:
-  struct Body {
-    std::string name;
-    CoordinateRange range;
-    double scale;
-  };
-  std::vector<Body> bodies_;
+  std::vector<BodyCoordinates> bodies_;
   std::vector<double> q_, v_;
   std::vector<std::shared_ptr<const ElementGroup>> groups_;
 };

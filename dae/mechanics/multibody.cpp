@@ -1,0 +1,411 @@
+#include "dae/mechanics/multibody.hpp"
+
+#include <omp.h>
+
+#include <algorithm>
+#include <exception>
+#include <limits>
+#include <utility>
+
+#include <mfs/error.hpp>
+
+#include "dae/mechanics/colouring.hpp"
+#include "dae/mechanics/coupling.hpp"
+
+namespace mfs::dae {
+namespace {
+
+using Kind = LocalStructure::Kind;
+
+constexpr Block kForceBlocks[] = {Block::force_q, Block::force_v, Block::force_a};
+constexpr Block kConstraintBlocks[] = {Block::position_q, Block::velocity_q, Block::acceleration_q,
+                                       Block::acceleration_v};
+
+Kind kind_of(const LocalStructure& structure, Block block) {
+  return block == Block::force_q   ? structure.force_q
+         : block == Block::force_v ? structure.force_v
+                                   : structure.force_a;
+}
+
+bool constant(const LocalStructure& structure, Block block) {
+  return (block == Block::force_a && structure.constant_force_a) ||
+         (block == Block::force_v && structure.constant_force_v);
+}
+
+/// Keeps the first of the exceptions that elements throw, first in the order of the sum.
+class FirstFailure {
+ public:
+  template <class Work>
+  void watch(std::size_t place, Work&& work) {
+    try {
+      work();
+    } catch (...) {
+#pragma omp critical(mfs_dae_first_failure)
+      if (place < place_) {
+        place_ = place;
+        exception_ = std::current_exception();
+      }
+    }
+  }
+  void rethrow() const {
+    if (exception_) std::rethrow_exception(exception_);
+  }
+
+ private:
+  std::size_t place_ = std::numeric_limits<std::size_t>::max();
+  std::exception_ptr exception_;
+};
+
+/// What one thread needs for one element, large enough for every group.
+struct Workspace {
+  std::vector<double> q, v, a;
+  std::vector<double> force, position, velocity, acceleration;
+  std::array<std::vector<double>, kBlocks> block;
+  Runs runs;
+
+  Workspace(std::size_t nq, std::size_t nc)
+      : q(nq), v(nq), a(nq), force(nq), position(nc), velocity(nc), acceleration(nc) {
+    for (const Block b : kForceBlocks) block[static_cast<std::size_t>(b)].resize(nq * nq);
+    for (const Block b : kConstraintBlocks) block[static_cast<std::size_t>(b)].resize(nc * nq);
+    runs.reserve(nq + 1);
+  }
+
+  LocalState gather(const StateView& state, const int* coordinates, int nq, int first_constraint) {
+    for (int k = 0; k < nq; ++k) {
+      q[k] = state.q[coordinates[k]];
+      v[k] = state.v[coordinates[k]];
+      a[k] = state.a[coordinates[k]];
+    }
+    return {state.t, q.data(), v.data(), a.data(), state.lambda + first_constraint};
+  }
+  double* clear(Block b, std::size_t count) {
+    double* values = block[static_cast<std::size_t>(b)].data();
+    std::fill_n(values, count, 0.0);
+    return values;
+  }
+};
+
+class Multibody final : public ConstrainedSystem {
+ public:
+  Multibody(Groups groups, std::vector<BodyCoordinates> bodies, int coordinates, int threads);
+
+  int coordinates() const override { return n_; }
+  int constraints() const override { return m_; }
+  const TangentPattern& tangent_pattern() const override { return pattern_; }
+  void evaluate(const StateView& state, Residual& residual) const override;
+  void evaluate(const StateView& state, Tangent& tangent) const override;
+  std::string coordinate_name(int coordinate) const override;
+  std::string constraint_name(int row) const override;
+  double coordinate_scale(int coordinate) const override { return body_of(coordinate).scale; }
+
+ private:
+  void number_constraints();
+  void find_force_block(Block block);
+  void find_constraint_blocks();
+  const BodyCoordinates& body_of(int coordinate) const;
+  int first_constraint(int g, int e) const {
+    return constraint_start_[g] + e * groups_[g]->local_constraints();
+  }
+
+  template <class Work>
+  void for_each_element(Work work) const;
+  void add_residual(ElementId id, const StateView& state, Residual& residual, Workspace& work) const;
+  void add_tangent(ElementId id, const StateView& state, Tangent& tangent, Workspace& work) const;
+  void add_force_block(Block block, ElementId id, const double* local, Tangent& tangent, Runs& runs) const;
+  void set_constraint_block(Block block, ElementId id, const double* local, Tangent& tangent) const;
+
+  Groups groups_;
+  std::vector<LocalStructure> structure_;  // of each group
+  std::vector<BodyCoordinates> bodies_;
+  int n_, m_ = 0, threads_;
+  std::vector<int> constraint_start_;  // of each group, and m
+  TangentPattern pattern_;
+  std::array<std::shared_ptr<const Coupling>, kBlocks> coupling_;  // of the blocks of F
+  std::array<std::vector<int>, kBlocks> diagonal_;  // entry of (i, i), where a group is diagonal
+  std::vector<std::vector<int>>
+      column_rank_;  // of each group with constraints: place of each coordinate in its rows
+  Colouring colouring_;
+  mutable std::vector<Workspace> workspaces_;  // of each thread
+};
+
+Multibody::Multibody(Groups groups, std::vector<BodyCoordinates> bodies, int coordinates, int threads)
+    : groups_(std::move(groups)), bodies_(std::move(bodies)), n_(coordinates), threads_(threads) {
+  std::size_t nq = 0, nc = 0;
+  for (const auto& group : groups_) {
+    structure_.push_back(group->structure());
+    nq = std::max(nq, static_cast<std::size_t>(group->local_coordinates()));
+    nc = std::max(nc, static_cast<std::size_t>(group->local_constraints()));
+  }
+  number_constraints();
+  for (const Block block : kForceBlocks) find_force_block(block);
+  find_constraint_blocks();
+  colouring_ = colour_elements(groups_, n_);
+  workspaces_.assign(static_cast<std::size_t>(threads_), Workspace(nq, nc));
+  for (Workspace& work : workspaces_) work.runs.reserve(nq + 1);  // a copy has no room of its own
+}
+
+void Multibody::number_constraints() {
+  std::int64_t m = 0;
+  for (const auto& group : groups_) {
+    constraint_start_.push_back(static_cast<int>(m));
+    m += std::int64_t{group->size()} * group->local_constraints();
+    if (m >= n_)
+      throw InvalidInput(group->name(group->size() - 1), std::to_string(m) +
+                                                             " constraints up to here leave " +
+                                                             std::to_string(n_) + " coordinates no freedom");
+  }
+  m_ = static_cast<int>(m);
+  constraint_start_.push_back(m_);
+}
+
+/// The pattern of the dense elements, with the diagonal entries of diagonal groups where they are not in it.
+void Multibody::find_force_block(Block block) {
+  const auto b = static_cast<std::size_t>(block);
+  std::vector<bool> dense;
+  std::vector<char> on_diagonal(static_cast<std::size_t>(n_));
+  bool any_diagonal = false, all_constant = true;
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    const Kind kind = kind_of(structure_[g], block);
+    dense.push_back(kind == Kind::dense);
+    all_constant &= kind == Kind::zero || constant(structure_[g], block);
+    if (kind != Kind::diagonal) continue;
+    any_diagonal = true;
+    for (int e = 0; e < groups_[g]->size(); ++e)
+      for (int k = 0; k < groups_[g]->local_coordinates(); ++k)
+        on_diagonal[groups_[g]->coordinates(e)[k]] = 1;
+  }
+  pattern_.constant[b] = all_constant;
+  for (std::size_t other = 0; other < b && !coupling_[b]; ++other)
+    if (coupling_[other]->dense() == dense) coupling_[b] = coupling_[other];
+  if (!coupling_[b]) coupling_[b] = std::make_shared<Coupling>(groups_, dense, n_, threads_);
+
+  Pattern& pattern = pattern_.block[b];
+  pattern = coupling_[b]->pattern();
+  if (!any_diagonal) return;
+  diagonal_[b].assign(static_cast<std::size_t>(n_), -1);
+  const Pattern& coupled = coupling_[b]->pattern();
+  pattern.column.clear();
+  for (int i = 0; i < n_; ++i) {
+    const auto first = coupled.column.begin() + coupled.row_start[i];
+    const auto last = coupled.column.begin() + coupled.row_start[i + 1];
+    pattern.row_start[i] = static_cast<int>(pattern.column.size());
+    pattern.column.insert(pattern.column.end(), first, last);
+    if (!on_diagonal[i]) continue;
+    if (first == last) pattern.column.push_back(i);  // a row with columns has its diagonal entry
+    diagonal_[b][i] = pattern.row_start[i] + static_cast<int>(std::lower_bound(first, last, i) - first);
+  }
+  pattern.row_start[n_] = static_cast<int>(pattern.column.size());
+}
+
+/// The four have one pattern: each row holds the coordinates of its element.
+void Multibody::find_constraint_blocks() {
+  Pattern pattern{m_, n_, {0}, {}};
+  column_rank_.resize(groups_.size());
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    const ElementGroup& group = *groups_[g];
+    const int nq = group.local_coordinates(), nc = group.local_constraints();
+    if (nc == 0) continue;
+    for (int e = 0; e < group.size(); ++e) {
+      const int* coordinates = group.coordinates(e);
+      std::vector<int> sorted(coordinates, coordinates + nq);
+      std::sort(sorted.begin(), sorted.end());
+      for (int k = 0; k < nq; ++k)
+        column_rank_[g].push_back(static_cast<int>(
+            std::lower_bound(sorted.begin(), sorted.end(), coordinates[k]) - sorted.begin()));
+      for (int row = 0; row < nc; ++row) {
+        pattern.column.insert(pattern.column.end(), sorted.begin(), sorted.end());
+        pattern.row_start.push_back(static_cast<int>(pattern.column.size()));
+      }
+    }
+  }
+  for (const Block block : kConstraintBlocks) {
+    pattern_.block[static_cast<std::size_t>(block)] = pattern;
+    pattern_.constant[static_cast<std::size_t>(block)] = m_ == 0;
+  }
+}
+
+/// Calls work(element, workspace) for all elements, in the order of the colouring.
+template <class Work>
+void Multibody::for_each_element(Work work) const {
+  FirstFailure failure;
+  const auto& order = colouring_.order;
+  const auto& start = colouring_.colour_start;
+#pragma omp parallel num_threads(threads_) if (start.size() > 1)
+  {
+    Workspace& workspace = workspaces_[static_cast<std::size_t>(omp_get_thread_num())];
+    for (std::size_t colour = 0; colour + 1 < start.size(); ++colour)
+#pragma omp for schedule(dynamic, 8)
+      for (std::size_t k = start[colour]; k < start[colour + 1]; ++k)
+        failure.watch(k, [&] { work(order[k], workspace); });
+  }
+  for (std::size_t k = start.back(); k < order.size(); ++k)
+    failure.watch(k, [&] { work(order[k], workspaces_[0]); });
+  failure.rethrow();
+}
+
+void Multibody::evaluate(const StateView& state, Residual& residual) const {
+  std::fill(residual.force.begin(), residual.force.end(), 0.0);
+  for_each_element([&](ElementId id, Workspace& work) { add_residual(id, state, residual, work); });
+}
+
+void Multibody::evaluate(const StateView& state, Tangent& tangent) const {
+  for (const Block block : kForceBlocks) {
+    std::vector<double>& values = tangent[block];
+    const auto count = static_cast<std::int64_t>(values.size());
+#pragma omp parallel for num_threads(threads_)
+    for (std::int64_t k = 0; k < count; ++k) values[k] = 0.0;
+  }
+  for_each_element([&](ElementId id, Workspace& work) { add_tangent(id, state, tangent, work); });
+}
+
+void Multibody::add_residual(ElementId id, const StateView& state, Residual& residual,
+                             Workspace& work) const {
+  const ElementGroup& group = *groups_[id.group];
+  const int nq = group.local_coordinates(), nc = group.local_constraints();
+  const int* coordinates = group.coordinates(id.element);
+  const int row = first_constraint(id.group, id.element);
+  const LocalState local_state = work.gather(state, coordinates, nq, row);
+  std::fill_n(work.force.begin(), nq, 0.0);
+  std::fill_n(work.position.begin(), nc, 0.0);
+  std::fill_n(work.velocity.begin(), nc, 0.0);
+  std::fill_n(work.acceleration.begin(), nc, 0.0);
+  LocalResidual local{work.force.data(), work.position.data(), work.velocity.data(),
+                      work.acceleration.data()};
+  group.residual(id.element, local_state, local);
+  for (int k = 0; k < nq; ++k) residual.force[coordinates[k]] += local.force[k];
+  std::copy_n(local.position, nc, residual.position.begin() + row);
+  std::copy_n(local.velocity, nc, residual.velocity.begin() + row);
+  std::copy_n(local.acceleration, nc, residual.acceleration.begin() + row);
+}
+
+void Multibody::add_tangent(ElementId id, const StateView& state, Tangent& tangent, Workspace& work) const {
+  const ElementGroup& group = *groups_[id.group];
+  const LocalStructure& structure = structure_[id.group];
+  const auto nq = static_cast<std::size_t>(group.local_coordinates());
+  const auto nc = static_cast<std::size_t>(group.local_constraints());
+  const LocalState local_state = work.gather(state, group.coordinates(id.element), group.local_coordinates(),
+                                             first_constraint(id.group, id.element));
+  const auto force = [&](Block b) {
+    return kind_of(structure, b) == Kind::zero ? nullptr : work.clear(b, nq * nq);
+  };
+  const auto constraint = [&](Block b) { return nc == 0 ? nullptr : work.clear(b, nc * nq); };
+  LocalTangent local{force(Block::force_q),
+                     force(Block::force_v),
+                     force(Block::force_a),
+                     constraint(Block::position_q),
+                     constraint(Block::velocity_q),
+                     constraint(Block::acceleration_q),
+                     constraint(Block::acceleration_v)};
+  group.tangent(id.element, local_state, local);
+  add_force_block(Block::force_q, id, local.force_q, tangent, work.runs);
+  add_force_block(Block::force_v, id, local.force_v, tangent, work.runs);
+  add_force_block(Block::force_a, id, local.force_a, tangent, work.runs);
+  if (nc == 0) return;
+  set_constraint_block(Block::position_q, id, local.position_q, tangent);
+  set_constraint_block(Block::velocity_q, id, local.velocity_q, tangent);
+  set_constraint_block(Block::acceleration_q, id, local.acceleration_q, tangent);
+  set_constraint_block(Block::acceleration_v, id, local.acceleration_v, tangent);
+}
+
+void Multibody::add_force_block(Block block, ElementId id, const double* local, Tangent& tangent,
+                                Runs& runs) const {
+  const auto b = static_cast<std::size_t>(block);
+  const ElementGroup& group = *groups_[id.group];
+  const Kind kind = kind_of(structure_[id.group], block);
+  if (kind == Kind::dense)
+    coupling_[b]->add(id.group, id.element, group, local, pattern_.block[b], tangent[block], runs);
+  if (kind == Kind::diagonal) {
+    const int nq = group.local_coordinates();
+    const int* coordinates = group.coordinates(id.element);
+    for (int k = 0; k < nq; ++k) tangent[block][diagonal_[b][coordinates[k]]] += local[k * (nq + 1)];
+  }
+}
+
+void Multibody::set_constraint_block(Block block, ElementId id, const double* local, Tangent& tangent) const {
+  const int nq = groups_[id.group]->local_coordinates(), nc = groups_[id.group]->local_constraints();
+  const int* rank = column_rank_[id.group].data() + static_cast<std::ptrdiff_t>(id.element) * nq;
+  const Pattern& pattern = pattern_[block];
+  const int row = first_constraint(id.group, id.element);
+  for (int i = 0; i < nc; ++i) {
+    double* values = tangent[block].data() + pattern.row_start[row + i];
+    for (int k = 0; k < nq; ++k) values[rank[k]] = local[i * nq + k];
+  }
+}
+
+const BodyCoordinates& Multibody::body_of(int coordinate) const {
+  const auto after =
+      std::upper_bound(bodies_.begin(), bodies_.end(), coordinate,
+                       [](int i, const BodyCoordinates& body) { return i < body.range.first; });
+  return *(after - 1);
+}
+
+std::string Multibody::coordinate_name(int coordinate) const {
+  const BodyCoordinates& body = body_of(coordinate);
+  const int local = coordinate - body.range.first;
+  const int components = static_cast<int>(body.components.size());
+  if (components == 0) return body.name + "[" + std::to_string(local) + "]";
+  const std::string& component = body.components[local % components];
+  if (components == body.range.count) return body.name + "." + component;
+  return body.name + "[" + std::to_string(local / components) + "]." + component;
+}
+
+std::string Multibody::constraint_name(int row) const {
+  const auto after = std::upper_bound(constraint_start_.begin(), constraint_start_.end(), row);
+  const auto g = after - constraint_start_.begin() - 1;
+  const int nc = groups_[g]->local_constraints();
+  const int local = row - constraint_start_[g];
+  return groups_[g]->name(local / nc) + ", equation " + std::to_string(local % nc + 1) + " of " +
+         std::to_string(nc);
+}
+
+/// Throws InvalidInput unless the coordinates of each element exist and differ.
+void check_coordinates(const ElementGroup& group, int n) {
+  std::vector<int> sorted(static_cast<std::size_t>(group.local_coordinates()));
+  for (int e = 0; e < group.size(); ++e) {
+    std::copy_n(group.coordinates(e), sorted.size(), sorted.begin());
+    std::sort(sorted.begin(), sorted.end());
+    if (!sorted.empty() && (sorted.front() < 0 || sorted.back() >= n))
+      throw InvalidInput(group.name(e),
+                         "coordinate " + std::to_string(sorted.front() < 0 ? sorted.front() : sorted.back()) +
+                             " is not one of the " + std::to_string(n));
+    const auto twice = std::adjacent_find(sorted.begin(), sorted.end());
+    if (twice != sorted.end())
+      throw InvalidInput(group.name(e), "coordinate " + std::to_string(*twice) + " is named twice");
+  }
+}
+
+}  // namespace
+
+CoordinateRange MultibodyBuilder::add_coordinates(const std::string& body,
+                                                  const std::vector<double>& initial_q,
+                                                  const std::vector<double>& initial_v, double scale,
+                                                  const std::vector<std::string>& components) {
+  if (initial_q.empty()) throw InvalidInput("body " + body, "it has no coordinates");
+  if (initial_v.size() != initial_q.size())
+    throw InvalidInput("body " + body, std::to_string(initial_q.size()) + " initial coordinates, but " +
+                                           std::to_string(initial_v.size()) + " initial velocities");
+  if (!components.empty() && initial_q.size() % components.size() != 0)
+    throw InvalidInput("body " + body, std::to_string(initial_q.size()) + " coordinates are no multiple of " +
+                                           std::to_string(components.size()) + " components");
+  if (!(scale > 0)) throw InvalidInput("body " + body, "the scale of its coordinates is not positive");
+  const CoordinateRange range{static_cast<int>(q_.size()), static_cast<int>(initial_q.size())};
+  q_.insert(q_.end(), initial_q.begin(), initial_q.end());
+  v_.insert(v_.end(), initial_v.begin(), initial_v.end());
+  bodies_.push_back({body, range, scale, components});
+  return range;
+}
+
+void MultibodyBuilder::add(std::shared_ptr<const ElementGroup> group) {
+  if (!group) throw InvalidInput("group", "null pointer");
+  if (group->size() > 0) groups_.push_back(std::move(group));
+}
+
+std::unique_ptr<ConstrainedSystem> MultibodyBuilder::build(int threads) const {
+  if (threads < 0) throw InvalidInput("threads", "negative");
+  const int n = static_cast<int>(q_.size());
+  if (n == 0) throw InvalidInput("bodies", "there are no coordinates");
+  for (const auto& group : groups_) check_coordinates(*group, n);
+  return std::make_unique<Multibody>(groups_, bodies_, n, threads > 0 ? threads : omp_get_max_threads());
+}
+
+}  // namespace mfs::dae

@@ -1,0 +1,68 @@
+// A group whose shares mean nothing mechanically: numbers made from the state and the place, so that a share
+// that is lost, doubled or put in the wrong place shows.
+#pragma once
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "dae/mechanics/element_group.hpp"
+
+namespace mfs::test {
+
+class ArtificialGroup final : public dae::ElementGroup {
+ public:
+  ArtificialGroup(std::string name, int nq, int nc, std::vector<int> coordinates,
+                  dae::LocalStructure structure)
+      : name_(std::move(name)),
+        nq_(nq),
+        nc_(nc),
+        coordinates_(std::move(coordinates)),
+        structure_(structure) {}
+
+  int size() const override { return static_cast<int>(coordinates_.size()) / nq_; }
+  int local_coordinates() const override { return nq_; }
+  int local_constraints() const override { return nc_; }
+  const int* coordinates(int e) const override { return coordinates_.data() + e * nq_; }
+  dae::LocalStructure structure() const override { return structure_; }
+  std::string name(int e) const override { return name_ + ", element " + std::to_string(e); }
+
+  void residual(int e, const dae::LocalState& s, dae::LocalResidual& r) const override {
+    if (e == throws_at) throw std::runtime_error(name(e));
+    for (int k = 0; k < nq_; ++k) r.force[k] += number(e, k, 1) * s.q[k] + s.v[k] * s.t + 0.1 * s.a[k];
+    for (int i = 0; i < nc_; ++i) {
+      r.position[i] = number(e, i, 2) * s.q[i % nq_];
+      r.velocity[i] = number(e, i, 3) * s.v[i % nq_];
+      r.acceleration[i] = number(e, i, 4) * s.a[i % nq_] + s.lambda[i];
+    }
+  }
+  void tangent(int e, const dae::LocalState& s, dae::LocalTangent& t) const override {
+    fill(t.force_q, structure_.force_q, e, 5, s);
+    fill(t.force_v, structure_.force_v, e, 6, s);
+    fill(t.force_a, structure_.force_a, e, 7, s);
+    double* const blocks[] = {t.position_q, t.velocity_q, t.acceleration_q, t.acceleration_v};
+    for (int b = 0; b < 4; ++b)
+      for (int i = 0; i < nc_ * nq_; ++i) blocks[b][i] = number(e, i, 8 + b) * s.q[i % nq_];
+  }
+
+  int throws_at = -1;
+
+ private:
+  static double number(int e, int k, int kind) { return std::sin(1.0 + e + 0.37 * k + 11.0 * kind); }
+  void fill(double* block, dae::LocalStructure::Kind kind, int e, int seed, const dae::LocalState& s) const {
+    using Kind = dae::LocalStructure::Kind;
+    if ((block == nullptr) != (kind == Kind::zero)) throw std::logic_error("block given where there is none");
+    if (kind == Kind::zero) return;
+    for (int i = 0; i < nq_; ++i)
+      for (int j = 0; j < nq_; ++j)
+        if (i == j || kind == Kind::dense) block[i * nq_ + j] += number(e, i * nq_ + j, seed) * s.q[j];
+  }
+
+  std::string name_;
+  int nq_, nc_;
+  std::vector<int> coordinates_;
+  dae::LocalStructure structure_;
+};
+
+}  // namespace mfs::test

@@ -1,0 +1,291 @@
+// Assembly: patterns, sums and their independence of threads, against plain loops over dense matrices.
+#include "dae/mechanics/multibody.hpp"
+
+#include <gmock/gmock.h>
+
+#include <map>
+
+#include <mfs/error.hpp>
+
+#include "test/dae/mechanics/artificial_group.hpp"
+#include "test/reference/random.hpp"
+
+namespace mfs::dae {
+namespace {
+
+using test::ArtificialGroup;
+using test::Random;
+using testing::HasSubstr;
+using Kind = LocalStructure::Kind;
+using Entries = std::map<std::pair<int, int>, double>;
+
+/// Elements whose coordinates come in threes, as nodes of a mesh do, in any order, with some single ones.
+std::vector<int> random_coordinates(Random& random, int elements, int nodes_each, bool with_single, int n) {
+  std::vector<int> all;
+  for (int e = 0; e < elements; ++e) {
+    const std::vector<int> order = random.permutation(n / 3);
+    for (int k = 0; k < nodes_each; ++k)
+      for (int c = 0; c < 3; ++c) all.push_back(3 * order[k] + c);
+    if (with_single) all.push_back(3 * order[nodes_each] + static_cast<int>(random.integer(0, 3)));
+  }
+  return all;
+}
+
+struct Parts {
+  MultibodyBuilder builder;
+  std::vector<std::shared_ptr<ArtificialGroup>> groups;
+  std::vector<double> q, v, a, lambda;
+  StateView state() const { return {0.7, q.data(), v.data(), a.data(), lambda.data()}; }
+};
+
+/// `kinds`: structure of the blocks of F of each group; every third group has constraints.
+Parts random_parts(std::uint64_t seed, int n) {
+  Random random(seed);
+  Parts parts;
+  parts.q = random.vector(n);
+  parts.v = random.vector(n);
+  parts.a = random.vector(n);
+  parts.lambda = random.vector(n);
+  parts.builder.add_coordinates("front", std::vector<double>(6), std::vector<double>(6));
+  parts.builder.add_coordinates("rest", std::vector<double>(n - 6), std::vector<double>(n - 6), 1.0,
+                                {"x", "y", "z"});
+  for (int g = 0; g < 6; ++g) {
+    const bool single = random.chance(0.5);
+    const int nodes = static_cast<int>(random.integer(1, 5)),
+              elements = static_cast<int>(random.integer(1, 8));
+    LocalStructure structure;
+    const Kind kinds[] = {Kind::zero, Kind::diagonal, Kind::dense};
+    structure.force_q = kinds[random.integer(0, 3)];
+    structure.force_v = kinds[random.integer(0, 3)];
+    structure.force_a = kinds[random.integer(0, 3)];
+    parts.groups.push_back(std::make_shared<ArtificialGroup>(
+        "group " + std::to_string(g), 3 * nodes + single, g % 3 == 2 ? 2 : 0,
+        random_coordinates(random, elements, nodes, single, n), structure));
+    parts.builder.add(parts.groups.back());
+  }
+  return parts;
+}
+
+/// The plain sum of what the groups give.
+struct PlainSum {
+  Entries block[kBlocks];
+  std::vector<double> force, position, velocity, acceleration;
+
+  PlainSum(const Parts& parts, int n) : force(n) {
+    for (const auto& group : parts.groups)
+      for (int e = 0; e < group->size(); ++e) add(*group, e, parts);
+  }
+  void add(const ArtificialGroup& group, int e, const Parts& parts) {
+    const int nq = group.local_coordinates(), nc = group.local_constraints();
+    const int* c = group.coordinates(e);
+    const int row = static_cast<int>(position.size());
+    std::vector<double> q, v, a;
+    for (int k = 0; k < nq; ++k) {
+      q.push_back(parts.q[c[k]]);
+      v.push_back(parts.v[c[k]]);
+      a.push_back(parts.a[c[k]]);
+    }
+    const LocalState state{0.7, q.data(), v.data(), a.data(), parts.lambda.data() + row};
+    std::vector<double> f(nq), c0(nc), c1(nc), c2(nc);
+    LocalResidual residual{f.data(), c0.data(), c1.data(), c2.data()};
+    group.residual(e, state, residual);
+    for (int k = 0; k < nq; ++k) force[c[k]] += f[k];
+    position.insert(position.end(), c0.begin(), c0.end());
+    velocity.insert(velocity.end(), c1.begin(), c1.end());
+    acceleration.insert(acceleration.end(), c2.begin(), c2.end());
+
+    const LocalStructure s = group.structure();
+    const Kind kinds[] = {s.force_q, s.force_v, s.force_a};
+    std::vector<std::vector<double>> m(kBlocks);
+    double* at[kBlocks];
+    for (int b = 0; b < kBlocks; ++b) {
+      m[b].resize(nq * (b < 3 ? nq : nc));
+      at[b] = b < 3 && kinds[b] == Kind::zero ? nullptr : m[b].data();
+    }
+    LocalTangent tangent{at[0], at[1], at[2], at[3], at[4], at[5], at[6]};
+    group.tangent(e, state, tangent);
+    for (int b = 0; b < kBlocks; ++b)
+      for (int i = 0; i < (b < 3 ? nq : nc); ++i)
+        for (int j = 0; j < nq; ++j)
+          if (b >= 3 || kinds[b] == Kind::dense || (kinds[b] == Kind::diagonal && i == j))
+            block[b][{b < 3 ? c[i] : row + i, c[j]}] += m[b][i * nq + j];
+  }
+};
+
+Entries entries_of(const Pattern& pattern, const std::vector<double>& values) {
+  Entries entries;
+  for (int i = 0; i < pattern.rows; ++i)
+    for (int k = pattern.row_start[i]; k < pattern.row_start[i + 1]; ++k)
+      entries[{i, pattern.column[k]}] = values[k];
+  return entries;
+}
+
+void expect_near(const std::vector<double>& found, const std::vector<double>& expected) {
+  ASSERT_EQ(found.size(), expected.size());
+  for (std::size_t i = 0; i < found.size(); ++i) EXPECT_NEAR(found[i], expected[i], 1e-13) << i;
+}
+
+TEST(Multibody, SumsWhatTheElementsGive) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    constexpr int kCoordinates = 45;
+    const Parts parts = random_parts(seed, kCoordinates);
+    const PlainSum plain(parts, kCoordinates);
+    const auto system = parts.builder.build(2);
+    ASSERT_EQ(system->coordinates(), kCoordinates);
+    ASSERT_EQ(system->constraints(), static_cast<int>(plain.position.size()));
+    Residual residual = make_residual(*system);
+    Tangent tangent = make_tangent(*system);
+    for (int twice = 0; twice < 2; ++twice) {  // values are overwritten, not added to
+      system->evaluate(parts.state(), residual);
+      system->evaluate(parts.state(), tangent);
+    }
+    expect_near(residual.force, plain.force);
+    expect_near(residual.position, plain.position);
+    expect_near(residual.velocity, plain.velocity);
+    expect_near(residual.acceleration, plain.acceleration);
+    for (int b = 0; b < kBlocks; ++b) {
+      const Pattern& pattern = system->tangent_pattern().block[b];
+      for (int i = 0; i < pattern.rows; ++i)
+        for (int k = pattern.row_start[i] + 1; k < pattern.row_start[i + 1]; ++k)
+          ASSERT_LT(pattern.column[k - 1], pattern.column[k]);
+      const Entries found = entries_of(pattern, tangent.values[b]);
+      ASSERT_EQ(found.size(), plain.block[b].size()) << "block " << b;
+      for (const auto& [place, value] : plain.block[b]) {
+        ASSERT_EQ(found.count(place), 1U) << "block " << b << ": " << place.first << ", " << place.second;
+        EXPECT_NEAR(found.at(place), value, 1e-13)
+            << "block " << b << ": " << place.first << ", " << place.second;
+      }
+    }
+  }
+}
+
+/// A chain of elements that share coordinates, and a hundred that share one coordinate.
+MultibodyBuilder chain_and_star() {
+  constexpr int kNodes = 200;
+  MultibodyBuilder builder;
+  builder.add_coordinates("all", std::vector<double>(3 * kNodes), std::vector<double>(3 * kNodes));
+  std::vector<int> chain, star;
+  for (int k = 0; k + 1 < kNodes; ++k)
+    for (int c = 0; c < 6; ++c) chain.push_back(3 * k + c);
+  for (int k = 1; k <= 100; ++k) star.insert(star.end(), {3 * k, 3 * k + 1, 0});
+  LocalStructure dense;
+  dense.force_v = dense.force_a = Kind::dense;
+  builder.add(std::make_shared<ArtificialGroup>("chain", 6, 1, chain, dense));
+  builder.add(std::make_shared<ArtificialGroup>("star", 3, 0, star, dense));
+  return builder;
+}
+
+TEST(Multibody, ResultsDoNotDependOnTheNumberOfThreads) {
+  const MultibodyBuilder builder = chain_and_star();
+  Random random(5);
+  const std::vector<double> q = random.vector(600), v = random.vector(600), a = random.vector(600),
+                            lambda = random.vector(600);
+  const StateView state{0.3, q.data(), v.data(), a.data(), lambda.data()};
+  Residual first_residual;
+  Tangent first_tangent;
+  for (const int threads : {1, 2, 3}) {
+    const auto system = builder.build(threads);
+    Residual residual = make_residual(*system);
+    Tangent tangent = make_tangent(*system);
+    system->evaluate(state, residual);
+    system->evaluate(state, tangent);
+    if (threads == 1) {
+      first_residual = residual;
+      first_tangent = tangent;
+    }
+    EXPECT_EQ(residual.force, first_residual.force);
+    EXPECT_EQ(residual.acceleration, first_residual.acceleration);
+    EXPECT_EQ(tangent.values, first_tangent.values);
+  }
+}
+
+TEST(Multibody, ABlockIsConstantWhenAllItsGroupsAre) {
+  for (const bool second_constant : {true, false}) {
+    MultibodyBuilder builder;
+    builder.add_coordinates("body", std::vector<double>(6), std::vector<double>(6));
+    LocalStructure first{Kind::dense, Kind::zero, Kind::dense, true, false};
+    LocalStructure second{Kind::zero, Kind::dense, Kind::diagonal, second_constant, second_constant};
+    builder.add(std::make_shared<ArtificialGroup>("first", 3, 0, std::vector<int>{0, 1, 2}, first));
+    builder.add(std::make_shared<ArtificialGroup>("second", 3, 0, std::vector<int>{3, 4, 5}, second));
+    const auto system = builder.build(1);
+    const auto& constant = system->tangent_pattern().constant;
+    EXPECT_FALSE(constant[static_cast<int>(Block::force_q)]);
+    EXPECT_EQ(constant[static_cast<int>(Block::force_v)], second_constant);
+    EXPECT_EQ(constant[static_cast<int>(Block::force_a)], second_constant);
+    EXPECT_EQ(system->tangent_pattern()[Block::force_a].entries(), 12U);
+  }
+}
+
+TEST(Multibody, PassesOnTheFirstFailureOfAnElement) {
+  const Parts parts = random_parts(3, 45);
+  for (const auto& group : parts.groups) group->throws_at = 0;
+  const auto system = parts.builder.build(3);
+  Residual residual = make_residual(*system);
+  for (int repeat = 0; repeat < 5; ++repeat) try {
+      system->evaluate(parts.state(), residual);
+      ADD_FAILURE() << "nothing was thrown";
+    } catch (const std::runtime_error& error) {
+      EXPECT_STREQ(error.what(), "group 0, element 0");
+    }
+}
+
+TEST(Multibody, NamesCoordinatesAndConstraints) {
+  MultibodyBuilder builder;
+  builder.add_coordinates("rod", {1}, {0}, 2.5);
+  builder.add_coordinates("knuckle", {1, 2, 3}, {0, 0, 0}, 0.5, {"x", "y", "z"});
+  builder.add_coordinates("arm", std::vector<double>(6), std::vector<double>(6), 1.0, {"x", "y", "z"});
+  builder.add(std::make_shared<ArtificialGroup>("pin", 1, 1, std::vector<int>{4}, LocalStructure{}));
+  builder.add(
+      std::make_shared<ArtificialGroup>("ball", 2, 2, std::vector<int>{2, 1, 0, 5}, LocalStructure{}));
+  const auto system = builder.build();
+  EXPECT_EQ(system->coordinate_name(0), "rod[0]");
+  EXPECT_EQ(system->coordinate_name(2), "knuckle.y");
+  EXPECT_EQ(system->coordinate_name(9), "arm[1].z");
+  EXPECT_EQ(system->constraint_name(0), "pin, element 0, equation 1 of 1");
+  EXPECT_EQ(system->constraint_name(4), "ball, element 1, equation 2 of 2");
+  EXPECT_EQ(system->coordinate_scale(0), 2.5);
+  EXPECT_EQ(system->coordinate_scale(3), 0.5);
+}
+
+template <class Make>
+void expect_refused(Make make, const std::string& argument, const std::string& text) {
+  try {
+    make();
+    ADD_FAILURE() << "nothing was thrown: " << text;
+  } catch (const InvalidInput& error) {
+    EXPECT_EQ(error.argument(), argument);
+    EXPECT_THAT(error.what(), HasSubstr(text));
+  }
+}
+
+TEST(Multibody, RefusesBadParts) {
+  const std::vector<double> one(1), two(2);
+  MultibodyBuilder empty;
+  expect_refused([&] { empty.add_coordinates("arm", {}, {}); }, "body arm", "no coordinates");
+  expect_refused([&] { empty.add_coordinates("arm", two, one); }, "body arm", "initial velocities");
+  expect_refused([&] { empty.add_coordinates("arm", two, two, 0.0); }, "body arm", "scale");
+  expect_refused(
+      [&] {
+        empty.add_coordinates("arm", two, two, 1.0, {"x", "y", "z"});
+      },
+      "body arm", "multiple");
+  expect_refused([&] { empty.add(nullptr); }, "group", "null");
+  expect_refused([&] { (void)empty.build(); }, "bodies", "no coordinates");
+  expect_refused([&] { (void)empty.build(-1); }, "threads", "negative");
+
+  const auto with = [&](int constraints, std::vector<int> coordinates) {
+    MultibodyBuilder builder;
+    builder.add_coordinates("arm", two, two);
+    builder.add(
+        std::make_shared<ArtificialGroup>("pin", 2, constraints, std::move(coordinates), LocalStructure{}));
+    (void)builder.build();
+  };
+  expect_refused([&] { with(0, {0, 1, 1, 2}); }, "pin, element 1", "coordinate 2 is not one of the 2");
+  expect_refused([&] { with(0, {0, -1}); }, "pin, element 0", "coordinate -1");
+  expect_refused([&] { with(0, {1, 1}); }, "pin, element 0", "named twice");
+  expect_refused([&] { with(2, {0, 1}); }, "pin, element 0", "no freedom");
+}
+
+}  // namespace
+}  // namespace mfs::dae

@@ -1,10 +1,8 @@
 #include "solver/program/commands.hpp"
 
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
 #include <cstdio>
-#include <cstring>
 #include <filesystem>
 #include <optional>
 #include <type_traits>
@@ -16,6 +14,7 @@
 #include "perf/families.hpp"
 #include "solver/program/json_report.hpp"
 #include "solver/program/matrix_market.hpp"
+#include "solver/program/output_file.hpp"
 #include "solver/program/summary.hpp"
 
 namespace mfs::program {
@@ -30,8 +29,7 @@ std::string name_of(const std::string& path) {
 }
 
 void print(const std::string& text) {
-  if (std::fputs(text.c_str(), stdout) < 0 || std::fflush(stdout) != 0)
-    throw InvalidInput("standard output", std::string("cannot be written: ") + std::strerror(errno));
+  io::OutputFile("-").write(text);
 }
 
 void complain(const CaseResult& result) {
@@ -46,14 +44,14 @@ class Results {
   }
   void put(const CaseResult& result) {
     complain(result);
-    if (json_) return json_->write(result);
+    if (json_) return json_->write(json_line(result) + "\n");
     if (separate_) print("\n");
     print(solve_summary(result));
     separate_ = true;
   }
 
  private:
-  std::optional<JsonFile> json_;
+  std::optional<io::OutputFile> json_;
   bool separate_ = false;
 };
 

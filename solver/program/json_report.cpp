@@ -1,11 +1,6 @@
 #include "solver/program/json_report.hpp"
 
-#include <cerrno>
-#include <cstring>
-
 #include <nlohmann/json.hpp>
-
-#include <mfs/error.hpp>
 
 namespace mfs::program {
 
@@ -68,19 +63,6 @@ std::string json_line(const CaseResult& result) {
   json["message"] = result.message;
   // A path need not be UTF-8; JSON must be.
   return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
-}
-
-JsonFile::JsonFile(const std::string& path)
-    : path_(path), file_(path == "-" ? stdout : std::fopen(path.c_str(), "w")) {
-  if (!file_) throw InvalidInput(path_, std::string("cannot be opened for writing: ") + std::strerror(errno));
-}
-
-void JsonFile::write(const CaseResult& result) {
-  const std::string line = json_line(result) + "\n";
-  const bool complete = std::fwrite(line.data(), 1, line.size(), file_.get()) == line.size();
-  if (!complete || std::fflush(file_.get()) != 0)
-    throw InvalidInput(path_ == "-" ? "standard output" : path_,
-                       std::string("cannot be written: ") + std::strerror(errno));
 }
 
 }  // namespace mfs::program

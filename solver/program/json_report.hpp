@@ -1,8 +1,6 @@
 // The report for other programs: one JSON object per matrix, each on its own line, the same keys always.
 #pragma once
 
-#include <cstdio>
-#include <memory>
 #include <string>
 
 #include "solver/program/case_result.hpp"
@@ -17,24 +15,5 @@ namespace mfs::program {
 /// backward_error is null where no x was returned, and where x is not finite; so are condition and
 /// determinant where they are not known, not asked for, or (condition, determinant_log_abs) not finite.
 std::string json_line(const CaseResult& result);
-
-/// A file of such lines, "-" for standard output. Opened at once, so that a wrong path is known before any
-/// work.
-class JsonFile {
- public:
-  /// Throws InvalidInput.
-  explicit JsonFile(const std::string& path);
-  /// Writes and flushes one line. Throws InvalidInput.
-  void write(const CaseResult& result);
-
- private:
-  struct Closer {
-    void operator()(std::FILE* file) const {
-      if (file != stdout) std::fclose(file);
-    }
-  };
-  std::string path_;
-  std::unique_ptr<std::FILE, Closer> file_;
-};
 
 }  // namespace mfs::program

@@ -1,0 +1,155 @@
+// Groups of one element made of formulas: a joint, a spring, a rigid body. The formulas are given once; all
+// derivatives come from autodiff.hpp.
+#pragma once
+
+#include <array>
+#include <string>
+#include <utility>
+
+#include "dae/mechanics/autodiff.hpp"
+#include "dae/mechanics/element_group.hpp"
+
+namespace mfs::dae {
+
+/// One element of N coordinates.
+template <int N>
+class SingleElement : public ElementGroup {
+ public:
+  SingleElement(std::string name, const std::array<int, N>& coordinates)
+      : name_(std::move(name)), coordinates_(coordinates) {}
+
+  int size() const override { return 1; }
+  int local_coordinates() const override { return N; }
+  const int* coordinates(int) const override { return coordinates_.data(); }
+  std::string name(int) const override { return name_; }
+
+ private:
+  std::string name_;
+  std::array<int, N> coordinates_;
+};
+
+/// Constraints x(t, q) = 0. With g = (Phi_q v + Phi_t) the derivative of d^2/dt^2 Phi by v is 2 g_q.
+template <class Formulas, int N>
+class ConstraintElement final : public SingleElement<N> {
+ public:
+  ConstraintElement(std::string name, const std::array<int, N>& coordinates, Formulas formulas)
+      : SingleElement<N>(std::move(name), coordinates), formulas_(std::move(formulas)) {}
+
+  int local_constraints() const override { return formulas_.count(); }
+  LocalStructure structure() const override { return {}; }
+
+  void residual(int, const LocalState& state, LocalResidual& residual) const override {
+    const auto x = along_motion<N>(formulas_, state);
+    for (int i = 0; i < formulas_.count(); ++i) {
+      residual.position[i] = x[i].c0;
+      residual.velocity[i] = x[i].c1;
+      residual.acceleration[i] = 2 * x[i].c2;
+    }
+    add_gradient<N>(formulas_, state.t, state.q, state.lambda, residual.force);
+  }
+
+  void tangent(int, const LocalState& state, LocalTangent& tangent) const override {
+    const auto x = along_motion_with_gradients<N>(formulas_, state);
+    for (int i = 0; i < formulas_.count(); ++i)
+      for (int k = 0; k < N; ++k) {
+        tangent.position_q[i * N + k] = x[i].c0.derivatives()[k];
+        tangent.velocity_q[i * N + k] = x[i].c1.derivatives()[k];
+        tangent.acceleration_q[i * N + k] = 2 * x[i].c2.derivatives()[k];
+        tangent.acceleration_v[i * N + k] = 2 * x[i].c1.derivatives()[k];
+      }
+    add_hessian<N>(formulas_, state.t, state.q, state.lambda, tangent.force_q);
+  }
+
+ private:
+  Formulas formulas_;
+};
+
+/// What a deformation is answered with, and its derivatives by the deformation and by its rate.
+struct Reaction {
+  double force = 0.0, stiffness = 0.0, damping = 0.0;
+};
+
+/// Forces that answer to deformations x(t, q): by virtual work F = sum_i reaction_i x_i,q. Beside what
+/// autodiff.hpp asks for, Formulas has `Reaction reaction(double t, int i, double x, double rate) const`,
+/// which is where a deformation that cannot be is refused.
+template <class Formulas, int N>
+class CompliantElement final : public SingleElement<N> {
+ public:
+  CompliantElement(std::string name, const std::array<int, N>& coordinates, Formulas formulas)
+      : SingleElement<N>(std::move(name), coordinates), formulas_(std::move(formulas)) {}
+
+  LocalStructure structure() const override {
+    LocalStructure structure;
+    structure.force_v = LocalStructure::Kind::dense;
+    return structure;
+  }
+
+  void residual(int, const LocalState& state, LocalResidual& residual) const override {
+    const auto x = along_motion<N>(formulas_, state);
+    std::array<double, kMostFormulas> force{};
+    for (int i = 0; i < formulas_.count(); ++i)
+      force[i] = formulas_.reaction(state.t, i, x[i].c0, x[i].c1).force;
+    add_gradient<N>(formulas_, state.t, state.q, force.data(), residual.force);
+  }
+
+  void tangent(int, const LocalState& state, LocalTangent& tangent) const override {
+    const auto x = along_motion_with_gradients<N>(formulas_, state);
+    std::array<double, kMostFormulas> force{};
+    for (int i = 0; i < formulas_.count(); ++i) {
+      const Reaction reaction = formulas_.reaction(state.t, i, x[i].c0.value(), x[i].c1.value());
+      const auto &by_q = x[i].c0.derivatives(), &rate_by_q = x[i].c1.derivatives();
+      force[i] = reaction.force;
+      for (int k = 0; k < N; ++k)
+        for (int j = 0; j < N; ++j) {
+          tangent.force_q[k * N + j] +=
+              by_q[k] * (reaction.stiffness * by_q[j] + reaction.damping * rate_by_q[j]);
+          tangent.force_v[k * N + j] += by_q[k] * reaction.damping * by_q[j];
+        }
+    }
+    add_hessian<N>(formulas_, state.t, state.q, force.data(), tangent.force_q);
+  }
+
+ private:
+  Formulas formulas_;
+};
+
+/// A share of F given as `template <class T> void force(const T* q, const T* v, const T* a, T* f) const`,
+/// with all N of f.
+template <class Formula, int N>
+class ForceElement final : public SingleElement<N> {
+ public:
+  ForceElement(std::string name, const std::array<int, N>& coordinates, Formula formula)
+      : SingleElement<N>(std::move(name), coordinates), formula_(std::move(formula)) {}
+
+  LocalStructure structure() const override {
+    using Kind = LocalStructure::Kind;
+    return {Kind::dense, Kind::dense, Kind::dense, false, false};
+  }
+
+  void residual(int, const LocalState& state, LocalResidual& residual) const override {
+    formula_.force(state.q, state.v, state.a, residual.force);
+  }
+
+  void tangent(int, const LocalState& state, LocalTangent& tangent) const override {
+    using T = Dual<3 * N>;
+    std::array<T, 3 * N> x;
+    for (int k = 0; k < N; ++k) {
+      x[k] = T(state.q[k], 3 * N, k);
+      x[N + k] = T(state.v[k], 3 * N, N + k);
+      x[2 * N + k] = T(state.a[k], 3 * N, 2 * N + k);
+    }
+    std::array<T, N> f;
+    formula_.force(x.data(), x.data() + N, x.data() + 2 * N, f.data());
+    for (int i = 0; i < N; ++i)
+      for (int k = 0; k < N; ++k) {
+        tangent.force_q[i * N + k] = f[i].derivatives()[k];
+        tangent.force_v[i * N + k] = f[i].derivatives()[N + k];
+        tangent.force_a[i * N + k] = f[i].derivatives()[2 * N + k];
+      }
+  }
+
+ private:
+  Formula formula_;
+};
+
+}  // namespace mfs::dae

@@ -1,0 +1,37 @@
+// Functions of one variable that are twice continuously differentiable: of time, for prescribed motions and
+// loads, whose second derivative enters the constraints on accelerations; of length, for the force of a
+// spring.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+namespace mfs::dae {
+
+/// A function's value and its first two derivatives.
+struct Jet {
+  double value = 0.0, first = 0.0, second = 0.0;
+};
+
+class SmoothFunction {
+ public:
+  virtual ~SmoothFunction() = default;
+  virtual Jet at(double x) const = 0;
+};
+
+using Function = std::shared_ptr<const SmoothFunction>;
+
+Function constant_function(double value);
+/// value + slope x.
+Function linear_function(double value, double slope);
+/// offset + amplitude sin(2 pi frequency x + phase); phase in radians. Throws InvalidInput unless frequency >
+/// 0.
+Function harmonic_function(double offset, double amplitude, double frequency, double phase);
+/// From `before` (x <= begin) to `after` (x >= end) by the quintic 10 s^3 - 15 s^4 + 6 s^5 of
+/// s = (x - begin) / (end - begin). Throws InvalidInput unless begin < end.
+Function smooth_step(double begin, double end, double before, double after);
+/// The natural cubic spline through (x[i], y[i]), continued by straight lines (there its second derivative is
+/// zero). Throws InvalidInput unless there are two points or more, x ascends strictly and all is finite.
+Function spline_function(std::vector<double> x, std::vector<double> y);
+
+}  // namespace mfs::dae

@@ -174,7 +174,9 @@ MatchedScaling match_and_scale(const Pattern& pattern, const Scalar* slot_values
     std::vector<Vertex> rows = matched_rows(pattern, slot_values, exponents, threads, scaling);
     result.beyond_range = has_values && clamped_far(pattern, exponents, scaling, rows);
     if (pattern_is_nearly_symmetric(pattern)) {
-      result.pair = pair_unknowns(pattern, exponents, scaling, rows);
+      Pairs pairs = pair_unknowns(pattern, exponents, scaling, rows);
+      result.pair = std::move(pairs.pair);
+      result.weak = std::move(pairs.weak);
     }
     if (!result.pair.empty()) {
       if (is_identity(result.pair)) result.pair.clear();

@@ -14,8 +14,8 @@ using OrderingProgress = std::function<void(double)>;
 
 /// Graph of Ahat + Ahat^T, compression, nested dissection (or the caller's permutation or tree),
 /// amalgamation. The tree is the same for any number of threads. Unknowns joined by `matched.pair` share a
-/// tree node. Throws InvalidInput (the name of an option: "permutation", "tree", "leaf_size", ...),
-/// OutOfMemory, BackendError (METIS, CAMD).
+/// tree node; those in `matched.weak` may instead come later than a partner of their own. Throws InvalidInput
+/// (the name of an option: "permutation", "tree", "leaf_size", ...), OutOfMemory, BackendError (METIS, CAMD).
 SeparatorTree order_matrix(const Pattern& pattern, const MatchedScaling& matched,
                            const AnalysisOptions& options, int threads,
                            const OrderingProgress& progress = {});

@@ -27,12 +27,36 @@ class Pairing {
     }
   }
 
-  std::vector<Vertex> take() {
+  Pairs take() {
     const bool poor = needed_ > 0 && poor_ > kPoorShare * needed_;
-    return poor ? std::vector<Vertex>() : std::move(pair_);
+    if (poor) return {};
+    WeakUnknowns weak = weak_unknowns();
+    return {std::move(pair_), std::move(weak)};
   }
 
  private:
+  bool weak(Vertex i) const { return exponent(i, i) < kWeakExponent; }
+
+  /// Of each pair of a weak and a good diagonal the weak one, with the neighbours that would make as good a
+  /// pair.
+  WeakUnknowns weak_unknowns() const {
+    WeakUnknowns result;
+    result.begin.push_back(0);
+    for (Vertex i = 0; i < pattern_.n; ++i) {
+      const Vertex mate = pair_[i];
+      if (mate == i || pair_[mate] != i || !weak(i) || weak(mate)) continue;
+      result.unknown.push_back(i);
+      result.partner.push_back(mate);
+      for (Offset k = pattern_.offsets[i]; k < pattern_.offsets[i + 1]; ++k) {
+        const Vertex j = pattern_.columns[k];
+        if (j != i && j != mate && !weak(j) && exponent(i, j) + exponent(j, i) >= kPoorPair)
+          result.partner.push_back(j);
+      }
+      result.begin.push_back(static_cast<Offset>(result.partner.size()));
+    }
+    return result;
+  }
+
   int exponent(Vertex row, Vertex column) const {
     return std::max(scaled_exponent(pattern_, exponents_, scaling_, row, column), kWorst);
   }
@@ -108,8 +132,8 @@ class Pairing {
 
 }  // namespace
 
-std::vector<Vertex> pair_unknowns(const Pattern& pattern, const std::vector<Exponent>& exponents,
-                                  const PowerScaling& scaling, const std::vector<Vertex>& row_of_column) {
+Pairs pair_unknowns(const Pattern& pattern, const std::vector<Exponent>& exponents,
+                    const PowerScaling& scaling, const std::vector<Vertex>& row_of_column) {
   Pairing pairing(pattern, exponents, scaling);
   std::vector<bool> seen(pattern.n, false);
   std::vector<Vertex> cycle;

@@ -8,7 +8,9 @@
 //   fine,
 //                                                      otherwise all three together
 //
-// Two unknowns with a good diagonal each need no pair and stay alone.
+// Two unknowns with a good diagonal each need no pair and stay alone. In a pair with one good diagonal, the
+// other unknown may instead be eliminated later than a partner (ordering/deferral.hpp): its partners are
+// listed.
 #pragma once
 
 #include <vector>
@@ -22,10 +24,16 @@ namespace mfs {
 /// much: where it is smaller by a factor of about 100.
 constexpr int kWeakExponent = -7;
 
-/// MatchedScaling::pair for the matching `row_of_column` of a matrix scaled so that matched entries are
+/// MatchedScaling::pair and MatchedScaling::weak.
+struct Pairs {
+  std::vector<Vertex> pair;
+  WeakUnknowns weak;
+};
+
+/// The pairs for the matching `row_of_column` of a matrix scaled so that matched entries are
 /// about 1. Empty where pairs would be poor (values far from symmetric): then rows should be permuted
 /// instead.
-std::vector<Vertex> pair_unknowns(const Pattern& pattern, const std::vector<Exponent>& exponents,
-                                  const PowerScaling& scaling, const std::vector<Vertex>& row_of_column);
+Pairs pair_unknowns(const Pattern& pattern, const std::vector<Exponent>& exponents,
+                    const PowerScaling& scaling, const std::vector<Vertex>& row_of_column);
 
 }  // namespace mfs

@@ -52,6 +52,15 @@ struct Graph {
   std::vector<Vertex> weight;     // n: unknowns in this vertex
 };
 
+/// Unknowns with a weak diagonal, each with those of good diagonal that could give it a pivot by being
+/// eliminated before it: partner[begin[k]] ... partner[begin[k + 1] - 1] for unknown[k], first its mate in
+/// the matching. No two have the same mate.
+struct WeakUnknowns {
+  std::vector<Vertex> unknown;
+  std::vector<Offset> begin;  // unknown.size() + 1
+  std::vector<Vertex> partner;
+};
+
 /// How the caller's matrix A becomes the matrix that is factored:
 ///   Ahat = Q^-1 Dr A Dc,   row i of Ahat = row_order[i] of A, scaled by row_scale[row_order[i]].
 struct MatchedScaling {
@@ -61,6 +70,8 @@ struct MatchedScaling {
   /// pair[i] = the unknown that must be eliminated in the same pivot block as i, i itself for none, or empty.
   /// Chains of more than two are allowed: i, pair[i], pair[pair[i]], ... form one cycle.
   std::vector<Vertex> pair;
+  /// Those of the pairs in which only one diagonal is weak: the pair may be parted if that one comes later.
+  WeakUnknowns weak;
   bool matched = false;
   /// Scales under which matched entries are near 1 are no doubles: some matched entry stayed far below 1, and
   /// a small pivot says nothing about the matrix.

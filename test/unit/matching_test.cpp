@@ -113,6 +113,18 @@ TEST(Matching, OnlyWeakUnknownsArePaired) {
   EXPECT_THAT(match(7, entries).pair, ElementsAre(0, 1, 6, 3, 4, 5, 2));
 }
 
+TEST(Matching, AWeakUnknownHasItsPartnersListedTheMateFirst) {
+  // Multiplier 6 is tied to 1, 2 and, too weakly to serve, 4; 5 is strong and no partner.
+  Entries entries = path(6);
+  for (const auto& [unknown, value] : {std::pair(1, 0.5), std::pair(2, 1.0), std::pair(4, 1e-6)})
+    entries[{unknown, 6}] = entries[{6, unknown}] = value;
+  const WeakUnknowns weak = match(7, entries).weak;
+  EXPECT_THAT(weak.unknown, ElementsAre(6));
+  EXPECT_THAT(weak.begin, ElementsAre(0, 2));
+  EXPECT_THAT(weak.partner, ElementsAre(2, 1));
+  EXPECT_THAT(match(3, symmetric(3, {{0, 1}, {1, 2}, {0, 2}}, 0.0)).weak.unknown, IsEmpty());
+}
+
 TEST(Matching, AnOddCycleWithoutDiagonalStaysTogether) {
   const MatchedScaling m = match(3, symmetric(3, {{0, 1}, {1, 2}, {0, 2}}, 0.0));
   ASSERT_EQ(m.pair.size(), 3u);
@@ -140,7 +152,7 @@ std::vector<Vertex> pairs_of_ring(const std::vector<int>& edges, const std::vect
   }
   const Matrix<double> a = matrix_of(n, entries);
   const Pattern p = check_pattern(a.view());
-  return pair_unknowns(p, exponents_of(a.values.data(), p.nnz(), 1), PowerScaling(n), row_of_column);
+  return pair_unknowns(p, exponents_of(a.values.data(), p.nnz(), 1), PowerScaling(n), row_of_column).pair;
 }
 
 TEST(Pairing, AnEvenCycleIsCutIntoItsBetterPairs) {

@@ -202,4 +202,28 @@ inline std::size_t plain_fill(const std::vector<std::set<Vertex>>& graph, const 
   return entries;
 }
 
+/// Can every weak unknown have a partner of its own that stands before it? Kuhn's algorithm, plainly.
+inline bool all_served(const WeakUnknowns& weak, const std::vector<Vertex>& order) {
+  std::vector<std::size_t> position(order.size());
+  for (std::size_t p = 0; p < order.size(); ++p) position[order[p]] = p;
+  std::vector<int> holder(order.size(), -1);
+  std::vector<bool> seen;
+  const std::function<bool(int)> serve = [&](int k) {
+    for (Offset p = weak.begin[k]; p < weak.begin[k + 1]; ++p) {
+      const Vertex partner = weak.partner[p];
+      if (seen[partner] || position[partner] > position[weak.unknown[k]]) continue;
+      seen[partner] = true;
+      if (holder[partner] >= 0 && !serve(holder[partner])) continue;
+      holder[partner] = k;
+      return true;
+    }
+    return false;
+  };
+  for (std::size_t k = 0; k < weak.unknown.size(); ++k) {
+    seen.assign(order.size(), false);
+    if (!serve(static_cast<int>(k))) return false;
+  }
+  return true;
+}
+
 }  // namespace mfs::test

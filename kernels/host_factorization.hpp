@@ -52,7 +52,7 @@ class HostFactorization final : public AccuracyLadder<Exec, HostArena, Value> {
     double largest = 0;
     largest_scaled_entry(exec(), store_, &largest);
     const PivotRule rule = pivot_rule<RealOf<Scalar>>(tolerance, largest);
-    const double total = plan().flops.getrf + plan().flops.trsm + plan().flops.gemm;
+    const double total = plan().flops.total();
     for (const DepthSchedule& depth : schedule_) {
       factor_depth(exec(), store_, depth, rule);
       if (progress && total > 0) {

@@ -227,7 +227,7 @@ class PlanBuilder {
     plan_.front_flops.resize(plan_.num_fronts);
     for (Vertex f = 0; f < plan_.num_fronts; ++f) {
       const BlockFlops flops = plan_.flops_of(f);
-      plan_.front_flops[f] = flops.getrf + flops.trsm + flops.gemm;
+      plan_.front_flops[f] = flops.total();
       plan_.flops.getrf += flops.getrf;
       plan_.flops.trsm += flops.trsm;
       plan_.flops.gemm += flops.gemm;

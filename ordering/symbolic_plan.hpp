@@ -33,6 +33,7 @@ namespace mfs {
 /// and columns beyond it (real arithmetic; LAPACK Working Note 41 for the lower-order terms of getrf).
 struct BlockFlops {
   double getrf, trsm, gemm;
+  double total() const { return getrf + trsm + gemm; }
 };
 BlockFlops block_flops(double pivots, double rest);
 

@@ -12,8 +12,7 @@ namespace {
 // Below about a millisecond of work, waking other threads costs more than they save.
 HostSpace host_space(Backend backend, const SymbolicPlan& plan) {
   constexpr double kSerialFlops = 2e7;
-  const bool serial =
-      backend == Backend::serial || plan.flops.getrf + plan.flops.trsm + plan.flops.gemm < kSerialFlops;
+  const bool serial = backend == Backend::serial || plan.flops.total() < kSerialFlops;
   return serial ? HostSpace::serial : HostSpace::openmp;
 }
 

@@ -87,7 +87,7 @@ class MFS_API BasicSolver {
   std::vector<DepthSummary> depths() const;
 
  private:
-  class MFS_HIDDEN Impl;
+  struct MFS_HIDDEN Impl;
   MFS_HIDDEN Impl& impl() const;
   std::unique_ptr<Impl> impl_;
 };

@@ -1,0 +1,189 @@
+#include "solver/block_solve.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <vector>
+
+#include <mfs/error.hpp>
+
+#include "ordering/stopwatch.hpp"
+#include "solver/option_checks.hpp"
+
+namespace mfs {
+
+template <class Scalar>
+BlockSolve<Scalar>::BlockSolve(const Options& options, Phases& phases, MatrixFactors<Scalar>& factors,
+                               Report& report)
+    : options_(options),
+      phases_(phases),
+      factors_(factors),
+      report_(report),
+      controls_{tolerance_of<Scalar>(options.solve), options.solve.max_refinement_steps} {}
+
+template <class Scalar>
+void BlockSolve<Scalar>::solve(Columns<Scalar> all) {
+  factors_.numeric("solve");
+  all = checked(all);
+  check_finite(all);
+  solve_parts(all, [&](const Columns<Scalar>& part) { solve_part(part); });
+}
+
+template <class Scalar>
+void BlockSolve<Scalar>::solve_device(Columns<Scalar> all, void* stream) {
+  factors_.device("solve_device");
+  solve_parts(checked(all), [&](const Columns<Scalar>& part) { solve_part_on_device(part, stream); });
+}
+
+template <class Scalar>
+Columns<Scalar> BlockSolve<Scalar>::checked(Columns<Scalar> all) const {
+  if (all.ldb == 0) all.ldb = rows();
+  if (all.ldx == 0) all.ldx = rows();
+  if (all.count < 1) throw InvalidInput("nrhs", "must be at least 1");
+  if (!all.b) throw InvalidInput("b", "null pointer");
+  if (!all.x) throw InvalidInput("x", "null pointer");
+  if (all.ldb < rows()) throw InvalidInput("ldb", "must be at least the number of rows");
+  if (all.ldx < rows()) throw InvalidInput("ldx", "must be at least the number of rows");
+  return all;
+}
+
+template <class Scalar>
+void BlockSolve<Scalar>::check_finite(const Columns<Scalar>& all) const {
+  for (Offset j = 0; j < all.count; ++j) {
+    for (Offset i = 0; i < rows(); ++i) {
+      if (!std::isfinite(std::abs(all.b[i + j * all.ldb]))) throw InvalidInput("b", "NaN or infinity", i, j);
+    }
+  }
+}
+
+// Calls solve_part for one block of columns after another, and reports on all of them together.
+template <class Scalar>
+template <class SolvePart>
+void BlockSolve<Scalar>::solve_parts(const Columns<Scalar>& all, const SolvePart& solve_part) {
+  const Stopwatch watch;
+  report_.rung = Rung::factors;
+  report_.time_ladder = 0;
+  report_.refinement_steps = 0;
+  report_.krylov_steps = 0;
+  report_.corrected_pivots = 0;
+  report_.backward_error = 0;
+  for (Offset first = 0; first < all.count; first += kSolveColumns) {
+    Columns<Scalar> part = all;
+    part.b += first * all.ldb;
+    part.x += first * all.ldx;
+    part.count = std::min<Offset>(kSolveColumns, all.count - first);
+    solve_part(part);
+    phases_.tell("solve", static_cast<double>(first + part.count) / static_cast<double>(all.count));
+  }
+  factors_.watch_effort();
+  report_.time_solve = watch.seconds();
+}
+
+// A failing block is left with its own right-hand sides: those before it may lie under their solutions.
+template <class Scalar>
+void BlockSolve<Scalar>::solve_part(const Columns<Scalar>& part) {
+  run_phase(
+      options_.dump_prefix, [&] { climb_until_solved(part); },
+      [&] {
+        return System<Scalar>{factors_.factored_matrix(), part.b, part.count, part.ldb, part.transposed};
+      });
+}
+
+// On the device, or where that is not enough by way of the host.
+template <class Scalar>
+void BlockSolve<Scalar>::solve_part_on_device(const Columns<Scalar>& part, void* stream) {
+  const Vertex columns = static_cast<Vertex>(part.count);
+  SolveOutcome outcome;
+  bool solved = false;
+  phases_.run("solve", [&] {
+    solved = factors_.device("solve_device")
+                 .solve_resident(part.b, part.ldb, part.x, part.ldx, columns, pattern_for(part), controls_,
+                                 stream, outcome);
+  });
+  if (solved) {
+    note_outcome(outcome);
+    report_.time_ladder += outcome.time_ladder;
+    report_.backward_error = std::max(report_.backward_error, outcome.backward_error);
+    return;
+  }
+  const Offset n = rows();
+  std::vector<Scalar> held(static_cast<std::size_t>(n) * columns);
+  const Columns<Scalar> on_host{held.data(), held.data(), part.count, n, n, part.transposed};
+  phases_.run("solve", [&] {
+    factors_.device("solve_device").download(part.b, part.ldb, n, columns, held.data(), stream);
+  });
+  check_finite(on_host);
+  solve_part(on_host);
+  phases_.run("solve", [&] {
+    factors_.device("solve_device").upload(held.data(), n, columns, part.x, part.ldx, stream);
+  });
+}
+
+template <class Scalar>
+void BlockSolve<Scalar>::climb_until_solved(const Columns<Scalar>& part) {
+  SolveOutcome outcome = solve_with_factors(part);
+  report_.time_ladder += outcome.time_ladder;
+  const Stopwatch other_factors;
+  bool climbed = false;
+  while (!(outcome.backward_error <= controls_.tolerance) && factors_.climb(outcome.dependent_rows > 0)) {
+    climbed = true;
+    outcome = solve_with_factors(part);
+  }
+  if (climbed) report_.time_ladder += other_factors.seconds();
+  report_.bytes_used = factors_.numeric("solve").bytes();
+  if (!(outcome.backward_error <= controls_.tolerance)) refuse(outcome);
+  report_.backward_error = std::max(report_.backward_error, outcome.backward_error);
+  const Scalar* solution = factors_.numeric("solve").solution();
+  for (Offset j = 0; j < part.count; ++j)
+    std::copy(solution + j * rows(), solution + (j + 1) * rows(), part.x + j * part.ldx);
+}
+
+// One pass over the present factors, and what can be made of it with them.
+template <class Scalar>
+SolveOutcome BlockSolve<Scalar>::solve_with_factors(const Columns<Scalar>& part) {
+  const Vertex columns = static_cast<Vertex>(part.count);
+  Factorization<Scalar>& numeric = factors_.numeric("solve");
+  SolveOutcome outcome;
+  phases_.run("solve", [&] {
+    const TransposedPattern* pattern = pattern_for(part);
+    Scalar* rhs = numeric.rhs(columns);
+    for (Offset j = 0; j < part.count; ++j)
+      std::copy(part.b + j * part.ldb, part.b + j * part.ldb + rows(), rhs + j * rows());
+    outcome = numeric.solve(columns, pattern, controls_);
+  });
+  note_outcome(outcome);
+  return outcome;
+}
+
+template <class Scalar>
+const TransposedPattern* BlockSolve<Scalar>::pattern_for(const Columns<Scalar>& part) {
+  return part.transposed ? &factors_.transposed_pattern() : nullptr;
+}
+
+template <class Scalar>
+void BlockSolve<Scalar>::note_outcome(const SolveOutcome& outcome) {
+  report_.refinement_steps = std::max(report_.refinement_steps, outcome.refinement_steps);
+  report_.krylov_steps = std::max(report_.krylov_steps, outcome.krylov_steps);
+  report_.corrected_pivots = std::max<std::int64_t>(report_.corrected_pivots, outcome.corrected_pivots);
+  const Rung used = outcome.krylov_steps > 0       ? Rung::krylov
+                    : outcome.refinement_steps > 0 ? Rung::refinement
+                    : outcome.corrected_pivots > 0 ? Rung::correction
+                                                   : Rung::factors;
+  report_.rung = std::max(report_.rung, used);
+}
+
+// The tolerance was missed: because A is singular, or in spite of a regular A.
+template <class Scalar>
+void BlockSolve<Scalar>::refuse(const SolveOutcome& outcome) const {
+  if (outcome.dependent_rows == 0 || !factors_.within_range())
+    throw AccuracyNotReached(outcome.backward_error, controls_.tolerance);
+  throw SingularMatrix(SingularMatrix::Kind::numerical, outcome.row, outcome.column, outcome.dependent_rows,
+                       "the matrix is singular to working precision");
+}
+
+template class BlockSolve<float>;
+template class BlockSolve<double>;
+template class BlockSolve<std::complex<float>>;
+template class BlockSolve<std::complex<double>>;
+
+}  // namespace mfs

@@ -1,0 +1,346 @@
+#include "solver/matrix_factors.hpp"
+
+#include <algorithm>
+#include <complex>
+#include <string>
+#include <vector>
+
+#include <mfs/error.hpp>
+
+#include "ordering/matrix_check.hpp"
+#include "ordering/merge_fronts.hpp"
+#include "solver/backend.hpp"
+#include "solver/option_checks.hpp"
+
+namespace mfs {
+
+template <class Scalar>
+MatrixFactors<Scalar>::MatrixFactors(const Options& options, Phases& phases, Report& report)
+    : options_(options), phases_(phases), report_(report) {
+  reset_report();
+}
+
+template <class Scalar>
+void MatrixFactors<Scalar>::analyze(const CsrView<Scalar>& a) {
+  forget();
+  phases_.run("matching",
+              [&] { analysis_ = analyze_matrix(a, options_.analysis, phases_.threads(), progress()); });
+  analyzed_with_values_ = a.values != nullptr;
+  report_analysis();
+}
+
+// The first factorization also takes the memory; later ones only fill it.
+template <class Scalar>
+void MatrixFactors<Scalar>::factor(const CsrView<Scalar>& a) {
+  if (!analysis_) {
+    analyze(a);
+  } else {
+    check_same_pattern(*analysis_->pattern, a, phases_.threads());
+    if (!analyzed_with_values_) analyze(a);  // the values decide about matching and scaling
+  }
+  check_values(a, phases_.threads());
+  const Stopwatch watch;
+  const bool first = !numeric_;
+  if (first) {
+    make_numeric();
+    refactored_ = false;
+    take_values(a);
+    factor_values();
+    const Stopwatch enlarging;
+    enlarge_pivot_blocks();
+    if (report_.reanalyses > 0) report_.time_reanalyses = enlarging.seconds();
+  } else {
+    factor_other_values(a);
+  }
+  report_.time_factor = watch.seconds();
+}
+
+template <class Scalar>
+void MatrixFactors<Scalar>::refactor(const CsrView<Scalar>& a) {
+  const Pattern& pattern = *known("refactor").pattern;
+  const Stopwatch watch;
+  check_same_pattern(pattern, a, phases_.threads());
+  refactor_known(a, watch);
+}
+
+template <class Scalar>
+void MatrixFactors<Scalar>::refactor_device(const Scalar* values, void* stream) {
+  known("refactor_device");
+  DeviceFactors<Scalar>& on_device = device("refactor_device");
+  if (!values) throw InvalidInput("values", "null pointer");
+  const Stopwatch watch;
+  // Sums of repeated entries, a new matching, and what is wrong with the values are left to the host.
+  bool taken = false;
+  if (analysis_->pattern->slot_of_entry.empty() && !drifted_) {
+    factored_ = false;
+    phases_.run("factor", [&] { taken = on_device.take_values(values, stream); });
+  }
+  if (taken) {
+    refactored_ = true;
+    strengthened_ = 0;
+    factor_values();
+  } else {
+    std::vector<Scalar> held(static_cast<std::size_t>(analysis_->pattern->num_entries));
+    const Offset count = static_cast<Offset>(held.size());
+    phases_.run("factor", [&] { on_device.download(values, count, count, 1, held.data(), stream); });
+    refactor(held.data());
+  }
+  report_.time_refactor = watch.seconds();
+}
+
+template <class Scalar>
+const TransposedPattern& MatrixFactors<Scalar>::transposed_pattern() {
+  if (!transposed_pattern_) transposed_pattern_ = transpose(*analysis_->pattern);
+  return *transposed_pattern_;
+}
+
+template <class Scalar>
+CsrView<Scalar> MatrixFactors<Scalar>::factored_matrix() const {
+  if (!numeric_) throw StateError("its values are not held any more");
+  const Pattern& pattern = *analysis_->pattern;
+  return {pattern.n, pattern.n, pattern.offsets.data(), pattern.columns.data(), numeric_->matrix_values()};
+}
+
+// The analysis of a matrix that has been factored; not necessarily for the present values.
+template <class Scalar>
+const Analysis& MatrixFactors<Scalar>::known(const char* call) const {
+  if (!numeric_) throw StateError(std::string(call) + ": the matrix has not been factored");
+  return *analysis_;
+}
+
+template <class Scalar>
+Factorization<Scalar>& MatrixFactors<Scalar>::numeric(const char* call) const {
+  if (!factored_) throw StateError(std::string(call) + ": the matrix has not been factored");
+  return *numeric_;
+}
+
+template <class Scalar>
+DeviceFactors<Scalar>& MatrixFactors<Scalar>::device(const char* call) const {
+  DeviceFactors<Scalar>* device = numeric_->device();
+  if (!device) throw StateError(std::string(call) + ": the factors are not on a device");
+  return *device;
+}
+
+template <class Scalar>
+void MatrixFactors<Scalar>::forget() {
+  factored_ = refactored_ = drifted_ = false;
+  usual_effort_ = 0;
+  rematches_ = 0;
+  numeric_.reset();
+  transposed_pattern_.reset();
+  analysis_.reset();
+  reset_report();
+}
+
+template <class Scalar>
+void MatrixFactors<Scalar>::reset_report() {
+  report_ = Report();
+  report_.backend = options_.backend;
+  report_.threads = phases_.threads();
+  report_.single_precision = mixed_precision<Scalar>(options_.factor);
+}
+
+template <class Scalar>
+void MatrixFactors<Scalar>::report_analysis() {
+  const SymbolicPlan& plan = *analysis_->plan;
+  const NumericBytes bytes = factor_bytes(plan);
+  report_.n = plan.n;
+  report_.nnz = plan.nnz;
+  report_.matched = analysis_->matched.matched;
+  report_.nnz_factor = plan.nnz_factor;
+  report_.flops = {plan.flops.getrf, plan.flops.trsm, plan.flops.gemm};
+  report_.fronts = plan.num_fronts;
+  report_.depths = plan.num_depths;
+  report_.max_front = plan.max_front;
+  report_.bytes_factor = bytes.factor;
+  report_.bytes_peak = bytes.total();
+  report_.time_order = analysis_->time_order;
+  report_.time_symbolic = analysis_->time_symbolic;
+  if (phases_.logs(2)) {
+    phases_.log(2, "plan: " + std::to_string(report_.fronts) + " fronts in " +
+                       std::to_string(report_.depths) + " depths, " + std::to_string(report_.nnz_factor) +
+                       " factor entries, " + std::to_string(report_.bytes_peak) + " bytes");
+  }
+}
+
+template <class Scalar>
+NumericBytes MatrixFactors<Scalar>::factor_bytes(const SymbolicPlan& plan) const {
+  return numeric_bytes(plan, report_.single_precision ? sizeof(Narrow<Scalar>) : sizeof(Scalar),
+                       sizeof(Scalar));
+}
+
+template <class Scalar>
+void MatrixFactors<Scalar>::make_numeric() {
+  std::unique_ptr<Factorization<Scalar>> made;
+  phases_.run("factor", [&] {
+    made = make_numeric_factorization<Scalar>(options_.backend, report_.single_precision, analysis_->plan,
+                                              analysis_->pattern, phases_.threads());
+    std::copy(analysis_->matched.row_scale.begin(), analysis_->matched.row_scale.end(), made->row_scale());
+    std::copy(analysis_->matched.column_scale.begin(), analysis_->matched.column_scale.end(),
+              made->column_scale());
+  });
+  numeric_ = std::move(made);
+}
+
+template <class Scalar>
+void MatrixFactors<Scalar>::refactor_known(const CsrView<Scalar>& a, const Stopwatch& watch) {
+  check_values(a, phases_.threads());
+  factor_other_values(a);
+  report_.time_refactor = watch.seconds();
+}
+
+// For an object that has been factored before.
+template <class Scalar>
+void MatrixFactors<Scalar>::factor_other_values(const CsrView<Scalar>& a) {
+  refactored_ = true;
+  take_values(a);
+  if (drifted_) {
+    rematch();
+  } else {
+    factor_values();
+  }
+}
+
+template <class Scalar>
+void MatrixFactors<Scalar>::take_values(const CsrView<Scalar>& a) {
+  factored_ = false;
+  strengthened_ = 0;
+  phases_.run("factor",
+              [&] { sum_into_slots(*analysis_->pattern, a, numeric_->matrix_values(), phases_.threads()); });
+}
+
+template <class Scalar>
+double MatrixFactors<Scalar>::pivot_tolerance() const {
+  return report_.single_precision ? pivot_tolerance_of<Narrow<Scalar>>(options_.factor)
+                                  : pivot_tolerance_of<Scalar>(options_.factor);
+}
+
+// Factors what is in matrix_values().
+template <class Scalar>
+void MatrixFactors<Scalar>::factor_values(double tolerance) {
+  FactorStatus status{};
+  const auto factor_progress = [this](double fraction) { phases_.tell("factor", fraction); };
+  phases_.run("factor", [&] { status = numeric_->factor(tolerance, std::ref(factor_progress)); });
+  factored_ = true;
+  report_.flops_used = {status.getrf, status.trsm, status.gemm};
+  report_.perturbed_pivots = static_cast<std::int64_t>(status.perturbed);
+  report_.bytes_used = numeric_->bytes();
+  nonfinite_ = status.nonfinite > 0;
+  if (phases_.logs(2))
+    phases_.log(2, "factors: " + std::to_string(report_.perturbed_pivots) + " perturbed pivots");
+}
+
+template <class Scalar>
+bool MatrixFactors<Scalar>::climb(bool singular) {
+  if (report_.single_precision) {
+    report_.rung = Rung::full_precision;
+    report_.single_precision = false;
+    replace_numeric();
+    return true;
+  }
+  if (refactored_) {
+    report_.rung = Rung::reanalysis;
+    rematch();
+    return true;
+  }
+  if (singular) return false;
+  report_.rung = Rung::larger_blocks;
+  return strengthen();
+}
+
+template <class Scalar>
+void MatrixFactors<Scalar>::watch_effort() {
+  constexpr std::int64_t kMore = 4;
+  const std::int64_t effort = report_.refinement_steps + report_.krylov_steps + report_.corrected_pivots;
+  if (!refactored_) {
+    usual_effort_ = effort;
+  } else if (effort > usual_effort_ + kMore && rematches_ < options_.factor.max_reanalyses) {
+    drifted_ = true;
+  }
+}
+
+// Merges fronts whose pivots failed into their parents while that helps and costs little.
+template <class Scalar>
+void MatrixFactors<Scalar>::enlarge_pivot_blocks() {
+  constexpr double kGrowth = 1.5, kFree = 1e8;
+  const double allowed = kGrowth * report_.flops.total() + kFree;
+  for (int round = 0; round < options_.factor.max_reanalyses && report_.perturbed_pivots > 0; ++round) {
+    if (!merge_failed_fronts(allowed)) break;
+    replace_numeric();
+  }
+}
+
+// Takes the plan in which the fronts with perturbed pivots are merged into their parents. False where that
+// changes nothing, or costs more operations than allowed or more memory than there is.
+template <class Scalar>
+bool MatrixFactors<Scalar>::merge_failed_fronts(double allowed_flops) {
+  std::shared_ptr<const SymbolicPlan> plan;
+  std::size_t available = 0;
+  phases_.run("symbolic", [&] {
+    const SeparatorTree tree =
+        merge_into_parents(*analysis_->plan, numeric_->failed_fronts(*analysis_->plan));
+    plan = std::make_shared<SymbolicPlan>(make_symbolic_plan(
+        *analysis_->pattern, analysis_->matched.row_order, tree, options_.analysis.max_block_size));
+    available = available_memory(options_.backend);
+  });
+  if (plan->num_fronts == analysis_->plan->num_fronts || plan->flops.total() > allowed_flops) return false;
+  if (static_cast<std::size_t>(factor_bytes(*plan).total()) > available) return false;
+  analysis_->plan = std::move(plan);
+  ++report_.reanalyses;
+  return true;
+}
+
+// Pivots large enough to pass can still be small beside their border, and then the factors grow. Factors
+// once with every pivot judged by its border, as threshold pivoting does (tolerance 1: the largest entry),
+// and merges the fronts that have no better ones. False where nothing is left to merge.
+template <class Scalar>
+bool MatrixFactors<Scalar>::strengthen() {
+  constexpr double kGrowth = 4, kFree = 2e10;  // a second, against a refusal
+  if (strengthened_ >= options_.factor.max_reanalyses) return false;
+  ++strengthened_;
+  const double allowed = kGrowth * report_.flops.total() + kFree;
+  factor_values(1.0);
+  if (report_.perturbed_pivots > 0 && merge_failed_fronts(allowed)) {
+    replace_numeric();
+    return true;
+  }
+  strengthened_ = options_.factor.max_reanalyses;
+  factor_values();
+  return false;
+}
+
+// Makes the factorization anew for the same values, after the plan or the precision has changed.
+template <class Scalar>
+void MatrixFactors<Scalar>::replace_numeric() {
+  std::unique_ptr<Factorization<Scalar>> old = std::move(numeric_);  // does not fit any more, come what may
+  factored_ = false;
+  std::vector<Scalar> values;
+  phases_.run("factor", [&] {
+    values.assign(old->matrix_values(), old->matrix_values() + analysis_->plan->nnz);
+    old.reset();
+  });
+  report_analysis();
+  make_numeric();
+  std::copy(values.begin(), values.end(), numeric_->matrix_values());
+  factor_values();
+}
+
+// Matching, scaling, ordering and factors anew for the present values.
+template <class Scalar>
+void MatrixFactors<Scalar>::rematch() {
+  refactored_ = drifted_ = false;
+  ++rematches_;
+  phases_.run("ordering", [&] {
+    reanalyze(*analysis_, numeric_->matrix_values(), options_.analysis, phases_.threads(), progress());
+  });
+  ++report_.reanalyses;
+  replace_numeric();
+  enlarge_pivot_blocks();
+}
+
+template class MatrixFactors<float>;
+template class MatrixFactors<double>;
+template class MatrixFactors<std::complex<float>>;
+template class MatrixFactors<std::complex<double>>;
+
+}  // namespace mfs

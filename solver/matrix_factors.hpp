@@ -1,0 +1,100 @@
+// One matrix and its factors over the life of a solver: analysed once per pattern, factored for one set of
+// values after another, and made anew with another plan, matching or precision where the present factors do
+// not do (the upper rungs of the accuracy ladder; the lower ones use the factors as they are,
+// kernels/ladder.hpp). Right-hand sides are the business of solver/block_solve.hpp.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include <mfs/options.hpp>
+#include <mfs/report.hpp>
+
+#include "kernels/factorization.hpp"
+#include "ordering/stopwatch.hpp"
+#include "solver/analysis.hpp"
+#include "solver/phases.hpp"
+
+namespace mfs {
+
+template <class Scalar>
+class MatrixFactors {
+ public:
+  /// All three must outlive this; `report` is kept true to what there is.
+  MatrixFactors(const Options& options, Phases& phases, Report& report);
+
+  // As BasicSolver's functions of these names; values are checked, the order of calls too.
+  void analyze(const CsrView<Scalar>& a);
+  void factor(const CsrView<Scalar>& a);
+  void refactor(const CsrView<Scalar>& a);
+  void refactor(const Scalar* values) { refactor_known(known("refactor").caller_view(values), Stopwatch()); }
+  void refactor_device(const Scalar* values, void* stream);
+
+  bool analyzed() const { return analysis_.has_value(); }
+  bool factored() const { return factored_; }
+  /// False where singular must not be said: numbers ran out of range on the way.
+  bool within_range() const { return !nonfinite_ && !analysis_->matched.beyond_range; }
+  const Analysis& analysis() const { return *analysis_; }
+  Factorization<Scalar>& numeric() const { return *numeric_; }
+  /// Made when it is first asked for; inside Phases::run.
+  const TransposedPattern& transposed_pattern();
+
+  /// The matrix with its rows sorted and repeated entries summed. Throws StateError where it is not held any
+  /// more.
+  CsrView<Scalar> factored_matrix() const;
+  /// The factors, for what `call` does with them. Throws StateError in its name unless they are there.
+  Factorization<Scalar>& numeric(const char* call) const;
+  /// The same for factors that must be on a device.
+  DeviceFactors<Scalar>& device(const char* call) const;
+
+  /// The next rung after all that can be done with the present factors: full precision, then a new matching
+  /// and tree for values that have changed since the analysis, then larger pivot blocks wherever the factors
+  /// grow (no help to a singular matrix). False when there is none.
+  bool climb(bool singular);
+
+  /// Notes what solves need at first after an analysis. Where they need clearly more for later values, these
+  /// have drifted away from the matching and the scales, and the next refactor makes new ones: not for ever,
+  /// as values may go to and fro.
+  void watch_effort();
+
+ private:
+  const Analysis& known(const char* call) const;
+  void forget();
+  void reset_report();
+  void report_analysis();
+  NumericBytes factor_bytes(const SymbolicPlan& plan) const;
+  PhaseProgress progress() const {
+    return [this](const char* phase, double fraction) { phases_.tell(phase, fraction); };
+  }
+
+  void make_numeric();
+  void replace_numeric();
+  void take_values(const CsrView<Scalar>& a);
+  void refactor_known(const CsrView<Scalar>& a, const Stopwatch& watch);
+  void factor_other_values(const CsrView<Scalar>& a);
+  double pivot_tolerance() const;
+  void factor_values() { factor_values(pivot_tolerance()); }
+  void factor_values(double tolerance);
+
+  void enlarge_pivot_blocks();
+  bool merge_failed_fronts(double allowed_flops);
+  bool strengthen();
+  void rematch();
+
+  const Options& options_;
+  Phases& phases_;
+  Report& report_;
+  std::optional<Analysis> analysis_;
+  bool analyzed_with_values_ = false;
+  std::unique_ptr<Factorization<Scalar>> numeric_;
+  std::optional<TransposedPattern> transposed_pattern_;
+  bool factored_ = false;
+  bool refactored_ = false;        // the values are not those of the analysis any more
+  bool drifted_ = false;           // solves have become dearer: the next refactor matches anew
+  std::int64_t usual_effort_ = 0;  // steps that a solve took for the values of the analysis
+  int rematches_ = 0;
+  int strengthened_ = 0;  // rounds of strengthen() for the present values
+  bool nonfinite_ = false;
+};
+
+}  // namespace mfs

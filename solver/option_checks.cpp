@@ -1,0 +1,32 @@
+#include "solver/option_checks.hpp"
+
+#include <mfs/error.hpp>
+
+#include "kernels/engine.hpp"
+#include "solver/backend.hpp"
+
+namespace mfs {
+
+void check_options(const Options& options) {
+  const auto refuse = [](const char* name, const char* what) { throw InvalidInput(name, what); };
+  if (options.analysis.max_block_size < 1) refuse("max_block_size", "must be at least 1");
+  if (options.analysis.leaf_size < 1) refuse("leaf_size", "must be at least 1");
+  if (options.analysis.separator_trials < 1) refuse("separator_trials", "must be at least 1");
+  if (options.analysis.separator_refinement < 1) refuse("separator_refinement", "must be at least 1");
+  if (!(options.analysis.dense_row > 0)) refuse("dense_row", "must be positive");
+  if (options.threads < 0) refuse("threads", "must not be negative");
+  if (!(options.factor.pivot_tolerance >= 0 && options.factor.pivot_tolerance < 1)) {
+    refuse("pivot_tolerance", "must be in [0, 1)");
+  }
+  if (options.factor.max_reanalyses < 0) refuse("max_reanalyses", "must not be negative");
+  if (!(options.solve.tolerance >= 0)) refuse("tolerance", "must not be negative");
+  if (options.solve.max_refinement_steps < 0) refuse("max_refinement_steps", "must not be negative");
+  check_backend(options.backend);
+}
+
+int threads_of(const Options& options) {
+  if (options.backend == Backend::serial) return 1;
+  return options.threads ? options.threads : available_threads();
+}
+
+}  // namespace mfs

@@ -1,0 +1,39 @@
+// What the options mean where they leave the choice to the solver, and which of them are refused.
+#pragma once
+
+#include <cmath>
+#include <limits>
+
+#include <mfs/options.hpp>
+
+#include "kernels/factorization.hpp"
+
+namespace mfs {
+
+/// Throws InvalidInput with the name of the first option that makes no sense, BackendError for a backend that
+/// is not there.
+void check_options(const Options& options);
+
+/// Number of threads of every phase.
+int threads_of(const Options& options);
+
+template <class Scalar>
+double tolerance_of(const SolveOptions& options) {
+  if (options.tolerance > 0) return options.tolerance;
+  return std::is_same_v<RealOf<Scalar>, double> ? 1e-12 : 1e-6;
+}
+
+/// `Scalar` of the factors.
+template <class Scalar>
+double pivot_tolerance_of(const FactorOptions& options) {
+  if (options.pivot_tolerance > 0) return options.pivot_tolerance;
+  return std::sqrt(static_cast<double>(std::numeric_limits<RealOf<Scalar>>::epsilon()));
+}
+
+/// Whether factors of single precision are asked for where the matrix has more.
+template <class Scalar>
+bool mixed_precision(const FactorOptions& options) {
+  return options.precision == Precision::single && !std::is_same_v<Scalar, Narrow<Scalar>>;
+}
+
+}  // namespace mfs

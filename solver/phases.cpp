@@ -1,0 +1,32 @@
+#include "solver/phases.hpp"
+
+#include <new>
+
+#include <mfs/error.hpp>
+
+#include "kernels/engine.hpp"
+#include "solver/memory_limit.hpp"
+
+namespace mfs {
+
+void Phases::run_in_engine(const char* phase, const std::function<void()>& work) {
+  tell(phase, 0.0);
+  log(1, phase);
+  try {
+    if (options_.progress) {
+      Engine::instance().run(threads_, work, [this] { report_progress(); });
+      report_progress();
+    } else {
+      Engine::instance().run(threads_, work);
+    }
+  } catch (const std::bad_alloc&) {
+    throw OutOfMemory(MemorySpace::host, 0, available_host_memory());
+  }
+}
+
+void Phases::tell(const char* phase, double fraction) {
+  phase_ = phase;
+  fraction_ = fraction;
+}
+
+}  // namespace mfs

@@ -1,0 +1,46 @@
+// Phases of the solver: work that runs on the engine's thread while the caller's thread waits, tells the
+// progress callback where the work is, and receives its errors as classes of mfs/error.hpp. The log goes
+// through here, too.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <string>
+
+#include <mfs/options.hpp>
+
+namespace mfs {
+
+class Phases {
+ public:
+  /// `options` must outlive this.
+  Phases(const Options& options, int threads) : options_(options), threads_(threads) {}
+
+  int threads() const { return threads_; }
+
+  /// Runs `work` with all threads. Throws what it throws, OutOfMemory for std::bad_alloc.
+  template <class Work>
+  void run(const char* phase, Work&& work) {
+    run_in_engine(phase, std::ref(work));  // a reference: nothing is allocated
+  }
+
+  /// Where the running phase is; from any thread.
+  void tell(const char* phase, double fraction);
+
+  bool logs(int level) const { return options_.log && options_.verbosity >= level; }
+  void log(int level, const std::string& line) const {
+    if (logs(level)) options_.log(line);
+  }
+
+ private:
+  void run_in_engine(const char* phase, const std::function<void()>& work);
+  void report_progress() const { options_.progress(Progress{phase_, fraction_}); }
+
+  const Options& options_;
+  int threads_;
+  // Written by the engine's thread, told to the caller's callback by the caller's thread.
+  std::atomic<const char*> phase_{nullptr};
+  std::atomic<double> fraction_{0};
+};
+
+}  // namespace mfs

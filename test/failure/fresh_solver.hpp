@@ -32,6 +32,18 @@ std::unique_ptr<Failure> failure_of(const Call& call) {
   return nullptr;
 }
 
+/// Every call that needs factors is refused.
+template <class Scalar>
+void expect_not_factored(BasicSolver<Scalar>& solver, const BasicSparseMatrix<Scalar>& a) {
+  std::vector<Scalar> b(static_cast<std::size_t>(a.n), Scalar(1)), x(b.size());
+  failure_of<StateError>([&] { solver.solve(b.data(), x.data()); });
+  failure_of<StateError>([&] { solver.solve_transpose(b.data(), x.data()); });
+  failure_of<StateError>([&] { solver.refactor(a.view()); });
+  failure_of<StateError>([&] { solver.refactor(a.values.data()); });
+  failure_of<StateError>([&] { solver.condition_estimate(); });
+  failure_of<StateError>([&] { solver.determinant(); });
+}
+
 template <class Call>
 void expect_invalid(const Call& call, const std::string& argument, std::int64_t row = -1,
                     std::int64_t column = -1) {

@@ -31,6 +31,12 @@ Report solve(Solver& solver, const SparseMatrix& a) {
   return report;
 }
 
+Report solve_with_single_factors(const SparseMatrix& a) {
+  Solver solver(with_single_precision());
+  solver.factor(a.view());
+  return solve(solver, a);
+}
+
 TEST(Ladder, NothingNeeded) {
   const SparseMatrix a = grid_2d(14, 13);
   Solver solver(with_threads(1));
@@ -79,19 +85,13 @@ TEST(Ladder, Correction) {
 }
 
 TEST(Ladder, Krylov) {
-  const SparseMatrix a = floating_chains(200, 20, true);
-  Solver solver(with_single_precision());
-  solver.factor(a.view());
-  const Report report = solve(solver, a);
+  const Report report = solve_with_single_factors(floating_chains(200, 20, true));
   EXPECT_EQ(report.rung, Rung::krylov);
   EXPECT_GT(report.krylov_steps, 0);
 }
 
 TEST(Ladder, FullPrecision) {
-  const SparseMatrix a = floating_chains(200, 20, false);
-  Solver solver(with_single_precision());
-  solver.factor(a.view());
-  const Report report = solve(solver, a);
+  const Report report = solve_with_single_factors(floating_chains(200, 20, false));
   EXPECT_EQ(report.rung, Rung::full_precision);
   EXPECT_FALSE(report.single_precision);
 }

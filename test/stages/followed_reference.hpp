@@ -38,8 +38,12 @@ void expect_rule(const ReferenceFront<Scalar>& front, Vertex k, const Scalar& sh
   }
   if (shift == Scalar(0)) return;
   const double made = std::abs(front.at(k, k) + shift), empty = rule.empty_border * rule.tiny;
-  if (size <= rule.tiny && border * (1 + kRuleSlack) <= empty) EXPECT_NEAR(made / rule.largest, 1, 1e-2);
-  if (border * (1 - kRuleSlack) > empty) EXPECT_NEAR(made / rule.bound, 1, 1e-2);
+  if (size <= rule.tiny && border * (1 + kRuleSlack) <= empty) {
+    EXPECT_NEAR(made / rule.largest, 1, 1e-2);
+  }
+  if (border * (1 - kRuleSlack) > empty) {
+    EXPECT_NEAR(made / rule.bound, 1, 1e-2);
+  }
 }
 
 /// Stage "variable factor" in the given order; pivot k was searched in rows up to searched(k).

@@ -73,32 +73,34 @@ Scalar dot_product(const Exec& exec, Vertex n, const Scalar* a, const Scalar* b)
   return from_parts<Scalar>(sum.real(), sum.imag());
 }
 
-/// Into elimination order, to[position] = scale * from[index[position]], for n x columns; computed as Value.
-template <class Value, class Exec, class From, class To>
-void gather_scaled(const Exec& exec, Vertex n, Vertex columns, const Vertex* index, const double* scale,
-                   const From* from, To* to) {
-  for_each_index(
-      exec, "mfs::permute", n, KOKKOS_LAMBDA(Offset position) {
-        const Offset i = index[position];
-        const auto factor = static_cast<RealOf<Value>>(scale[i]);
-        for (Offset j = 0; j < columns; ++j) {
-          to[position + j * n] = static_cast<To>(Value(from[i + j * n]) * factor);
-        }
-      });
-}
-
-/// And back: to[index[position]] = scale * from[position].
-template <class Value, class Exec, class From, class To>
-void scatter_scaled(const Exec& exec, Vertex n, Vertex columns, const Vertex* index, const double* scale,
+/// Between the caller's order and the order of elimination, whose position p holds number index[p]: scaled by
+/// that number's scale on the way, for n x columns, and computed as Value.
+template <class Value, bool kIntoElimination, class Exec, class From, class To>
+void permute_scaled(const Exec& exec, Vertex n, Vertex columns, const Vertex* index, const double* scale,
                     const From* from, To* to) {
   for_each_index(
       exec, "mfs::permute", n, KOKKOS_LAMBDA(Offset position) {
         const Offset i = index[position];
+        const Offset source = kIntoElimination ? i : position, target = kIntoElimination ? position : i;
         const auto factor = static_cast<RealOf<Value>>(scale[i]);
         for (Offset j = 0; j < columns; ++j) {
-          to[i + j * n] = static_cast<To>(Value(from[position + j * n]) * factor);
+          to[target + j * n] = static_cast<To>(Value(from[source + j * n]) * factor);
         }
       });
+}
+
+/// to[position] = scale * from[index[position]]
+template <class Value, class Exec, class From, class To>
+void gather_scaled(const Exec& exec, Vertex n, Vertex columns, const Vertex* index, const double* scale,
+                   const From* from, To* to) {
+  permute_scaled<Value, true>(exec, n, columns, index, scale, from, to);
+}
+
+/// And back: to[index[position]] = scale * from[position]
+template <class Value, class Exec, class From, class To>
+void scatter_scaled(const Exec& exec, Vertex n, Vertex columns, const Vertex* index, const double* scale,
+                    const From* from, To* to) {
+  permute_scaled<Value, false>(exec, n, columns, index, scale, from, to);
 }
 
 /// Takes a maximum to a place in the memory of Exec, without waiting for it.

@@ -8,18 +8,6 @@
 namespace mfs::amesos2 {
 namespace {
 
-const char* name(Backend backend) {
-  switch (backend) {
-    case Backend::serial:
-      return "serial";
-    case Backend::openmp:
-      return "openmp";
-    case Backend::cuda:
-      return "cuda";
-  }
-  return "unknown";
-}
-
 std::string megabytes(std::int64_t bytes) {
   std::ostringstream text;
   text << std::fixed << std::setprecision(2) << static_cast<double>(bytes) / 1e6 << " MB";
@@ -28,7 +16,7 @@ std::string megabytes(std::int64_t bytes) {
 
 void describe_sizes(std::ostream& out, const Report& report) {
   out << "matrix: " << report.n << " rows, " << report.nnz << " entries\n"
-      << "backend: " << name(report.backend) << ", " << report.threads << " threads\n"
+      << "backend: " << backend_name(report.backend) << ", " << report.threads << " threads\n"
       << "entries of L and U: " << report.nnz_factor << " (" << megabytes(report.bytes_factor) << ", peak "
       << megabytes(report.bytes_peak) << ")\n";
 }

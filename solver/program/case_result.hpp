@@ -42,7 +42,4 @@ struct CaseResult {
   std::string message;
 };
 
-/// "serial", "openmp", "cuda".
-const char* backend_name(Backend backend);
-
 }  // namespace mfs::program

@@ -4,18 +4,6 @@
 
 namespace mfs::program {
 
-const char* backend_name(Backend backend) {
-  switch (backend) {
-    case Backend::serial:
-      return "serial";
-    case Backend::openmp:
-      return "openmp";
-    case Backend::cuda:
-      return "cuda";
-  }
-  return "unknown";
-}
-
 std::string json_line(const CaseResult& result) {
   const Report report = result.report.value_or(Report());
   nlohmann::ordered_json json;

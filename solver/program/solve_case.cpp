@@ -22,6 +22,7 @@
 #include <mfs/version.hpp>
 
 #include "solver/program/backward_error.hpp"
+#include "solver/program/summary.hpp"
 
 namespace mfs::program {
 namespace {
@@ -40,11 +41,8 @@ class Stopwatch {
 void check_backend(Backend wanted) {
   const std::vector<Backend> usable = backends();
   if (std::find(usable.begin(), usable.end(), wanted) != usable.end()) return;
-  std::string names;
-  for (const Backend backend : usable)
-    names += (names.empty() ? "" : ", ") + std::string(backend_name(backend));
   throw std::runtime_error(
-      fmt::format("backend {} cannot be used here, only {}", backend_name(wanted), names));
+      fmt::format("backend {} cannot be used here, only {}", backend_name(wanted), usable_backends()));
 }
 
 // Uniform in [-1, 1) with 53 random bits, the same on every machine; complex: both parts.

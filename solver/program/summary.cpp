@@ -123,13 +123,17 @@ std::string analysis_summary(const CaseResult& r) {
   return fmt::to_string(text);
 }
 
-std::string library_summary() {
-  Text text;
-  line(text, "mfs", "{}", version());
+std::string usable_backends() {
   std::string names;
   for (const Backend backend : backends())
     names += (names.empty() ? "" : ", ") + std::string(backend_name(backend));
-  line(text, "backends", "{}", names);
+  return names;
+}
+
+std::string library_summary() {
+  Text text;
+  line(text, "mfs", "{}", version());
+  line(text, "backends", "{}", usable_backends());
   line(text, "threads", "{}", std::max(1u, std::thread::hardware_concurrency()));
   for (const LibraryInfo& library : libraries()) line(text, library.name.c_str(), "{}", library.version);
   return fmt::to_string(text);

@@ -16,6 +16,9 @@ std::string solve_summary(const CaseResult& result);
 /// What `mfs analyze` prints: the tree, the fronts by depth, flops by operation, memory.
 std::string analysis_summary(const CaseResult& result);
 
+/// Names of the backends that this build can use on this machine: "serial, openmp".
+std::string usable_backends();
+
 /// What `mfs info` prints.
 std::string library_summary();
 

@@ -10,6 +10,19 @@ namespace mfs {
 
 enum class Backend { serial, openmp, cuda };
 
+/// "serial", "openmp", "cuda".
+inline const char* backend_name(Backend backend) {
+  switch (backend) {
+    case Backend::serial:
+      return "serial";
+    case Backend::openmp:
+      return "openmp";
+    case Backend::cuda:
+      return "cuda";
+  }
+  return "unknown";
+}
+
 /// Precision of the factors. With `single` a double precision solver takes half the memory and less time;
 /// every solution is refined to the asked accuracy all the same, and where that is not reached, the matrix is
 /// factored again in full precision.

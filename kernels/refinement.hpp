@@ -36,8 +36,7 @@ constexpr int kKrylovRestarts = 3;
 constexpr double kEnough = 0.1;
 
 /// One use: one block of right-hand sides. `Inverse` is called as inverse(from, to, columns), `Residual` as
-/// residual(b or null, x, r, sizes of
-/// rows or null) and returns the componentwise backward error.
+/// residual(b or null, x, r, sizes of rows or null) and returns the componentwise backward error.
 template <class Exec, class Scalar, class Inverse, class Residual>
 class Refinement {
  public:

@@ -3,10 +3,9 @@
 // On a nearly symmetric pattern a matched entry off the diagonal is not moved to the diagonal. The matching's
 // cycles are cut into pairs instead, and a pair is eliminated inside one pivot block:
 //
-//   cycle of four        0 -> 1 -> 2 -> 3 -> 0         pairs (0 1) (2 3)   or   (1 2) (3 0), the better of
-//   the two cycle of three       0 -> 1 -> 2 -> 0              pair (1 2) and 0 alone where its diagonal is
-//   fine,
-//                                                      otherwise all three together
+//   cycle of four    0 -> 1 -> 2 -> 3 -> 0    the better of (0 1) (2 3) and (1 2) (3 0)
+//   cycle of three   0 -> 1 -> 2 -> 0         (1 2), and 0 alone where its diagonal is fine;
+//                                             otherwise all three together
 //
 // Two unknowns with a good diagonal each need no pair and stay alone. In a pair with one good diagonal, the
 // other unknown may instead be eliminated later than a partner (ordering/deferral.hpp): its partners are

@@ -1,0 +1,163 @@
+// Quantities at all integration points of one element, the point as the last index: the loops over points and
+// over columns are what the compiler turns into wide instructions. Sizes are known at compile time.
+// Everything here is inlined into the three functions of solid_kernels.cpp that are compiled for several
+// processor levels.
+#pragma once
+
+#include <cmath>
+#include <limits>
+
+#include "dae/fem/shape.hpp"
+#include "dae/fem/solid_kernels.hpp"
+
+#define MFS_INLINE [[gnu::always_inline]] inline
+
+namespace mfs::dae {
+
+template <ElementKind kind>
+struct Sizes {
+  static constexpr int nodes = nodes_per_element(kind);
+  static constexpr int points = kind == ElementKind::hex8 ? 8 : kind == ElementKind::hex20 ? 27 : 4;
+  static constexpr int unknowns = 3 * nodes;
+  static constexpr int stride = (unknowns + 7) / 8 * 8;    ///< of rows over unknowns
+  static constexpr int node_stride = (nodes + 7) / 8 * 8;  ///< of rows over nodes
+};
+
+/// dN_i / dX_a as gradient[a][i][point], and the integration weight times det(dX/dxi).
+template <ElementKind kind>
+struct PointGradients {
+  alignas(64) double gradient[3][Sizes<kind>::nodes][Sizes<kind>::points];
+  alignas(64) double weight[Sizes<kind>::points];
+};
+
+/// F (or F'), f[3 c + a][point] = dx_c / dX_a; and the strain (or its rate) that belongs to it.
+template <ElementKind kind>
+struct Deformation {
+  alignas(64) double f[9][Sizes<kind>::points];
+  alignas(64) double strain[6][Sizes<kind>::points];
+};
+
+/// Gradients on the reference cell in the layout of PointGradients, and the weights of the rule.
+template <ElementKind kind>
+const PointGradients<kind>& cell_gradients() {
+  static const PointGradients<kind> table = [] {
+    PointGradients<kind> t{};
+    const QuadratureRule& rule = stiffness_rule(kind);
+    double gradients[Sizes<kind>::unknowns];
+    for (int p = 0; p < Sizes<kind>::points; ++p) {
+      shape_gradients(kind, rule.points[static_cast<std::size_t>(p)], gradients);
+      t.weight[p] = rule.weights[static_cast<std::size_t>(p)];
+      for (int i = 0; i < Sizes<kind>::nodes; ++i)
+        for (int a = 0; a < 3; ++a) t.gradient[a][i][p] = gradients[3 * i + a];
+    }
+    return t;
+  }();
+  return table;
+}
+
+// sum[3 c + a][point] = sum over the nodes of x_i[c] * gradient[a][i][point].
+template <ElementKind kind>
+MFS_INLINE void nodal_sum(const PointGradients<kind>& g, const double* x,
+                          double (*sum)[Sizes<kind>::points]) {
+  constexpr int points = Sizes<kind>::points;
+  for (int c = 0; c < 3; ++c)
+    for (int a = 0; a < 3; ++a) {
+      double total[points] = {};
+      for (int i = 0; i < Sizes<kind>::nodes; ++i)
+        for (int p = 0; p < points; ++p) total[p] += x[3 * i + c] * g.gradient[a][i][p];
+      for (int p = 0; p < points; ++p) sum[3 * c + a][p] = total[p];
+    }
+}
+
+template <class Matrix>
+MFS_INLINE double determinant_at(const Matrix& m, int p) {
+  return m[0][p] * (m[4][p] * m[8][p] - m[5][p] * m[7][p]) -
+         m[1][p] * (m[3][p] * m[8][p] - m[5][p] * m[6][p]) +
+         m[2][p] * (m[3][p] * m[7][p] - m[4][p] * m[6][p]);
+}
+
+// Entry (r, c) of det(m) m^-1.
+template <class Matrix>
+MFS_INLINE double adjugate_at(const Matrix& m, int r, int c, int p) {
+  const int r1 = (r + 1) % 3, r2 = (r + 2) % 3, c1 = (c + 1) % 3, c2 = (c + 2) % 3;
+  return m[3 * c1 + r1][p] * m[3 * c2 + r2][p] - m[3 * c1 + r2][p] * m[3 * c2 + r1][p];
+}
+
+template <ElementKind kind>
+MFS_INLINE void reference_gradients(const double* nodes, PointGradients<kind>& out) {
+  constexpr int points = Sizes<kind>::points;
+  const PointGradients<kind>& cell = cell_gradients<kind>();
+  alignas(64) double j[9][points], inverse[9][points];
+  nodal_sum<kind>(cell, nodes, j);
+  for (int p = 0; p < points; ++p) {
+    const double det = determinant_at(j, p), scale = 1 / det;
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 3; ++c) inverse[3 * r + c][p] = scale * adjugate_at(j, r, c, p);
+    out.weight[p] = cell.weight[p] * det;
+  }
+  for (int a = 0; a < 3; ++a)
+    for (int i = 0; i < Sizes<kind>::nodes; ++i)
+      for (int p = 0; p < points; ++p)
+        out.gradient[a][i][p] = cell.gradient[0][i][p] * inverse[a][p] +
+                                cell.gradient[1][i][p] * inverse[3 + a][p] +
+                                cell.gradient[2][i][p] * inverse[6 + a][p];
+}
+
+// Two indices of each Voigt component.
+constexpr int kVoigt[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {1, 2}, {0, 2}};
+
+/// Green strain; NaN where the element is turned inside out.
+template <ElementKind kind>
+MFS_INLINE void deform(const PointGradients<kind>& g, const double* q, Deformation<kind>& out) {
+  nodal_sum<kind>(g, q, out.f);
+  for (int k = 0; k < 6; ++k) {
+    const int a = kVoigt[k][0], b = kVoigt[k][1];
+    for (int p = 0; p < Sizes<kind>::points; ++p) {
+      const double product =
+          out.f[a][p] * out.f[b][p] + out.f[3 + a][p] * out.f[3 + b][p] + out.f[6 + a][p] * out.f[6 + b][p];
+      const double sound = determinant_at(out.f, p) > 0 ? 0.0 : std::numeric_limits<double>::quiet_NaN();
+      out.strain[k][p] = (k < 3 ? 0.5 * (product - 1) : product) + sound;
+    }
+  }
+}
+
+/// F' and E' = sym(F^T F').
+template <ElementKind kind>
+MFS_INLINE void deform_rate(const PointGradients<kind>& g, const double* v, const Deformation<kind>& elastic,
+                            Deformation<kind>& out) {
+  nodal_sum<kind>(g, v, out.f);
+  for (int k = 0; k < 6; ++k) {
+    const int a = kVoigt[k][0], b = kVoigt[k][1];
+    const double share = k < 3 ? 0.5 : 1.0;
+    for (int p = 0; p < Sizes<kind>::points; ++p) {
+      double sum = 0;
+      for (int c = 0; c < 9; c += 3)
+        sum += elastic.f[c + a][p] * out.f[c + b][p] + out.f[c + a][p] * elastic.f[c + b][p];
+      out.strain[k][p] = share * sum;
+    }
+  }
+}
+
+/// Derivatives of the strains at one point by the unknowns: rows[6][stride]. With F' in place of F they are
+/// those of the strain rates by the positions.
+template <ElementKind kind>
+MFS_INLINE void strain_rows(const PointGradients<kind>& g, const Deformation<kind>& d, int p, double* rows) {
+  constexpr int stride = Sizes<kind>::stride;
+  alignas(64) double gradient[3][stride] = {}, f[3][stride] = {};
+  for (int a = 0; a < 3; ++a)
+    for (int i = 0; i < Sizes<kind>::nodes; ++i)
+      for (int c = 0; c < 3; ++c) {
+        gradient[a][3 * i + c] = g.gradient[a][i][p];
+        f[a][3 * i + c] = d.f[3 * c + a][p];
+      }
+  for (int k = 0; k < 6; ++k) {
+    const int a = kVoigt[k][0], b = kVoigt[k][1];
+    if (a == b)
+      for (int n = 0; n < stride; ++n) rows[k * stride + n] = f[a][n] * gradient[a][n];
+    else
+      for (int n = 0; n < stride; ++n)
+        rows[k * stride + n] = f[a][n] * gradient[b][n] + f[b][n] * gradient[a][n];
+  }
+}
+
+}  // namespace mfs::dae

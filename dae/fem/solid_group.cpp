@@ -1,0 +1,162 @@
+#include "dae/fem/solid_group.hpp"
+
+#include <cmath>
+#include <mfs/error.hpp>
+#include <utility>
+
+#include "dae/fem/element_mass.hpp"
+
+namespace mfs::dae {
+
+namespace {
+
+constexpr int kMostNodes = 20;
+
+void require(bool sound, const std::string& body, const std::string& field, const char* rule) {
+  if (!sound) throw InvalidInput("body " + body + ", " + field, rule);
+}
+
+}  // namespace
+
+void check_material(const Material& material, const std::string& body) {
+  require(std::isfinite(material.young) && material.young > 0, body, "young", "must be positive");
+  require(material.poisson > -1 && material.poisson < 0.5, body, "poisson", "must lie between -1 and 0.5");
+  require(std::isfinite(material.density) && material.density > 0, body, "density", "must be positive");
+}
+
+SolidGroup::SolidGroup(std::string body, std::shared_ptr<const Mesh> mesh, const Material& material,
+                       const SolidOptions& options, int first_coordinate)
+    : body_(std::move(body)),
+      mesh_(std::move(mesh)),
+      nodes_(nodes_per_element(mesh_->kind)),
+      constants_{material.law, material.lame_lambda(), material.shear_modulus(), options.damping_beta},
+      options_(options) {
+  check_material(material, body_);
+  require(std::isfinite(options.damping_alpha) && options.damping_alpha >= 0, body_, "damping_alpha",
+          "must not be negative");
+  require(std::isfinite(options.damping_beta) && options.damping_beta >= 0, body_, "damping_beta",
+          "must not be negative");
+  check_elements();
+  coordinates_.reserve(3 * mesh_->elements.size());
+  for (const int node : mesh_->elements)
+    for (int k = 0; k < 3; ++k) coordinates_.push_back(first_coordinate + 3 * node + k);
+  fill_mass(material.density);
+}
+
+void SolidGroup::check_elements() const {
+  require(!mesh_->elements.empty() && mesh_->elements.size() % static_cast<std::size_t>(nodes_) == 0, body_,
+          "elements", "must be whole elements, one at least");
+  for (const int node : mesh_->elements)
+    require(node >= 0 && static_cast<std::size_t>(node) < mesh_->nodes.size(), body_, "elements",
+            "must name nodes of the mesh");
+  double nodes[3 * kMostNodes];
+  for (int e = 0; e < size(); ++e) {
+    gather_nodes(e, nodes);
+    for (const QuadratureRule* rule : {&stiffness_rule(mesh_->kind), &mass_rule(mesh_->kind)})
+      for (const Point3& point : rule->points)
+        require(
+            determinant(jacobian(mesh_->kind, point, nodes)) > 0, name(e), "shape",
+            "must have a positive Jacobian (is it turned inside out, or are its nodes in another order?)");
+  }
+}
+
+int SolidGroup::mass_entries() const {
+  return options_.mass == MassKind::lumped ? nodes_ : nodes_ * (nodes_ + 1) / 2;
+}
+
+void SolidGroup::fill_mass(double density) {
+  mass_.resize(place(size(), mass_entries()));
+  const bool lumped = options_.mass == MassKind::lumped;
+#pragma omp parallel for schedule(static)
+  for (int e = 0; e < size(); ++e) {
+    double nodes[3 * kMostNodes];
+    gather_nodes(e, nodes);
+    const std::vector<double> mass =
+        lumped ? lumped_mass(mesh_->kind, nodes) : consistent_mass(mesh_->kind, nodes);
+    double* out = &mass_[place(e, mass_entries())];
+    for (int i = 0; i < nodes_; ++i)
+      for (int j = lumped ? i : 0; j <= i; ++j)
+        *out++ = density * mass[static_cast<std::size_t>(lumped ? i : i * nodes_ + j)];
+  }
+}
+
+void SolidGroup::gather_nodes(int e, double* nodes) const {
+  const int* element = &mesh_->elements[place(e, nodes_)];
+  for (int i = 0; i < nodes_; ++i)
+    for (std::size_t k = 0; k < 3; ++k) *nodes++ = mesh_->nodes[static_cast<std::size_t>(element[i])][k];
+}
+
+LocalStructure SolidGroup::structure() const {
+  using Kind = LocalStructure::Kind;
+  LocalStructure s;
+  s.force_q = Kind::dense;
+  s.force_a = options_.mass == MassKind::lumped ? Kind::diagonal : Kind::dense;
+  s.force_v = options_.damping_beta > 0 ? Kind::dense : options_.damping_alpha > 0 ? s.force_a : Kind::zero;
+  s.constant_force_a = true;
+  s.constant_force_v = options_.damping_beta == 0;
+  return s;
+}
+
+void SolidGroup::residual(int e, const LocalState& state, LocalResidual& residual) const {
+  double nodes[3 * kMostNodes], acceleration[3 * kMostNodes];
+  gather_nodes(e, nodes);
+  add_internal_force(mesh_->kind, constants_, nodes, state.q, state.v, residual.force);
+  for (int n = 0; n < 3 * nodes_; ++n)
+    acceleration[n] =
+        state.a[n] + options_.damping_alpha * state.v[n] - options_.gravity[static_cast<std::size_t>(n % 3)];
+  const double* mass = &mass_[place(e, mass_entries())];
+  if (options_.mass == MassKind::lumped) {
+    for (int n = 0; n < 3 * nodes_; ++n) residual.force[n] += mass[n / 3] * acceleration[n];
+    return;
+  }
+  for (int i = 0; i < nodes_; ++i)
+    for (int j = 0; j <= i; ++j, ++mass)
+      for (int k = 0; k < 3; ++k) {
+        residual.force[3 * i + k] += *mass * acceleration[3 * j + k];
+        if (j < i) residual.force[3 * j + k] += *mass * acceleration[3 * i + k];
+      }
+}
+
+// matrix (3 nodes x 3 nodes) += factor * mass
+void SolidGroup::add_mass(int e, double factor, double* matrix) const {
+  const int n = 3 * nodes_;
+  const double* mass = &mass_[place(e, mass_entries())];
+  const bool lumped = options_.mass == MassKind::lumped;
+  for (int i = 0; i < nodes_; ++i)
+    for (int j = lumped ? i : 0; j <= i; ++j, ++mass)
+      for (int k = 0; k < 3; ++k) {
+        matrix[(3 * i + k) * n + 3 * j + k] += factor * *mass;
+        if (j < i) matrix[(3 * j + k) * n + 3 * i + k] += factor * *mass;
+      }
+}
+
+void SolidGroup::tangent(int e, const LocalState& state, LocalTangent& tangent) const {
+  if (tangent.force_a != nullptr) add_mass(e, 1.0, tangent.force_a);
+  if (tangent.force_v != nullptr && options_.damping_alpha > 0)
+    add_mass(e, options_.damping_alpha, tangent.force_v);
+  const bool viscous = tangent.force_v != nullptr && constants_.beta > 0;
+  if (tangent.force_q == nullptr && !viscous) return;
+  double nodes[3 * kMostNodes];
+  gather_nodes(e, nodes);
+  add_internal_tangent(mesh_->kind, constants_, nodes, state.q, state.v, tangent.force_q,
+                       viscous ? tangent.force_v : nullptr);
+}
+
+std::string SolidGroup::name(int e) const {
+  return "body " + body_ + ", element " + std::to_string(e);
+}
+
+double SolidGroup::mass() const {
+  double sum = 0;
+  for (std::size_t k = 0; k < mass_.size();) {
+    if (options_.mass == MassKind::lumped) {
+      sum += mass_[k++];
+      continue;
+    }
+    for (int i = 0; i < nodes_; ++i)
+      for (int j = 0; j <= i; ++j) sum += (j < i ? 2 : 1) * mass_[k++];
+  }
+  return sum;
+}
+
+}  // namespace mfs::dae

@@ -1,0 +1,269 @@
+#include "dae/fem/solid_kernels.hpp"
+
+#include "dae/fem/constitutive.hpp"
+#include "dae/fem/enhanced_strain.hpp"
+#include "dae/fem/row_product.hpp"
+#include "kernels/simd_clones.hpp"
+
+namespace mfs::dae {
+
+namespace {
+
+// Strains and stresses at the points of one element; rates and viscous stress where there is viscosity.
+template <ElementKind kind>
+struct Response {
+  PointGradients<kind> reference;
+  Enhancement<kind> enhancement;
+  Deformation<kind> elastic, rate;
+  PointVoigt<kind> stress;
+};
+
+template <ElementKind kind>
+MFS_INLINE void respond(const SolidConstants& c, const double* nodes, const double* q, const double* v,
+                        Response<kind>& r) {
+  reference_gradients<kind>(nodes, r.reference);
+  r.enhancement.prepare(nodes, r.reference);
+  deform<kind>(r.reference, q, r.elastic);
+  r.enhancement.enhance(c, r.elastic.strain);
+  elastic_stresses<kind>(c, r.elastic.strain, r.stress);
+  if (c.beta == 0) return;
+  deform_rate<kind>(r.reference, v, r.elastic, r.rate);
+  r.enhancement.enhance_linear(c, r.rate.strain);
+  PointVoigt<kind> viscous;
+  hooke_stresses<kind>(c, r.rate.strain, viscous);
+  for (int k = 0; k < 6; ++k)
+    for (int p = 0; p < Sizes<kind>::points; ++p) r.stress.value[k][p] += c.beta * viscous.value[k][p];
+}
+
+// Row b of S at a point, as a function of the column: its place in Voigt order.
+constexpr int kVoigtOf[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};
+
+template <ElementKind kind>
+MFS_INLINE void force_of(const SolidConstants& c, const double* nodes, const double* q, const double* v,
+                         double* force) {
+  constexpr int points = Sizes<kind>::points;
+  Response<kind> r;
+  respond<kind>(c, nodes, q, v, r);
+  alignas(64) double first[3][3][points];  // F S, times the weight
+  for (int i = 0; i < 3; ++i)
+    for (int a = 0; a < 3; ++a)
+      for (int p = 0; p < points; ++p)
+        first[i][a][p] =
+            r.reference.weight[p] * (r.elastic.f[3 * i][p] * r.stress.value[kVoigtOf[0][a]][p] +
+                                     r.elastic.f[3 * i + 1][p] * r.stress.value[kVoigtOf[1][a]][p] +
+                                     r.elastic.f[3 * i + 2][p] * r.stress.value[kVoigtOf[2][a]][p]);
+  for (int node = 0; node < Sizes<kind>::nodes; ++node)
+    for (int i = 0; i < 3; ++i) {
+      double sum[points];
+      for (int p = 0; p < points; ++p)
+        sum[p] = first[i][0][p] * r.reference.gradient[0][node][p] +
+                 first[i][1][p] * r.reference.gradient[1][node][p] +
+                 first[i][2][p] * r.reference.gradient[2][node][p];
+      for (int p = 0; p < points; ++p) force[3 * node + i] += sum[p];
+    }
+}
+
+// The rows whose products are the material parts of the derivatives: force_q += left^T by_q over `count_q`
+// rows, force_v += left^T by_v over `count_v` rows. Six rows of every point come first, those of the modes
+// follow.
+template <ElementKind kind>
+struct TangentRows {
+  static constexpr int stride = Sizes<kind>::stride;
+  static constexpr int strains = 6 * Sizes<kind>::points;
+  static constexpr int most = strains + 2 * Enhancement<kind>::modes;
+  int count_q = strains, count_v = strains;
+  alignas(64) double left[most * stride], by_q[most * stride], by_v[most * stride];
+};
+
+// out = d rows, for d of 6 x 6 and 6 rows.
+template <int stride>
+MFS_INLINE void stiffness_times(const double* d, const double* rows, double* out) {
+  for (int i = 0; i < 6; ++i)
+    for (int n = 0; n < stride; ++n) {
+      double sum = 0;
+      for (int k = 0; k < 6; ++k) sum += d[6 * i + k] * rows[k * stride + n];
+      out[i * stride + n] = sum;
+    }
+}
+
+template <int rows, int stride>
+MFS_INLINE void scale_rows(double factor, const double* in, double* out) {
+  for (int n = 0; n < rows * stride; ++n) out[n] = factor * in[n];
+}
+
+// out = -scale D^-1 rows, for the D of L D L^T.
+template <int stride>
+MFS_INLINE void divide_modes(const ModeFactors& factors, double scale, const double* rows, double* out) {
+  for (int m = 0; m < kModes; ++m)
+    scale_rows<1, stride>(-scale / factors.l[m][m], rows + m * stride, out + m * stride);
+}
+
+// Stresses of each point by the unknowns, and their moments for the modes.
+template <ElementKind kind>
+struct StressRows {
+  static constexpr int stride = Sizes<kind>::stride;
+  alignas(64) double value[6 * stride];
+  RowMoments<kind> moments;
+
+  MFS_INLINE void set(const double* d, const double* strain_rows, const Enhancement<kind>& enhancement,
+                      int p) {
+    stiffness_times<stride>(d, strain_rows, value);
+    if constexpr (Enhancement<kind>::modes > 0) enhancement.add_moments(p, value, moments);
+  }
+  // L^-1 int M^T (rows) dV: the modes' coupling with the unknowns, half eliminated.
+  MFS_INLINE void couple(const ModeFactors& factors, const Enhancement<kind>& enhancement,
+                         double* out) const {
+    enhancement.mode_rows(moments, out);
+    factors.template forward<stride>(out);
+  }
+};
+
+// by_q += the viscous stress by the positions, by_v = the same by the velocities.
+template <ElementKind kind>
+MFS_INLINE void add_viscous_rows(const SolidConstants& c, const Response<kind>& r, TangentRows<kind>& t) {
+  constexpr int stride = Sizes<kind>::stride;
+  alignas(64) double rate_rows[6 * stride];
+  double hooke[36];
+  hooke_stiffness(c, hooke);
+  StressRows<kind> by_q, by_v;
+  for (int p = 0; p < Sizes<kind>::points; ++p) {
+    const int row = 6 * p * stride;
+    const double weight = c.beta * r.reference.weight[p];
+    strain_rows<kind>(r.reference, r.rate, p, rate_rows);
+    by_q.set(hooke, rate_rows, r.enhancement, p);
+    for (int n = 0; n < 6 * stride; ++n) t.by_q[row + n] += weight * by_q.value[n];
+    by_v.set(hooke, t.left + row, r.enhancement, p);
+    scale_rows<6, stride>(weight, by_v.value, t.by_v + row);
+  }
+  if constexpr (Enhancement<kind>::modes > 0) {
+    const int row = t.count_q * stride;
+    ModeFactors factors;
+    r.enhancement.factor_linear(c, factors);
+    by_v.couple(factors, r.enhancement, t.left + row);
+    divide_modes<stride>(factors, c.beta, t.left + row, t.by_v + row);
+    by_q.couple(factors, r.enhancement, t.by_q + row);
+    divide_modes<stride>(factors, c.beta, t.by_q + row, t.by_q + row);
+    t.count_q += kModes;
+    t.count_v += kModes;
+  }
+}
+
+template <ElementKind kind>
+MFS_INLINE void material_rows(const SolidConstants& c, const Response<kind>& r, TangentRows<kind>& t) {
+  constexpr int stride = Sizes<kind>::stride;
+  PointStiffness<kind> stiffness;
+  stiffnesses<kind>(c, r.elastic.strain, stiffness);
+  StressRows<kind> stress;
+  for (int p = 0; p < Sizes<kind>::points; ++p) {
+    const int row = 6 * p * stride;
+    strain_rows<kind>(r.reference, r.elastic, p, t.left + row);
+    stress.set(stiffness.at(p), t.left + row, r.enhancement, p);
+    scale_rows<6, stride>(r.reference.weight[p], stress.value, t.by_q + row);
+  }
+  if (c.beta > 0) add_viscous_rows<kind>(c, r, t);
+  if constexpr (Enhancement<kind>::modes > 0) {
+    const int row = t.count_q * stride;
+    ModeFactors factors;
+    r.enhancement.factor(stiffness, factors);
+    stress.couple(factors, r.enhancement, t.left + row);
+    divide_modes<stride>(factors, 1.0, t.left + row, t.by_q + row);
+    t.count_q += kModes;
+  }
+}
+
+// The share of the stress in force_q: int grad N_i . S grad N_j dV in each direction.
+template <ElementKind kind>
+MFS_INLINE void add_initial_stress(const Response<kind>& r, double* force_q) {
+  constexpr int nodes = Sizes<kind>::nodes, points = Sizes<kind>::points, stride = Sizes<kind>::node_stride;
+  alignas(64) double left[3 * points * stride] = {}, right[3 * points * stride] = {};
+  for (int p = 0; p < points; ++p)
+    for (int a = 0; a < 3; ++a)
+      for (int i = 0; i < nodes; ++i) {
+        double sum = 0;
+        for (int b = 0; b < 3; ++b) sum += r.stress.value[kVoigtOf[a][b]][p] * r.reference.gradient[b][i][p];
+        left[(3 * p + a) * stride + i] = r.reference.gradient[a][i][p];
+        right[(3 * p + a) * stride + i] = r.reference.weight[p] * sum;
+      }
+  alignas(64) double product[nodes * stride];
+  row_product<nodes % 4 == 0 ? 4 : 5, nodes, stride>(3 * points, left, right, true, product);
+  for (int i = 0; i < nodes; ++i)
+    for (int j = 0; j < nodes; ++j)
+      for (int k = 0; k < 3; ++k)
+        force_q[(3 * i + k) * 3 * nodes + 3 * j + k] += product[i <= j ? i * stride + j : j * stride + i];
+}
+
+// matrix (by rows, no padding) += product, of which only the upper triangle may be there.
+template <int n, int stride>
+MFS_INLINE void add_matrix(const double* product, bool symmetric, double* matrix) {
+  for (int i = 0; i < n; ++i) {
+    for (int j = symmetric ? i : 0; j < n; ++j) matrix[i * n + j] += product[i * stride + j];
+    if (symmetric)
+      for (int j = 0; j < i; ++j) matrix[i * n + j] += product[j * stride + i];
+  }
+}
+
+template <ElementKind kind>
+MFS_INLINE void tangent_of(const SolidConstants& c, const double* nodes, const double* q, const double* v,
+                           double* force_q, double* force_v) {
+  constexpr int n = Sizes<kind>::unknowns, stride = Sizes<kind>::stride;
+  Response<kind> r;
+  TangentRows<kind> rows;
+  alignas(64) double product[n * stride];
+  respond<kind>(c, nodes, q, v, r);
+  material_rows<kind>(c, r, rows);
+
+  if (force_q != nullptr) {
+    const bool symmetric = c.beta == 0;
+    row_product<6, n, stride>(rows.count_q, rows.left, rows.by_q, symmetric, product);
+    add_matrix<n, stride>(product, symmetric, force_q);
+    add_initial_stress<kind>(r, force_q);
+  }
+  if (c.beta == 0 || force_v == nullptr) return;
+  row_product<6, n, stride>(rows.count_v, rows.left, rows.by_v, true, product);
+  add_matrix<n, stride>(product, true, force_v);
+}
+
+template <ElementKind kind>
+MFS_INLINE void cauchy_of(SolidConstants c, const double* nodes, const double* q, double* stress) {
+  c.beta = 0;
+  Response<kind> r;
+  respond<kind>(c, nodes, q, nullptr, r);
+  const auto& f = r.elastic.f;
+  for (int p = 0; p < Sizes<kind>::points; ++p)
+    for (int k = 0; k < 6; ++k) {
+      double sum = 0;
+      for (int a = 0; a < 3; ++a)
+        for (int b = 0; b < 3; ++b)
+          sum += f[3 * kVoigt[k][0] + a][p] * r.stress.value[kVoigtOf[a][b]][p] * f[3 * kVoigt[k][1] + b][p];
+      stress[6 * p + k] = sum / determinant_at(f, p);
+    }
+}
+
+}  // namespace
+
+// The three kinds of one operation, each compiled for several levels of the processor.
+#define MFS_FOR_EACH_KIND(operation, ...)                \
+  switch (kind) {                                        \
+    case ElementKind::hex8:                              \
+      return operation<ElementKind::hex8>(__VA_ARGS__);  \
+    case ElementKind::hex20:                             \
+      return operation<ElementKind::hex20>(__VA_ARGS__); \
+    case ElementKind::tet10:                             \
+      return operation<ElementKind::tet10>(__VA_ARGS__); \
+  }
+
+MFS_SIMD_CLONES void add_internal_force(ElementKind kind, const SolidConstants& constants,
+                                        const double* nodes, const double* q, const double* v, double* force){
+    MFS_FOR_EACH_KIND(force_of, constants, nodes, q, v, force)}
+
+MFS_SIMD_CLONES
+    void add_internal_tangent(ElementKind kind, const SolidConstants& constants, const double* nodes,
+                              const double* q, const double* v, double* force_q, double* force_v){
+        MFS_FOR_EACH_KIND(tangent_of, constants, nodes, q, v, force_q, force_v)}
+
+MFS_SIMD_CLONES void point_stress(ElementKind kind, const SolidConstants& constants, const double* nodes,
+                                  const double* q, double* stress) {
+  MFS_FOR_EACH_KIND(cauchy_of, constants, nodes, q, stress)
+}
+
+}  // namespace mfs::dae

@@ -239,7 +239,7 @@ class AccuracyLadder : public Factorization<Value> {
     const NullDirection column = probe_direction(nullptr);
     probed_->regular = column.regular;
     if (!column.regular) {
-      const TransposedPattern transposed = transpose(*pattern_);
+      const TransposedPattern transposed = transpose(*pattern_, 1);
       const NullDirection row = probe_direction(&transposed);
       probed_->refusal.backward_error = std::numeric_limits<double>::infinity();
       if (column.null && row.null) {

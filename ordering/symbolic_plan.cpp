@@ -1,9 +1,13 @@
 #include "ordering/symbolic_plan.hpp"
 
+#include <omp.h>
+
 #include <algorithm>
 #include <string>
+#include <tuple>
 
 #include <mfs/error.hpp>
+#include "ordering/first_error.hpp"
 #include "ordering/transpose.hpp"
 
 namespace mfs {
@@ -39,8 +43,9 @@ Offset aligned(Offset entries) {
 // Builds one plan in the order of its public steps and is thrown away.
 class PlanBuilder {
  public:
-  PlanBuilder(const Pattern& pattern, const std::vector<Vertex>& row_order, const SeparatorTree& tree)
-      : pattern_(pattern), tree_(tree), row_order_(row_order) {}
+  PlanBuilder(const Pattern& pattern, const std::vector<Vertex>& row_order, const SeparatorTree& tree,
+              int threads)
+      : pattern_(pattern), tree_(tree), row_order_(row_order), threads_(threads) {}
 
   SymbolicPlan build(Vertex max_block_size) {
     plan_.max_block_size = max_block_size;
@@ -100,32 +105,64 @@ class PlanBuilder {
     }
   }
 
+  /// An entry: its place in elimination order, columns first, and where it is in A.
+  struct Entry {
+    Vertex column_position, row;
+    Offset slot;
+    bool operator<(const Entry& other) const {
+      return std::tie(column_position, row) < std::tie(other.column_position, other.row);
+    }
+  };
+
   // Each entry goes to the front that eliminates the earlier of its row and column.
   void distribute_entries() {
-    by_column_ = transpose(pattern_);
+    by_column_ = transpose(pattern_, threads_);
     plan_.entry_begin.assign(plan_.num_fronts + 1, 0);
-    for_each_entry([&](Vertex owner, Offset, Vertex, Vertex) { ++plan_.entry_begin[owner + 1]; });
+    for_all_fronts([&](Vertex f) {
+      Offset count = 0;
+      visit_own_entries(
+          f, [&](const Entry&) { ++count; }, [&](const Entry&) { ++count; });
+      plan_.entry_begin[f + 1] = count;
+    });
     for (Vertex f = 0; f < plan_.num_fronts; ++f) plan_.entry_begin[f + 1] += plan_.entry_begin[f];
     plan_.entry_slot.resize(plan_.nnz);
     plan_.entry_row.resize(plan_.nnz);
     plan_.entry_column.resize(plan_.nnz);
-    std::vector<Offset> next(plan_.entry_begin.begin(), plan_.entry_begin.end() - 1);
-    for_each_entry([&](Vertex owner, Offset slot, Vertex row, Vertex column) {
-      const Offset e = next[owner]++;
-      plan_.entry_slot[e] = slot;
-      plan_.entry_row[e] = row;
-      plan_.entry_column[e] = column;
+    plan_.entry_target.resize(plan_.nnz);
+    std::vector<std::vector<Entry>> beyond_pivots(threads_);
+    for_all_fronts([&](Vertex f) {
+      std::vector<Entry>& beyond = beyond_pivots[omp_get_thread_num()];
+      beyond.clear();
+      Offset next = plan_.entry_begin[f];
+      const auto put = [&](const Entry& entry) {
+        plan_.entry_slot[next] = entry.slot;
+        plan_.entry_row[next] = entry.row;
+        plan_.entry_column[next++] = plan_.column_of[entry.column_position];
+      };
+      visit_own_entries(f, put, [&](const Entry& entry) { beyond.push_back(entry); });
+      std::sort(beyond.begin(), beyond.end());
+      for (const Entry& entry : beyond) put(entry);
     });
   }
 
-  // Visits the entries column by column in elimination order: so those of each front come sorted by column.
-  template <class Visit>
-  void for_each_entry(Visit&& visit) const {
-    for (Vertex column_position = 0; column_position < plan_.n; ++column_position) {
-      const Vertex column = plan_.column_of[column_position];
+  // The entries of f: those in its pivot columns at or below the pivot block, column by column, and those in
+  // its pivot rows to the right of it, row by row.
+  template <class InPivotColumn, class BeyondPivots>
+  void visit_own_entries(Vertex f, const InPivotColumn& in_pivot_column,
+                         const BeyondPivots& beyond_pivots) const {
+    const Vertex begin = plan_.pivot_begin[f], end = plan_.pivot_begin[f + 1];
+    for (Vertex p = begin; p < end; ++p) {
+      const Vertex column = plan_.column_of[p];
       for (Offset k = by_column_.offsets[column]; k < by_column_.offsets[column + 1]; ++k) {
         const Vertex row = by_column_.columns[k];
-        visit(front_of_[std::min(position_of_row_[row], column_position)], by_column_.slots[k], row, column);
+        if (position_of_row_[row] >= begin) in_pivot_column(Entry{p, row, by_column_.slots[k]});
+      }
+    }
+    for (Vertex p = begin; p < end; ++p) {
+      const Vertex row = plan_.row_of[p];
+      for (Offset k = pattern_.offsets[row]; k < pattern_.offsets[row + 1]; ++k) {
+        const Vertex position = position_of_column_[pattern_.columns[k]];
+        if (position >= end) beyond_pivots(Entry{position, row, k});
       }
     }
   }
@@ -133,30 +170,44 @@ class PlanBuilder {
   // border(f) = rows and columns beyond f's pivots that its own entries or its children's borders reach.
   void find_borders() {
     plan_.border_begin.assign(plan_.num_fronts + 1, 0);
-    std::vector<Vertex> seen_by(plan_.n, -1), found;
-    for (Vertex f = 0; f < plan_.num_fronts; ++f) {
-      const Vertex pivots_end = plan_.pivot_begin[f + 1];
-      found.clear();
-      auto reach = [&](Vertex position) {
-        if (position >= pivots_end && seen_by[position] != f) {
-          seen_by[position] = f;
-          found.push_back(position);
-        }
-      };
-      for (Offset e = plan_.entry_begin[f]; e < plan_.entry_begin[f + 1]; ++e) {
-        reach(std::max(position_of_row_[plan_.entry_row[e]], position_of_column_[plan_.entry_column[e]]));
+    std::vector<std::vector<Vertex>> seen_by(threads_, std::vector<Vertex>(plan_.n, -1));
+    std::vector<std::vector<Vertex>> found;  // of the fronts of one depth
+    for (Vertex k = 0; k < plan_.num_depths; ++k) {
+      const Vertex first = plan_.depth_begin[k], last = plan_.depth_begin[k + 1];
+      found.assign(last - first, {});
+      for_fronts(first, last,
+                 [&](Vertex f) { found[f - first] = border_of(f, seen_by[omp_get_thread_num()]); });
+      for (Vertex f = first; f < last; ++f) {
+        check_branch(f, found[f - first]);
+        plan_.border_begin[f + 1] = plan_.border_begin[f] + static_cast<Offset>(found[f - first].size());
       }
-      for (Vertex c = plan_.child_begin[f]; c < plan_.child_begin[f + 1]; ++c) {
-        const Vertex child = plan_.children[c];
-        for (Offset b = plan_.border_begin[child]; b < plan_.border_begin[child + 1]; ++b) {
-          reach(plan_.border[b]);
-        }
-      }
-      std::sort(found.begin(), found.end());
-      check_branch(f, found);
-      plan_.border.insert(plan_.border.end(), found.begin(), found.end());
-      plan_.border_begin[f + 1] = static_cast<Offset>(plan_.border.size());
+      plan_.border.resize(plan_.border_begin[last]);
+      for_fronts(first, last, [&](Vertex f) {
+        std::copy(found[f - first].begin(), found[f - first].end(),
+                  plan_.border.begin() + plan_.border_begin[f]);
+      });
     }
+  }
+
+  std::vector<Vertex> border_of(Vertex f, std::vector<Vertex>& seen_by) const {
+    const Vertex pivots_end = plan_.pivot_begin[f + 1];
+    std::vector<Vertex> found;
+    const auto reach = [&](Vertex position) {
+      if (position >= pivots_end && seen_by[position] != f) {
+        seen_by[position] = f;
+        found.push_back(position);
+      }
+    };
+    for (Offset e = plan_.entry_begin[f]; e < plan_.entry_begin[f + 1]; ++e) {
+      reach(std::max(position_of_row_[plan_.entry_row[e]], position_of_column_[plan_.entry_column[e]]));
+    }
+    for (Vertex c = plan_.child_begin[f]; c < plan_.child_begin[f + 1]; ++c) {
+      const Vertex child = plan_.children[c];
+      for (Offset b = plan_.border_begin[child]; b < plan_.border_begin[child + 1]; ++b)
+        reach(plan_.border[b]);
+    }
+    std::sort(found.begin(), found.end());
+    return found;
   }
 
   // The border of a front begins in its parent at the earliest, and a root has none.
@@ -202,9 +253,9 @@ class PlanBuilder {
 
   void map_children_and_entries() {
     plan_.border_in_parent.resize(plan_.border.size());
-    plan_.entry_target.resize(plan_.nnz);
-    std::vector<Vertex> local(plan_.n);
-    for (Vertex f = 0; f < plan_.num_fronts; ++f) {
+    std::vector<std::vector<Vertex>> local_of_thread(threads_, std::vector<Vertex>(plan_.n));
+    for_all_fronts([&](Vertex f) {
+      std::vector<Vertex>& local = local_of_thread[omp_get_thread_num()];
       const Vertex p = plan_.pivots(f), front_rows = p + plan_.border_rows(f);
       for (Vertex i = 0; i < p; ++i) local[plan_.pivot_begin[f] + i] = i;
       for (Vertex i = p; i < front_rows; ++i) local[plan_.border[plan_.border_begin[f] + i - p]] = i;
@@ -220,7 +271,7 @@ class PlanBuilder {
         plan_.entry_target[e] =
             j < p ? plan_.lower_begin[f] + i + j * front_rows : plan_.upper_begin[f] + i + (j - p) * p;
       }
-    }
+    });
   }
 
   void count_flops() {
@@ -234,9 +285,24 @@ class PlanBuilder {
     }
   }
 
+  // `work(f)` for independent fronts; omp_get_thread_num() tells the thread.
+  template <class Work>
+  void for_fronts(Vertex first, Vertex last, const Work& work) const {
+    constexpr int kChunk = 16;
+    FirstError error;
+#pragma omp parallel for num_threads(threads_) schedule(dynamic, kChunk) if (last - first > kChunk)
+    for (Vertex f = first; f < last; ++f) error.attempt([&] { work(f); });
+    error.rethrow();
+  }
+  template <class Work>
+  void for_all_fronts(const Work& work) const {
+    for_fronts(0, plan_.num_fronts, work);
+  }
+
   const Pattern& pattern_;
   const SeparatorTree& tree_;
   const std::vector<Vertex>& row_order_;
+  const int threads_;
   std::vector<Vertex> position_of_row_, position_of_column_, front_of_;
   TransposedPattern by_column_;
   SymbolicPlan plan_;
@@ -245,8 +311,8 @@ class PlanBuilder {
 }  // namespace
 
 SymbolicPlan make_symbolic_plan(const Pattern& pattern, const std::vector<Vertex>& row_order,
-                                const SeparatorTree& tree, Vertex max_block_size) {
-  return PlanBuilder(pattern, row_order, tree).build(max_block_size);
+                                const SeparatorTree& tree, Vertex max_block_size, int threads) {
+  return PlanBuilder(pattern, row_order, tree, threads).build(max_block_size);
 }
 
 }  // namespace mfs

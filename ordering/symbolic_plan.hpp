@@ -25,6 +25,7 @@
 #include <vector>
 
 #include <mfs/analysis_options.hpp>
+#include "ordering/raw_vector.hpp"
 #include "ordering/types.hpp"
 
 namespace mfs {
@@ -64,8 +65,8 @@ struct SymbolicPlan {
   // factor region (every original entry lies in P, L or U of the front of the earlier of its row and column).
   // Within a front they ascend by column, and so do their targets' columns.
   std::vector<Offset> entry_begin;  // num_fronts + 1
-  std::vector<Offset> entry_slot, entry_target;
-  std::vector<Vertex> entry_row, entry_column;  // of A
+  RawVector<Offset> entry_slot, entry_target;
+  RawVector<Vertex> entry_row, entry_column;  // of A
 
   std::vector<double> front_flops;  // num_fronts: all operations, what the schedule balances
   BlockFlops flops{0, 0, 0};
@@ -83,8 +84,9 @@ struct SymbolicPlan {
 constexpr Offset kBlockAlignment = 8;
 
 /// Makes the plan of `pattern` with its rows permuted by `row_order` (empty: identity) for the given tree.
-/// Throws InvalidInput("tree", row, column) when an entry joins two branches of the tree.
+/// The same for any number of threads. Throws InvalidInput("tree", row, column) when an entry joins two
+/// branches of the tree.
 SymbolicPlan make_symbolic_plan(const Pattern& pattern, const std::vector<Vertex>& row_order,
-                                const SeparatorTree& tree, Vertex max_block_size);
+                                const SeparatorTree& tree, Vertex max_block_size, int threads = 1);
 
 }  // namespace mfs

@@ -1,6 +1,7 @@
 // The pattern by columns.
 #pragma once
 
+#include "ordering/raw_vector.hpp"
 #include "ordering/types.hpp"
 
 namespace mfs {
@@ -8,9 +9,10 @@ namespace mfs {
 /// The pattern of A^T: entry k of row j is entry (columns[k], j) of A, in slots[k] of A's pattern.
 struct TransposedPattern {
   std::vector<Offset> offsets;  // n + 1
-  std::vector<Vertex> columns;  // nnz
-  std::vector<Offset> slots;    // nnz
+  RawVector<Vertex> columns;    // nnz, ascending in each row
+  RawVector<Offset> slots;      // nnz
 };
-TransposedPattern transpose(const Pattern& pattern);
+/// The same for any number of threads.
+TransposedPattern transpose(const Pattern& pattern, int threads);
 
 }  // namespace mfs

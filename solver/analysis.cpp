@@ -41,8 +41,8 @@ void reanalyze(Analysis& analysis, const Scalar* slot_values, const AnalysisOpti
 
   const Stopwatch symbolic_watch;
   progress("symbolic", 0.0);
-  analysis.plan = std::make_shared<SymbolicPlan>(
-      make_symbolic_plan(pattern, matched.row_order, tree, options.max_block_size));
+  analysis.plan = std::make_shared<SymbolicPlan>(make_symbolic_plan(
+      pattern, matched.row_order, tree, options.max_block_size, ordering_threads(pattern.n, threads)));
   analysis.matched = std::move(matched);
   analysis.time_order = time_order;
   analysis.time_symbolic = symbolic_watch.seconds();

@@ -90,7 +90,7 @@ void MatrixFactors<Scalar>::refactor_device(const Scalar* values, void* stream) 
 
 template <class Scalar>
 const TransposedPattern& MatrixFactors<Scalar>::transposed_pattern() {
-  if (!transposed_pattern_) transposed_pattern_ = transpose(*analysis_->pattern);
+  if (!transposed_pattern_) transposed_pattern_ = transpose(*analysis_->pattern, phases_.threads());
   return *transposed_pattern_;
 }
 
@@ -279,8 +279,9 @@ bool MatrixFactors<Scalar>::merge_failed_fronts(double allowed_flops) {
   phases_.run("symbolic", [&] {
     const SeparatorTree tree =
         merge_into_parents(*analysis_->plan, numeric_->failed_fronts(*analysis_->plan));
-    plan = std::make_shared<SymbolicPlan>(make_symbolic_plan(
-        *analysis_->pattern, analysis_->matched.row_order, tree, options_.analysis.max_block_size));
+    plan = std::make_shared<SymbolicPlan>(
+        make_symbolic_plan(*analysis_->pattern, analysis_->matched.row_order, tree,
+                           options_.analysis.max_block_size, phases_.threads()));
     available = available_memory(options_.backend);
   });
   if (plan->num_fronts == analysis_->plan->num_fronts || plan->flops.total() > allowed_flops) return false;

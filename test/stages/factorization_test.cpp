@@ -41,7 +41,7 @@ std::unique_ptr<Factorization<double>> factorization(const StageProblem<double>&
 /// Solutions with one and with five right-hand sides, plain and transposed, one after another.
 std::vector<double> solutions(const StageProblem<double>& problem, Factorization<double>& numeric) {
   std::vector<double> all;
-  const TransposedPattern transposed = transpose(*problem.pattern);
+  const TransposedPattern transposed = transpose(*problem.pattern, 1);
   const Offset n = problem.plan->n;
   for (const Vertex columns : {1, 5}) {
     for (const TransposedPattern* pattern : {static_cast<const TransposedPattern*>(nullptr), &transposed}) {

@@ -4,7 +4,7 @@
 #include <string>
 #include <utility>
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <mfs/analysis_options.hpp>
 #include <mfs/error.hpp>
@@ -174,6 +174,55 @@ TEST(PlanCounts, OperationsOfASmallFront) {
   EXPECT_EQ(flops.gemm, 4);
   EXPECT_EQ(block_flops(1, 0).getrf, 0);
   EXPECT_EQ(block_flops(1, 1).trsm, 1);
+}
+
+TEST(PlanCounts, EveryEntryIsThereOnceAndFrontsHaveThemByColumnAndRow) {
+  const Pattern pattern = pattern_of(random_diagonally_dominant(700, 4, 11));
+  AnalysisOptions options;
+  options.leaf_size = 20;
+  const SeparatorTree tree = order_matrix(pattern, MatchedScaling(), options, 1);
+  const SymbolicPlan plan = make_symbolic_plan(pattern, {}, tree, 64, 3);
+  std::vector<Vertex> position(plan.n);
+  for (Vertex p = 0; p < plan.n; ++p) position[plan.column_of[p]] = p;
+  std::vector<int> times(plan.nnz, 0);
+  for (Vertex f = 0; f < plan.num_fronts; ++f) {
+    std::pair<Vertex, Vertex> previous{-1, -1};
+    for (Offset e = plan.entry_begin[f]; e < plan.entry_begin[f + 1]; ++e) {
+      const Vertex row = plan.entry_row[e], column = plan.entry_column[e];
+      ++times[plan.entry_slot[e]];
+      EXPECT_EQ(pattern.columns[plan.entry_slot[e]], column);
+      EXPECT_LE(pattern.offsets[row], plan.entry_slot[e]);
+      EXPECT_LT(plan.entry_slot[e], pattern.offsets[row + 1]);
+      const Vertex earlier = std::min(position[row], position[column]);
+      EXPECT_LE(plan.pivot_begin[f], earlier);
+      EXPECT_LT(earlier, plan.pivot_begin[f + 1]);
+      EXPECT_LT(previous, std::pair(position[column], row));
+      previous = {position[column], row};
+    }
+  }
+  EXPECT_THAT(times, testing::Each(1));
+}
+
+TEST(PlanCounts, TheSamePlanForAnyNumberOfThreads) {
+  for (const auto& matrix : {grid_2d(50, 61), random_diagonally_dominant(3000, 1, 5), arrow(400, 7)}) {
+    const Pattern pattern = pattern_of(matrix);
+    const SeparatorTree tree = order_matrix(pattern, MatchedScaling(), AnalysisOptions(), 1);
+    const SymbolicPlan one = make_symbolic_plan(pattern, {}, tree, 64, 1);
+    for (const int threads : {2, 3, 9}) {
+      SCOPED_TRACE(std::to_string(threads) + " threads");
+      const SymbolicPlan many = make_symbolic_plan(pattern, {}, tree, 64, threads);
+      EXPECT_EQ(many.border, one.border);
+      EXPECT_EQ(many.border_begin, one.border_begin);
+      EXPECT_EQ(many.border_in_parent, one.border_in_parent);
+      EXPECT_EQ(many.entry_begin, one.entry_begin);
+      EXPECT_EQ(many.entry_slot, one.entry_slot);
+      EXPECT_EQ(many.entry_target, one.entry_target);
+      EXPECT_EQ(many.entry_row, one.entry_row);
+      EXPECT_EQ(many.entry_column, one.entry_column);
+      EXPECT_EQ(many.contribution_begin, one.contribution_begin);
+      EXPECT_EQ(many.front_flops, one.front_flops);
+    }
+  }
 }
 
 TEST(PlanCounts, EntryBetweenBranchesIsRefused) {

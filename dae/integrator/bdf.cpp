@@ -1,0 +1,171 @@
+#include "dae/integrator/bdf.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "dae/integrator/formula.hpp"
+
+namespace mfs::dae {
+namespace {
+
+/// Factor for the step by which an error of `error` at `order` becomes half of what is allowed.
+double step_factor(double error, int order) {
+  return std::pow(2.0 * error + 1e-4, -1.0 / (order + 1));
+}
+
+}  // namespace
+
+void Bdf::start(const std::vector<double>& y, const std::vector<double>& dy, double h) {
+  phi_.assign(static_cast<std::size_t>(max_order_) + 2, std::vector<double>(y.size(), 0.0));
+  phi_[0] = y;
+  phi_[1] = dy;  // y', until restart_with multiplies it by the first step
+  order_ = 1;
+  rising_ = true;
+  steps_ = last_order_ = unchanged_ = 0;
+  step_ = last_step_ = 0.0;
+  psi_ = {};
+  restart_with(h);
+}
+
+// Nothing but y and y' is known: the first difference is that of the step about to be tried.
+void Bdf::restart_with(double h) {
+  const double factor = step_ > 0.0 ? h / step_ : h;
+  for (double& value : phi_[1]) value *= factor;
+  step_ = psi_[0] = h;
+}
+
+void Bdf::set_coefficients(double h) {
+  const auto k = static_cast<std::size_t>(order_);
+  // Steps that are evened out to meet a time differ by rounding.
+  const bool same = std::abs(h - last_step_) <= 1e-9 * h && order_ == last_order_;
+  next_unchanged_ = std::min((same ? unchanged_ : 0) + 1, last_order_ + 2);
+  next_psi_ = psi_;
+  alpha_[0] = beta_[0] = sigma_[0] = 1.0;
+  gamma_[0] = 0.0;
+  double span = h;  // from the new value to the i-th before it
+  for (std::size_t i = 1; i <= k; ++i) {
+    const double old = psi_[i - 1];
+    next_psi_[i - 1] = span;
+    beta_[i] = beta_[i - 1] * span / old;
+    gamma_[i] = gamma_[i - 1] + alpha_[i - 1] / h;
+    span = old + h;
+    alpha_[i] = h / span;
+    sigma_[i] = static_cast<double>(i) * sigma_[i - 1] * alpha_[i];
+  }
+  next_psi_[k] = span;
+
+  double leading = 0.0, sum = 0.0;
+  for (std::size_t i = 0; i < k; ++i) {
+    leading -= 1.0 / (static_cast<double>(i) + 1.0);
+    sum -= alpha_[i];
+  }
+  rate_ = -leading / h;
+  error_factor_ = std::max(std::abs(alpha_[k] + leading - sum), alpha_[k]);
+}
+
+void Bdf::predict(double h, std::vector<double>& y, std::vector<double>& dy) {
+  if (steps_ == 0 && h != step_) restart_with(h);
+  step_ = h;
+  set_coefficients(h);
+  y = phi_[0];
+  dy.assign(y.size(), 0.0);
+  for (std::size_t j = 1; j <= static_cast<std::size_t>(order_); ++j)
+    for (std::size_t i = 0; i < y.size(); ++i) {
+      const double difference = beta_[j] * phi_[j][i];
+      y[i] += difference;
+      dy[i] += gamma_[j] * difference;
+    }
+}
+
+double Bdf::local_error(const std::vector<double>& e, const std::vector<double>& weights) {
+  const auto k = static_cast<std::size_t>(order_);
+  const double size = weighted_rms(e, weights);
+  error_here_ = sigma_[k] * size;
+  suited_order_ = order_;
+  suited_error_ = error_here_;
+  if (order_ > 1 && !fixed_) {
+    work_ = e;
+    const auto add_difference = [&](std::size_t j) {
+      for (std::size_t i = 0; i < e.size(); ++i) work_[i] += beta_[j] * phi_[j][i];
+    };
+    add_difference(k);
+    error_below_ = sigma_[k - 1] * weighted_rms(work_, weights);
+    const double here = (order_ + 1) * error_here_, below = order_ * error_below_;
+    bool lower = below <= 0.5 * here;
+    if (order_ > 2) {
+      add_difference(k - 1);
+      const double two_below = (order_ - 1) * sigma_[k - 2] * weighted_rms(work_, weights);
+      lower = std::max(below, two_below) <= here;
+    }
+    if (lower) {
+      suited_order_ = order_ - 1;
+      suited_error_ = error_below_;
+    }
+  }
+  return error_factor_ * size;
+}
+
+double Bdf::reject(int times) {
+  rising_ = false;
+  if (times >= 3) {
+    order_ = 1;
+    return 0.25 * step_;
+  }
+  order_ = suited_order_;
+  return step_ * (times == 1 ? std::clamp(0.9 * step_factor(suited_error_, order_), 0.25, 0.9) : 0.25);
+}
+
+// The differences of the new time from those of the old one and the correction.
+void Bdf::shift(const std::vector<double>& e) {
+  const auto k = static_cast<std::size_t>(order_);
+  for (std::size_t i = 0; i < e.size(); ++i) {
+    if (order_ < max_order_) phi_[k + 1][i] = e[i];
+    double sum = e[i];
+    for (std::size_t j = k + 1; j-- > 0;) {
+      sum += beta_[j] * phi_[j][i];
+      phi_[j][i] = sum;
+    }
+  }
+}
+
+double Bdf::accept(const std::vector<double>& e, const std::vector<double>& weights) {
+  ++steps_;
+  if (!fixed_ && (suited_order_ < order_ || order_ == max_order_)) rising_ = false;
+  Choice next{order_, step_};
+  if (!fixed_ && !rising_)
+    next = choose(e, weights);
+  else if (steps_ > 1)
+    next = {std::min(order_ + 1, max_order_), 2.0 * step_};
+  shift(e);
+  psi_ = next_psi_;
+  unchanged_ = next_unchanged_;
+  last_order_ = order_;
+  last_step_ = step_;
+  order_ = next.order;
+  return next.step;
+}
+
+Bdf::Choice Bdf::choose(const std::vector<double>& e, const std::vector<double>& weights) {
+  int order = suited_order_;
+  double error = suited_error_;
+  // The order above is judged only after order + 1 equal steps, and not just after a raise.
+  if (order == order_ && order_ < max_order_ && order_ + 1 < next_unchanged_ && order_ - last_order_ != 1) {
+    const auto& above = phi_[static_cast<std::size_t>(order_) + 1];
+    work_ = e;
+    for (std::size_t i = 0; i < e.size(); ++i) work_[i] -= above[i];
+    const double error_above = weighted_rms(work_, weights) / (order_ + 2);
+    const double rated_here = (order_ + 1) * error_here_, rated_above = (order_ + 2) * error_above;
+    if (order_ > 1 && order_ * error_below_ <= std::min(rated_here, rated_above)) {
+      order = order_ - 1;
+      error = error_below_;
+    } else if (rated_above < (order_ > 1 ? 1.0 : 0.5) * rated_here) {
+      order = order_ + 1;
+      error = error_above;
+    }
+  }
+  const double factor = step_factor(error, order);
+  if (factor >= 2.0) return {order, 2.0 * step_};
+  return {order, factor <= 1.0 ? step_ * std::clamp(factor, 0.5, 0.9) : step_};
+}
+
+}  // namespace mfs::dae

@@ -1,0 +1,74 @@
+// Backward differentiation formulas of order 1 to 5 with variable step, in the fixed-leading-coefficient form
+// of DASSL and IDA, for a vector y of which each new value and derivative are tied by y' = y'_p + c (y -
+// y_p).
+//
+// The past is held as modified divided differences phi_0 ... phi_k+1 (Krogh 1974): phi_0 = y at the last
+// time, phi_1 a scaled backward difference, and so on; a constant step leaves them alone, a change of step
+// multiplies phi_j by beta_j. The prediction is the polynomial through the last k + 1 values, and
+// y - y_p = e is, times a known constant, the local error. The estimates of order k - 2 ... k + 1 come from
+// phi and e alone; order and step are chosen from them.
+//
+// Sources: Brenan, Campbell, Petzold, "Numerical Solution of Initial-Value Problems in DAEs", SIAM 1996, ch.
+// 5; Hindmarsh et al., SUNDIALS, ACM TOMS 31 (2005) 363-396, section 2.3 (whose factors of 2, 0.9, 0.5 and
+// 0.25 these are).
+#pragma once
+
+#include <array>
+#include <vector>
+
+namespace mfs::dae {
+
+class Bdf {
+ public:
+  static constexpr int kMostOrder = 5;
+
+  /// `fixed`: the order rises to `max_order` and stays, whatever the error; steps are the caller's.
+  explicit Bdf(int max_order, bool fixed = false) : max_order_(max_order), fixed_(fixed) {}
+
+  /// Forgets the past. `dy` = y'; `h`: the step that is going to be tried.
+  void start(const std::vector<double>& y, const std::vector<double>& dy, double h);
+
+  /// Predicts y and y' at t + h by the present order. Nothing changes until `accept`.
+  void predict(double h, std::vector<double>& y, std::vector<double>& dy);
+  double rate() const { return rate_; }  ///< c = 1/h' of the last prediction
+  int order() const { return order_; }
+
+  /// Local error of the step with correction `e` = y - y_p, in units of what `weights` allow: at most 1 is
+  /// good. Says also what `reject` and `accept` are going to do.
+  double local_error(const std::vector<double>& e, const std::vector<double>& weights);
+  /// The step to try next, after the error was too large for the `times`-th time (1, 2, ...) in one step.
+  double reject(int times);
+  /// Goes on to the new time with correction `e`; returns the step that suits it. After local_error(e).
+  double accept(const std::vector<double>& e, const std::vector<double>& weights);
+
+ private:
+  using Coefficients = std::array<double, kMostOrder + 2>;
+  void restart_with(double h);
+  void set_coefficients(double h);
+  void shift(const std::vector<double>& e);
+  struct Choice {
+    int order;
+    double step;
+  };
+  /// The order and the step after this one.
+  Choice choose(const std::vector<double>& e, const std::vector<double>& weights);
+
+  int max_order_;
+  bool fixed_;
+  int order_ = 1;
+  bool rising_ = true;  ///< the first steps: order and step grow at each
+  int steps_ = 0;
+  int last_order_ = 0;  ///< of the last accepted step
+  double step_ = 0.0, last_step_ = 0.0;
+  int unchanged_ = 0, next_unchanged_ = 0;  ///< steps taken with one step and order
+  double rate_ = 0.0, error_factor_ = 0.0;
+  Coefficients psi_{}, next_psi_{};  ///< times between the new value and earlier ones
+  Coefficients alpha_{}, beta_{}, gamma_{}, sigma_{};
+  std::vector<std::vector<double>> phi_;
+  std::vector<double> work_;
+  double error_here_ = 0.0, error_below_ = 0.0;  ///< |error| of orders k, k - 1
+  int suited_order_ = 1;
+  double suited_error_ = 0.0;
+};
+
+}  // namespace mfs::dae

@@ -1,0 +1,120 @@
+#include "dae/integrator/composition.hpp"
+
+#include <omp.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <utility>
+
+#include <mfs/error.hpp>
+
+namespace mfs::dae {
+
+int team_size(int threads) {
+  return threads > 0 ? threads : omp_get_max_threads();
+}
+
+TransposedPattern::TransposedPattern(const Pattern& original) : source(original.entries()) {
+  pattern.rows = original.columns;
+  pattern.columns = original.rows;
+  pattern.row_start.assign(static_cast<std::size_t>(original.columns) + 1, 0);
+  pattern.column.resize(original.entries());
+  for (const int column : original.column) ++pattern.row_start[column + 1];
+  for (int row = 0; row < pattern.rows; ++row) pattern.row_start[row + 1] += pattern.row_start[row];
+  std::vector<int> next(pattern.row_start.begin(), pattern.row_start.end() - 1);
+  for (int row = 0; row < original.rows; ++row)
+    for (int k = original.row_start[row]; k < original.row_start[row + 1]; ++k) {
+      const int place = next[original.column[k]]++;
+      pattern.column[place] = row;
+      source[place] = k;
+    }
+}
+
+Composition::Composition(int size, std::vector<Term> terms, int threads)
+    : threads_(team_size(threads)), terms_(std::move(terms)) {
+  pattern_.rows = pattern_.columns = size;
+  make_groups();
+  make_pattern();
+  make_targets();
+}
+
+void Composition::make_groups() {
+  for (std::size_t t = 0; t < terms_.size(); ++t) {
+    const auto same = std::find_if(groups_.begin(), groups_.end(),
+                                   [&](const Group& g) { return g.first_row == terms_[t].first_row; });
+    if (same != groups_.end())
+      same->terms.push_back(t);
+    else
+      groups_.push_back({terms_[t].first_row, terms_[t].block->rows, {t}});
+  }
+}
+
+void Composition::make_pattern() {
+  std::vector<std::vector<int>> rows(pattern_.rows);
+  for (const Group& group : groups_) {
+#pragma omp parallel for num_threads(threads_) schedule(static)
+    for (int row = 0; row < group.rows; ++row) {
+      std::vector<int>& columns = rows[group.first_row + row];
+      for (const std::size_t t : group.terms) {
+        const Pattern& block = *terms_[t].block;
+        for (int k = block.row_start[row]; k < block.row_start[row + 1]; ++k)
+          columns.push_back(terms_[t].column[block.column[k]]);
+      }
+      std::sort(columns.begin(), columns.end());
+      columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
+      columns.shrink_to_fit();
+    }
+  }
+  std::int64_t entries = 0;
+  pattern_.row_start.assign(1, 0);
+  for (const auto& columns : rows) {
+    entries += static_cast<std::int64_t>(columns.size());
+    if (entries > std::numeric_limits<int>::max())
+      throw InvalidInput("system", "the matrix of Newton's method has 2^31 entries or more");
+    pattern_.row_start.push_back(static_cast<int>(entries));
+  }
+  pattern_.column.resize(static_cast<std::size_t>(entries));
+#pragma omp parallel for num_threads(threads_) schedule(static)
+  for (int row = 0; row < pattern_.rows; ++row)
+    std::copy(rows[row].begin(), rows[row].end(), pattern_.column.begin() + pattern_.row_start[row]);
+}
+
+void Composition::make_targets() {
+  target_.resize(terms_.size());
+  for (const Group& group : groups_)
+    for (const std::size_t t : group.terms) {
+      const Pattern& block = *terms_[t].block;
+      target_[t].resize(block.entries());
+#pragma omp parallel for num_threads(threads_) schedule(static)
+      for (int row = 0; row < group.rows; ++row) {
+        const auto begin = pattern_.column.begin() + pattern_.row_start[group.first_row + row];
+        const auto end = pattern_.column.begin() + pattern_.row_start[group.first_row + row + 1];
+        for (int k = block.row_start[row]; k < block.row_start[row + 1]; ++k)
+          target_[t][k] = static_cast<int>(std::lower_bound(begin, end, terms_[t].column[block.column[k]]) -
+                                           pattern_.column.begin());
+      }
+    }
+}
+
+void Composition::compose(const std::vector<Values>& values, double* matrix) const {
+  for (const Group& group : groups_) {
+#pragma omp parallel for num_threads(threads_) schedule(static)
+    for (int row = 0; row < group.rows; ++row) {
+      const int matrix_row = group.first_row + row;
+      std::fill(matrix + pattern_.row_start[matrix_row], matrix + pattern_.row_start[matrix_row + 1], 0.0);
+      for (const std::size_t t : group.terms) {
+        const Pattern& block = *terms_[t].block;
+        const int* const source = terms_[t].source;
+        const int* const target = target_[t].data();
+        const Values& from = values[t];
+        for (int k = block.row_start[row]; k < block.row_start[row + 1]; ++k) {
+          const double value = from.block[source != nullptr ? source[k] : k];
+          matrix[target[k]] += from.factor != nullptr ? value * from.factor[block.column[k]] : value;
+        }
+      }
+    }
+  }
+}
+
+}  // namespace mfs::dae

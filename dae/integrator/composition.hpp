@@ -1,0 +1,64 @@
+// A sparse matrix composed of sparse blocks: each term puts a block (or its transpose) into consecutive rows,
+// sends its columns to columns of the matrix, several to one where that is asked for, and multiplies each
+// column by a factor. Where terms meet, they add up. The pattern and the place of every entry are found once;
+// composing values is then one pass over the entries, by rows, so that the sum in each entry has one order
+// whatever the number of threads.
+//
+//   terms of the rows of F:   dF/da  dF/dv  dF/dq  Phi_q^T
+//                               |      |      |       |       column[j], factor[j]
+//   matrix row              [ ......................... ]
+#pragma once
+
+#include <vector>
+
+#include "dae/mechanics/constrained_system.hpp"
+
+namespace mfs::dae {
+
+/// The transpose of a pattern; entry k of it is entry source[k] of the original.
+struct TransposedPattern {
+  explicit TransposedPattern(const Pattern& original);
+  Pattern pattern;
+  std::vector<int> source;
+};
+
+class Composition {
+ public:
+  struct Term {
+    const Pattern* block;         ///< has to live as long
+    int first_row;                ///< of the matrix; ranges of two terms are the same or apart
+    std::vector<int> column;      ///< of the matrix, one per column of the block
+    const int* source = nullptr;  ///< where entry k lies in the values; null: at k
+  };
+  struct Values {
+    const double* block;             ///< of the term's block
+    const double* factor = nullptr;  ///< one per column of the block; null: 1
+  };
+
+  /// `size` rows and columns. Throws InvalidInput where the matrix has 2^31 entries or more.
+  Composition(int size, std::vector<Term> terms, int threads);
+
+  const Pattern& pattern() const { return pattern_; }
+  /// `values[k]` belongs to term k. Overwrites `matrix`, one value per entry of the pattern.
+  void compose(const std::vector<Values>& values, double* matrix) const;
+
+ private:
+  struct Group {
+    int first_row, rows;
+    std::vector<std::size_t> terms;
+  };
+  void make_groups();
+  void make_pattern();
+  void make_targets();
+
+  int threads_;
+  std::vector<Term> terms_;
+  std::vector<Group> groups_;
+  std::vector<std::vector<int>> target_;  ///< per term: where its entries go
+  Pattern pattern_;
+};
+
+/// Threads of a team that was asked for as `threads` (0: all).
+int team_size(int threads);
+
+}  // namespace mfs::dae

@@ -1,0 +1,48 @@
+// An integration formula, as the step's equations and the loop over steps see it. Whichever it is, at the new
+// time v and a of a coordinate are linear functions of q,
+//
+//   v = v0 + rate_v (q - q0),    a = a0 + rate_a (q - q0),
+//
+// with (q0, v0, a0) a prediction from earlier steps, from which Newton's method starts. BDF has rate_v =
+// 1/h', rate_a = 1/h'^2 (h' = h / b0, the paper's Eq. (6)).
+//
+// Generalized-alpha is that of Arnold and Bruls (Multibody System Dynamics 18 (2007) 185-202): an
+// acceleration-like w with (1 - am) w_1 + am w_0 = (1 - af) a_1 + af a_0 takes a's place in Newmark's
+// formulas; order 2, damping of high frequencies chosen by rho_inf.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "dae/integrator/integrator.hpp"
+
+namespace mfs::dae {
+
+struct StepRelation {
+  double t = 0.0;  ///< the new time
+  double rate_v = 0.0, rate_a = 0.0;
+  std::vector<double> q, v, a;  ///< q0, v0, a0
+};
+
+/// Root of the mean of (e_i / w_i)^2: 1 is what the user's tolerances allow. Sums in a fixed order.
+double weighted_rms(const std::vector<double>& e, const std::vector<double>& weights);
+
+class Formula {
+ public:
+  virtual ~Formula() = default;
+  /// Forgets the past; `h` is the step that is going to be tried.
+  virtual void start(const State& state, double h) = 0;
+  /// The relation at the last accepted time + h.
+  virtual void predict(double h, StepRelation& relation) = 0;
+  virtual int order() const = 0;
+  /// Local error of a step that ends in `state`, in units of what is allowed. `weights` belong to [q, v].
+  virtual double local_error(const State& state, const std::vector<double>& weights) = 0;
+  /// The step to try next, after the local error was too large for the `times`-th time in one step.
+  virtual double reject(int times) = 0;
+  /// Goes on to `state`; returns the step that suits next. After local_error(state).
+  virtual double accept(const State& state, const std::vector<double>& weights) = 0;
+};
+
+std::unique_ptr<Formula> make_formula(const IntegratorOptions& options);
+
+}  // namespace mfs::dae

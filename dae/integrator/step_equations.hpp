@@ -1,0 +1,81 @@
+// The equations of one step, H(x) = 0, the paper's Eq. (6), and their Jacobian H_x. With a formula that ties
+// v and a to q (formula.hpp), n coordinates, m constraints and the set I of independent coordinates,
+//
+//   rows      F (n) | Phi (m) | dPhi/dt (m) | d2Phi/dt2 (m) | (a - a0) rate_v/rate_a - (v - v0)   i in I
+//                                                           | (v - v0) / rate_v      - (q - q0)   i in I
+//   unknowns  x = [lambda (m), a (n), v (n), q (n)]
+//
+// BDF asks for all levels of constraints and has |I| = n - m. Generalized-alpha asks for Phi alone, and then
+// every coordinate is independent. The reduced form solves the last two groups of rows beforehand: v_i and
+// q_i of independent coordinates are no unknowns any more, and their columns of H_x go, times rate_v/rate_a
+// and 1/rate_a, to the column of a_i. (The other way round, a_i from q_i, rounding in q would be multiplied
+// by rate_a ~ 1/h^2.)
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "dae/integrator/composition.hpp"
+#include "dae/integrator/formula.hpp"
+#include "dae/integrator/integrator.hpp"
+#include "dae/mechanics/constrained_system.hpp"
+
+namespace mfs::dae {
+
+class StepEquations {
+ public:
+  /// `independent`: one flag per coordinate. `all_levels`: constraints on velocities and accelerations too.
+  /// `system` has to live as long.
+  StepEquations(const ConstrainedSystem& system, Unknowns unknowns, bool all_levels,
+                const std::vector<char>& independent, int threads);
+  StepEquations(const StepEquations&) = delete;
+
+  int size() const { return size_; }
+  const Pattern& pattern() const { return composition_.pattern(); }
+  /// Rows of H of the constraints: `levels` times m from `first_constraint`.
+  int first_constraint() const { return n_; }
+  int levels() const { return levels_; }
+
+  /// x of the prediction with multipliers `lambda`.
+  void pack(const StepRelation& relation, const std::vector<double>& lambda, double* x) const;
+  /// The state that x stands for.
+  void unpack(const double* x, const StepRelation& relation, State& state) const;
+  /// By what to multiply corrections that a matrix of another step has given, when `ratio` is rate_a over
+  /// that of the matrix: one number per unknown. Where inertia dominates, such corrections of q are too large
+  /// by the ratio, where stiffness does they are right; this shares the error out.
+  void scale_corrections(double ratio, double* scale) const;
+  /// H at `state`, the unpacked x.
+  void residual(const State& state, const StepRelation& relation, double* h) const;
+  /// H_x at `state`: values in the order of the pattern.
+  void jacobian(const State& state, const StepRelation& relation, double* values) const;
+
+ private:
+  enum Kind { kA, kV, kQ, kLambda };
+  /// Where a term of H_x has its numbers; no factor: 1.
+  struct Numbers {
+    const std::vector<double>*block, *factor;
+  };
+  bool eliminated(std::size_t i) const { return reduced_ && is_independent_[i] != 0; }
+  int number_unknowns();
+  Composition make_composition(int threads);
+  void set_factors(const StepRelation& relation) const;
+
+  const ConstrainedSystem& system_;
+  const int n_, m_, levels_;
+  const bool reduced_;
+  std::vector<char> is_independent_;
+  std::vector<int> independent_;            ///< ascending
+  std::array<std::vector<int>, 4> column_;  ///< by Kind: where an unknown's derivatives go
+  const int size_;
+  TransposedPattern position_transposed_;
+  Pattern selection_;  ///< U^T: a row with one entry for each independent coordinate
+  std::vector<double> ones_;
+  mutable Residual residual_;
+  mutable Tangent tangent_;
+  std::vector<Numbers> numbers_;  ///< by term
+  Composition composition_;
+  mutable std::vector<double> factor_v_, factor_q_;  ///< of eliminated columns as above; else 1
+  mutable std::vector<double> relation_a_, relation_v_, minus_;
+};
+
+}  // namespace mfs::dae

@@ -1,0 +1,43 @@
+// A system without those of its constraints that follow from the others: with them, multipliers would not be
+// unique and no Newton matrix regular. What is left out is still evaluated, to see that it really follows.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "dae/mechanics/constrained_system.hpp"
+
+namespace mfs::dae {
+
+class IndependentConstraints : public ConstrainedSystem {
+ public:
+  /// `redundant`: rows of Phi to leave out, ascending. `system` has to live as long.
+  IndependentConstraints(const ConstrainedSystem& system, const std::vector<int>& redundant);
+
+  int coordinates() const override { return system_.coordinates(); }
+  int constraints() const override { return static_cast<int>(kept_.size()); }
+  const TangentPattern& tangent_pattern() const override { return pattern_; }
+  void evaluate(const StateView& state, Residual& residual) const override;
+  void evaluate(const StateView& state, Tangent& tangent) const override;
+  std::string coordinate_name(int i) const override { return system_.coordinate_name(i); }
+  std::string constraint_name(int row) const override { return system_.constraint_name(kept_[row]); }
+  double coordinate_scale(int i) const override { return system_.coordinate_scale(i); }
+
+  /// Of the state that was evaluated last: throws InvalidInput, with the name of the constraint, where one
+  /// that is left out is violated by more than these bounds on Phi and its derivatives.
+  void check_redundant(double t, double position, double velocity, double acceleration) const;
+
+ private:
+  StateView with_all_multipliers(const StateView& state) const;
+
+  const ConstrainedSystem& system_;
+  std::vector<int> kept_, redundant_;
+  TangentPattern pattern_;
+  std::array<std::vector<int>, kBlocks>
+      source_;  ///< of a block's entry in the whole system's; empty: the same
+  mutable std::vector<double> lambda_;
+  mutable Residual residual_;
+  mutable Tangent tangent_;
+};
+
+}  // namespace mfs::dae

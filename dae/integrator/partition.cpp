@@ -1,0 +1,241 @@
+#include "dae/integrator/partition.hpp"
+
+#include <umfpack.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <string>
+
+#include <mfs/error.hpp>
+
+namespace mfs::dae {
+namespace {
+
+/// A pivot below this part of its constraint's largest entry is rounding.
+constexpr double kRedundant = 1e-10;
+/// A choice has degraded when dependent coordinates move this many times more than they did at first.
+constexpr double kDegraded = 4.0;
+
+struct Controls {
+  Controls() {
+    umfpack_di_defaults(values);
+    values[UMFPACK_STRATEGY] = UMFPACK_STRATEGY_UNSYMMETRIC;  // pivots by size
+    values[UMFPACK_SCALE] = UMFPACK_SCALE_NONE;               // coordinates have scales of their own
+    values[UMFPACK_SINGLETONS] = 0;  // a coordinate of one constraint would be its pivot whatever its size
+    values[UMFPACK_PIVOT_TOLERANCE] = 0.5;
+  }
+  double values[UMFPACK_CONTROL];
+};
+
+void check(int status, const char* what) {
+  if (status == UMFPACK_OK || status == UMFPACK_WARNING_singular_matrix) return;
+  if (status == UMFPACK_ERROR_out_of_memory) throw OutOfMemory(MemorySpace::host, 0, 0);
+  throw BackendError("UMFPACK", status, std::string("coordinate partitioning: ") + what);
+}
+
+/// A matrix in compressed columns and its factors.
+class Lu {
+ public:
+  Lu(int rows, std::vector<int> starts, std::vector<int> index)
+      : rows_(rows),
+        columns_(static_cast<int>(starts.size()) - 1),
+        starts_(std::move(starts)),
+        index_(std::move(index)) {}
+  ~Lu() {
+    umfpack_di_free_numeric(&numeric_);
+    umfpack_di_free_symbolic(&symbolic_);
+  }
+  Lu(const Lu&) = delete;
+
+  void factor(std::vector<double> values) {
+    values_ = std::move(values);
+    umfpack_di_free_numeric(&numeric_);
+    // Where there are values, the analysis sees which entries are zero.
+    if (symbolic_ == nullptr)
+      check(umfpack_di_symbolic(rows_, columns_, starts_.data(), index_.data(), values_.data(), &symbolic_,
+                                controls_.values, nullptr),
+            "symbolic factorization");
+    const int status = umfpack_di_numeric(starts_.data(), index_.data(), values_.data(), symbolic_, &numeric_,
+                                          controls_.values, nullptr);
+    check(status, "factorization");
+    singular_ = status == UMFPACK_WARNING_singular_matrix;
+  }
+  bool singular() const { return singular_; }
+
+  struct Pivots {
+    std::vector<int> row, column;  ///< of the k-th pivot
+    std::vector<double> value;
+  };
+  Pivots pivots() const {
+    const auto count = static_cast<std::size_t>(std::min(rows_, columns_));
+    Pivots p{std::vector<int>(static_cast<std::size_t>(rows_)),
+             std::vector<int>(static_cast<std::size_t>(columns_)), std::vector<double>(count)};
+    check(umfpack_di_get_numeric(nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, p.row.data(),
+                                 p.column.data(), p.value.data(), nullptr, nullptr, numeric_),
+          "pivots");
+    p.row.resize(count);
+    p.column.resize(count);
+    return p;
+  }
+
+  /// Solves A^T x = b, A square.
+  std::vector<double> solve_transpose(const std::vector<double>& b) const {
+    std::vector<double> x(b.size());
+    check(umfpack_di_solve(UMFPACK_At, starts_.data(), index_.data(), values_.data(), x.data(), b.data(),
+                           numeric_, controls_.values, nullptr),
+          "solution");
+    return x;
+  }
+
+ private:
+  Controls controls_;
+  int rows_, columns_;
+  std::vector<int> starts_, index_;
+  std::vector<double> values_;
+  void *symbolic_ = nullptr, *numeric_ = nullptr;
+  bool singular_ = false;
+};
+
+/// Phi_q with columns in the coordinates' scales and rows of largest entry 1.
+std::vector<double> scaled(const Pattern& pattern, const std::vector<double>& values,
+                           const std::vector<double>& scale) {
+  std::vector<double> result(values.size());
+  for (int row = 0; row < pattern.rows; ++row) {
+    double most = 0.0;
+    for (int k = pattern.row_start[row]; k < pattern.row_start[row + 1]; ++k)
+      most = std::max(most, std::abs(result[k] = values[k] * scale[pattern.column[k]]));
+    if (most > 0.0)
+      for (int k = pattern.row_start[row]; k < pattern.row_start[row + 1]; ++k) result[k] /= most;
+  }
+  return result;
+}
+
+/// The rows of `pattern` in `kept`, with values.
+struct Rows {
+  std::vector<int> starts{0}, column;
+  std::vector<double> values;
+};
+Rows take_rows(const Pattern& pattern, const std::vector<double>& values, const std::vector<int>& kept) {
+  Rows rows;
+  for (const int row : kept) {
+    const int begin = pattern.row_start[row], end = pattern.row_start[row + 1];
+    rows.column.insert(rows.column.end(), pattern.column.begin() + begin, pattern.column.begin() + end);
+    rows.values.insert(rows.values.end(), values.begin() + begin, values.begin() + end);
+    rows.starts.push_back(static_cast<int>(rows.column.size()));
+  }
+  return rows;
+}
+
+/// +1 or -1, always the same for one pair of numbers (a step of splitmix64).
+double random_sign(std::uint64_t sample, std::uint64_t index) {
+  std::uint64_t z = (index + 1) * 0x9e3779b97f4a7c15ULL + sample;
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
+  return (z >> 63) != 0 ? 1.0 : -1.0;
+}
+
+}  // namespace
+
+std::vector<int> redundant_rows(const Pattern& pattern, const std::vector<double>& values,
+                                const std::vector<double>& scale) {
+  const std::vector<double> entries = scaled(pattern, values, scale);
+  std::vector<int> kept(static_cast<std::size_t>(pattern.rows)), redundant;
+  for (int row = 0; row < pattern.rows; ++row) kept[row] = row;
+  // Once a pivot is rounding, what is eliminated with it is none the better: look again without these rows.
+  while (!kept.empty()) {
+    Rows rows = take_rows(pattern, entries, kept);
+    Lu lu(pattern.columns, rows.starts, rows.column);
+    lu.factor(std::move(rows.values));
+    const Lu::Pivots pivots = lu.pivots();
+    std::vector<char> found(kept.size(), 1);  // more rows than columns: the rest has no pivot
+    for (std::size_t k = 0; k < pivots.value.size(); ++k)
+      found[pivots.column[k]] = std::abs(pivots.value[k]) < kRedundant ? 1 : 0;
+    std::vector<int> left;
+    for (std::size_t k = 0; k < kept.size(); ++k) (found[k] != 0 ? redundant : left).push_back(kept[k]);
+    if (left.size() == kept.size()) break;
+    kept = std::move(left);
+  }
+  std::sort(redundant.begin(), redundant.end());
+  return redundant;
+}
+
+class Partition::Impl {
+ public:
+  Impl(const Pattern& pattern, const std::vector<double>& values, std::vector<double> scale)
+      : pattern_(pattern), scale_(std::move(scale)), independent_(scale_.size(), 1) {
+    if (pattern.rows == 0) return;
+    Lu whole(pattern.columns, pattern.row_start, pattern.column);
+    whole.factor(scaled(pattern_, values, scale_));
+    for (const int row : whole.pivots().row) independent_[row] = 0;
+    make_dependent_block();
+    first_growth_ = std::max(growth(values), 1.0);
+  }
+
+  const std::vector<char>& independent() const { return independent_; }
+  bool degraded(const std::vector<double>& values) {
+    return pattern_.rows > 0 && growth(values) > kDegraded * first_growth_;
+  }
+
+ private:
+  // Phi_d^T in compressed columns is Phi_d by rows.
+  void make_dependent_block() {
+    std::vector<int> number(independent_.size(), -1);
+    int count = 0;
+    for (std::size_t i = 0; i < independent_.size(); ++i)
+      if (independent_[i] == 0) number[i] = count++;
+    std::vector<int> starts{0}, index;
+    for (int row = 0; row < pattern_.rows; ++row) {
+      for (int k = pattern_.row_start[row]; k < pattern_.row_start[row + 1]; ++k)
+        if (number[pattern_.column[k]] >= 0) {
+          index.push_back(number[pattern_.column[k]]);
+          entry_.push_back(k);
+        }
+      starts.push_back(static_cast<int>(index.size()));
+    }
+    dependent_ = std::make_unique<Lu>(count, std::move(starts), std::move(index));
+  }
+
+  double growth(const std::vector<double>& values) {
+    const std::vector<double> entries = scaled(pattern_, values, scale_);
+    std::vector<double> block;
+    for (const int k : entry_) block.push_back(entries[k]);
+    dependent_->factor(std::move(block));
+    if (dependent_->singular()) return std::numeric_limits<double>::infinity();
+    double most = 0.0;
+    for (std::uint64_t sample = 0; sample < 2; ++sample) {
+      std::vector<double> moved(static_cast<std::size_t>(pattern_.rows), 0.0);
+      for (int row = 0; row < pattern_.rows; ++row)
+        for (int k = pattern_.row_start[row]; k < pattern_.row_start[row + 1]; ++k) {
+          const int i = pattern_.column[k];
+          if (independent_[i] != 0)
+            moved[row] += entries[k] * random_sign(sample, static_cast<std::uint64_t>(i));
+        }
+      for (const double x : dependent_->solve_transpose(moved)) most = std::max(most, std::abs(x));
+    }
+    return most;
+  }
+
+  const Pattern& pattern_;
+  std::vector<double> scale_;
+  std::vector<char> independent_;
+  std::vector<int> entry_;  ///< of Phi_q, for each entry of the dependent block
+  std::unique_ptr<Lu> dependent_;
+  double first_growth_ = 1.0;
+};
+
+Partition::Partition(const Pattern& position_q, const std::vector<double>& values, std::vector<double> scale)
+    : impl_(std::make_unique<Impl>(position_q, values, std::move(scale))) {}
+Partition::~Partition() = default;
+Partition::Partition(Partition&&) noexcept = default;
+Partition& Partition::operator=(Partition&&) noexcept = default;
+
+const std::vector<char>& Partition::independent() const {
+  return impl_->independent();
+}
+bool Partition::degraded(const std::vector<double>& values) {
+  return impl_->degraded(values);
+}
+
+}  // namespace mfs::dae

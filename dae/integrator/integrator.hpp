@@ -36,7 +36,7 @@ enum class Method {
 /// Which unknowns Newton's method sees. The trajectory is the same.
 enum class Unknowns {
   full,     ///< [lambda, a, v, q], m + 3 n: the paper's
-  reduced,  ///< velocities and accelerations of independent coordinates are expressed by q: n + 3 m
+  reduced,  ///< q and v of independent coordinates are expressed by a: n + 3 m
 };
 
 struct IntegratorOptions {

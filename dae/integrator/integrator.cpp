@@ -1,0 +1,370 @@
+#include "dae/integrator/integrator.hpp"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include <mfs/error.hpp>
+
+#include "dae/integrator/bdf.hpp"
+#include "dae/integrator/formula.hpp"
+#include "dae/integrator/independent_constraints.hpp"
+#include "dae/integrator/initial_conditions.hpp"
+#include "dae/integrator/newton.hpp"
+#include "dae/integrator/partition.hpp"
+#include "dae/integrator/step_equations.hpp"
+
+namespace mfs::dae {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// After a search of Newton's method that failed, the step is multiplied by this (DASSL's).
+constexpr double kNewtonRejection = 0.25;
+/// Steps of which at most so many are left before an output are evened out to meet it.
+constexpr double kEvenedOut = 8.0;
+/// By how much the last of them may be longer than the error control asks for.
+constexpr double kStretch = 1.05;
+
+void check(bool good, const char* option, const std::string& what) {
+  if (!good) throw InvalidInput(option, what);
+}
+
+void check_options(const IntegratorOptions& o) {
+  check(o.rtol >= 0.0 && std::isfinite(o.rtol), "rtol", "must be zero or positive");
+  check(o.atol_position > 0.0, "atol_position", "must be positive");
+  check(o.atol_velocity > 0.0, "atol_velocity", "must be positive");
+  check(o.constraint_position > 0.0, "constraint_position", "must be positive");
+  check(o.constraint_velocity > 0.0, "constraint_velocity", "must be positive");
+  check(o.constraint_acceleration > 0.0, "constraint_acceleration", "must be positive");
+  check(o.max_order >= 1 && o.max_order <= Bdf::kMostOrder, "max_order", "must be 1 ... 5");
+  for (const auto& [name, value] : {std::pair<const char*, double>{"initial_step", o.initial_step},
+                                    {"max_step", o.max_step},
+                                    {"min_step", o.min_step},
+                                    {"fixed_step", o.fixed_step}})
+    check(value >= 0.0 && std::isfinite(value), name, "must be zero or positive");
+  check(o.rho_inf >= 0.0 && o.rho_inf <= 1.0, "rho_inf", "must be 0 ... 1");
+  check(o.method == Method::bdf || o.fixed_step > 0.0, "fixed_step", "generalized-alpha needs one");
+  check(o.newton_iterations >= 1, "newton_iterations", "must be at least 1");
+  check(o.krylov_steps >= 0, "krylov_steps", "must be zero or positive");
+  check(o.threads >= 0, "threads", "must be zero or positive");
+}
+
+void check_vector(const std::vector<double>& values, int n, const char* name) {
+  if (values.size() != static_cast<std::size_t>(n))
+    throw InvalidInput(name,
+                       std::to_string(values.size()) + " values for " + std::to_string(n) + " coordinates");
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (!std::isfinite(values[i]))
+      throw InvalidInput(name, "not a finite number", static_cast<std::int64_t>(i));
+}
+
+void check_times(double t0, double t_end, const std::vector<double>& outputs) {
+  check(std::isfinite(t0) && std::isfinite(t_end) && t_end > t0, "t_end", "must be finite and after t0");
+  double last = -std::numeric_limits<double>::infinity();
+  for (const double t : outputs) {
+    check(t >= t0 && t <= t_end, "outputs", "time " + std::to_string(t) + " is not within t0 ... t_end");
+    check(t > last, "outputs", "time " + std::to_string(t) + " does not come after the one before");
+    last = t;
+  }
+}
+
+std::string reason(const std::exception_ptr& thrown) {
+  try {
+    std::rethrow_exception(thrown);
+  } catch (const std::exception& e) {
+    return e.what();
+  } catch (...) {
+    return "an unknown exception";
+  }
+}
+
+/// What no shorter step can cure.
+void rethrow_if_final(const std::exception_ptr& thrown) {
+  try {
+    std::rethrow_exception(thrown);
+  } catch (const InvalidInput&) {
+    return;  // a NaN or Inf in the matrix, by too long a step
+  } catch (const SingularMatrix&) {
+    return;
+  } catch (const AccuracyNotReached&) {
+    return;
+  } catch (const Error&) {
+    throw;
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (...) {
+    return;
+  }
+}
+
+}  // namespace
+
+class Integrator::Impl {
+ public:
+  Impl(const ConstrainedSystem& system, IntegratorOptions options)
+      : given_(system), options_(std::move(options)) {
+    check_options(options_);
+    for (int i = 0; i < given_.coordinates(); ++i) scale_.push_back(given_.coordinate_scale(i));
+  }
+
+  State run(double t0, std::vector<double> q0, std::vector<double> v0, double t_end,
+            const std::vector<double>& outputs, Observer& observer) {
+    check_vector(q0, given_.coordinates(), "q0");
+    check_vector(v0, given_.coordinates(), "v0");
+    check_times(t0, t_end, outputs);
+    started_ = Clock::now();
+    observed_ = {};
+    report_ = {};
+    t_end_ = t_end;
+    start({t0, std::move(q0), std::move(v0), {}, {}});
+
+    std::size_t next_output = 0;
+    if (!outputs.empty() && outputs[0] == t0) {
+      tell([&] { observer.output(whole_state()); });
+      ++next_output;
+    }
+    while (state_.t < t_end_) {
+      const double target = next_output < outputs.size() ? outputs[next_output] : t_end_;
+      step(target, observer);
+      if (next_output < outputs.size() && state_.t == target) {
+        tell([&] { observer.output(whole_state()); });
+        ++next_output;
+      }
+    }
+    report_.time_total = elapsed();
+    return whole_state();
+  }
+
+  const IntegrationReport& report() const { return report_; }
+
+ private:
+  void start(State given) {
+    const auto gradient = constraint_gradient(given_, given.t, given.q);
+    const auto redundant = redundant_rows(given_.tangent_pattern()[Block::position_q], gradient, scale_);
+    filtered_.reset();
+    if (!redundant.empty()) filtered_.emplace(given_, redundant);
+    redundant_ = redundant;
+    system_ = filtered_ ? static_cast<const ConstrainedSystem*>(&*filtered_) : &given_;
+    for (const int row : redundant) report_.redundant.push_back(given_.constraint_name(row));
+
+    state_ = consistent_state(*system_, options_, std::move(given));
+    last_lambda_ = state_.lambda;
+    last_lambda_step_ = 0.0;
+    check_redundant();
+    report_.coordinates = system_->coordinates();
+    report_.constraints = system_->constraints();
+    choose_coordinates();
+    set_weights();
+    step_ = first_step();
+    formula_ = make_formula(options_);
+    formula_->start(state_, step_);
+  }
+
+  /// Independent coordinates, and all that depends on which they are.
+  void choose_coordinates() {
+    const bool bdf = options_.method == Method::bdf;
+    std::vector<char> independent(scale_.size(), 1);
+    newton_.reset();
+    equations_.reset();
+    if (bdf) {
+      const Pattern& pattern = system_->tangent_pattern()[Block::position_q];
+      partition_.emplace(pattern, constraint_gradient(*system_, state_.t, state_.q), scale_);
+      independent = partition_->independent();
+    }
+    equations_.emplace(*system_, options_.unknowns, bdf, independent, options_.threads);
+    newton_ = std::make_unique<Newton>(*equations_, options_, report_);
+    report_.unknowns = equations_->size();
+    report_.entries = static_cast<std::int64_t>(equations_->pattern().entries());
+    ++report_.partitions;
+  }
+
+  /// Error weights of [q, v] at the present state.
+  void set_weights() {
+    const std::size_t n = scale_.size();
+    weights_.resize(2 * n);
+    for (std::size_t i = 0; i < n; ++i) {
+      weights_[i] = options_.rtol * std::abs(state_.q[i]) + options_.atol_position * scale_[i];
+      weights_[n + i] = options_.rtol * std::abs(state_.v[i]) + options_.atol_velocity * scale_[i];
+    }
+  }
+
+  double first_step() const {
+    if (options_.initial_step > 0.0) return options_.initial_step;
+    if (options_.fixed_step > 0.0) return options_.fixed_step;
+    std::vector<double> rate = state_.v;
+    rate.insert(rate.end(), state_.a.begin(), state_.a.end());
+    return 1.0 / std::max(1e3 / (t_end_ - state_.t), 2.0 * weighted_rms(rate, weights_));
+  }
+
+  double smallest_step() const {
+    const double resolved =
+        16.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(state_.t), std::abs(t_end_));
+    return std::max(options_.min_step, resolved);
+  }
+
+  /// The step wanted, or a shorter one by which a whole number of steps meets `target`.
+  double planned(double wanted, double target) const {
+    if (options_.max_step > 0.0) wanted = std::min(wanted, options_.max_step);
+    if (options_.fixed_step > 0.0) wanted = std::min(wanted, options_.fixed_step);
+    const double left = target - state_.t, steps = left / wanted;
+    if (options_.fixed_step == 0.0 && steps > kEvenedOut) return wanted;
+    return left / std::max(1.0, std::ceil(steps / kStretch));
+  }
+
+  /// One accepted step on the way to `target`.
+  void step(double target, Observer& observer) {
+    const double began = elapsed();
+    const std::int64_t factorizations = report_.factorizations;
+    StepReport line;
+    State next;
+    int error_rejections = 0, search_failures = 0;
+    double h = planned(step_, target), wanted = step_;
+    for (;;) {
+      const bool last = h >= (target - state_.t) * (1.0 - 1e-12);
+      formula_->predict(h, relation_);
+      relation_.t = last ? target : state_.t + h;
+      const Newton::Outcome outcome = newton_->solve(relation_, extrapolated_multipliers(h), weights_, next);
+      line.newton_iterations += outcome.iterations;
+      if (outcome.converged) {
+        const double error = formula_->local_error(next, weights_);
+        if (options_.fixed_step > 0.0 || error <= 1.0) {
+          note(outcome, line);
+          break;
+        }
+        ++report_.error_rejections;
+        h = wanted = formula_->reject(++error_rejections);
+        give_up_below(h, "the local error is " + std::to_string(error) + " times what is allowed");
+      } else {
+        if (outcome.thrown) rethrow_if_final(outcome.thrown);
+        ++(outcome.thrown ? report_.solver_rejections : report_.newton_rejections);
+        h *= kNewtonRejection;
+        wanted = h;
+        give_up_below(h, outcome.thrown ? reason(outcome.thrown) : "Newton's method does not converge");
+        if (++search_failures == 2 && options_.method == Method::bdf) choose_coordinates();
+      }
+      ++line.rejections;
+      h = std::min(h, target - state_.t);
+    }
+    line.h = h;
+    line.order = formula_->order();
+    accept(std::move(next), h, wanted);
+    line.number = ++report_.steps;
+    line.t = state_.t;
+    line.factorizations = static_cast<int>(report_.factorizations - factorizations);
+    report_.newton_iterations += line.newton_iterations;
+    line.wall = elapsed() - began;
+    report_.time_total = elapsed();
+    tell([&] { observer.step(line, whole_state()); });
+  }
+
+  void note(const Newton::Outcome& outcome, StepReport& line) {
+    line.residual = outcome.residual;
+    for (int level = 0; level < 3; ++level) {
+      line.violation[level] = outcome.violation[level];
+      report_.violation[level] = std::max(report_.violation[level], outcome.violation[level]);
+    }
+  }
+
+  void give_up_below(double h, const std::string& why) const {
+    if (h >= smallest_step()) return;
+    throw Error("the step became too small (" + std::to_string(h) + " s) at t = " + std::to_string(state_.t) +
+                " s with order " + std::to_string(formula_->order()) + ": " + why);
+  }
+
+  void accept(State next, double h, double wanted) {
+    const double suited = formula_->accept(next, weights_);
+    // A step that was shortened to meet an output says nothing against the one that was wanted.
+    step_ = h < wanted && suited >= h ? std::max(wanted, suited) : suited;
+    last_lambda_ = std::exchange(state_, std::move(next)).lambda;
+    last_lambda_step_ = h;
+    set_weights();
+    check_redundant();
+    if (partition_ && partition_->degraded(constraint_gradient(*system_, state_.t, state_.q)))
+      choose_coordinates();
+  }
+
+  /// Multipliers at the end of a step of `h`, where Newton's method starts.
+  std::vector<double> extrapolated_multipliers(double h) const {
+    std::vector<double> lambda = state_.lambda;
+    if (last_lambda_step_ > 0.0)
+      for (std::size_t k = 0; k < lambda.size(); ++k)
+        lambda[k] += (lambda[k] - last_lambda_[k]) * h / last_lambda_step_;
+    return lambda;
+  }
+
+  void check_redundant() const {
+    if (!filtered_) return;
+    Residual residual = make_residual(*filtered_);
+    filtered_->evaluate(
+        StateView{state_.t, state_.q.data(), state_.v.data(), state_.a.data(), state_.lambda.data()},
+        residual);
+    // Only as exact as those that it follows from.
+    constexpr double kFactor = 100.0;
+    filtered_->check_redundant(state_.t, kFactor * options_.constraint_position,
+                               kFactor * options_.constraint_velocity,
+                               kFactor * options_.constraint_acceleration);
+  }
+
+  /// The state with multipliers of all constraints; those left out have none.
+  State whole_state() const {
+    if (redundant_.empty()) return state_;
+    State whole = state_;
+    for (const int row : redundant_) whole.lambda.insert(whole.lambda.begin() + row, 0.0);
+    return whole;
+  }
+
+  template <class Call>
+  void tell(const Call& call) {
+    const auto before = Clock::now();
+    call();
+    observed_ += Clock::now() - before;
+  }
+  double elapsed() const {
+    return std::chrono::duration<double>(Clock::now() - started_ - observed_).count();
+  }
+
+  const ConstrainedSystem& given_;
+  IntegratorOptions options_;
+  std::vector<double> scale_;
+  IntegrationReport report_;
+  Clock::time_point started_;
+  Clock::duration observed_{};
+
+  double t_end_ = 0.0;
+  std::vector<int> redundant_;
+  std::optional<IndependentConstraints> filtered_;
+  const ConstrainedSystem* system_ = nullptr;  ///< the one given, or the filtered one
+  std::optional<Partition> partition_;
+  std::optional<StepEquations> equations_;
+  std::unique_ptr<Newton> newton_;
+  std::unique_ptr<Formula> formula_;
+
+  State state_;
+  StepRelation relation_;
+  std::vector<double> weights_;  ///< of [q, v]
+  std::vector<double> last_lambda_;
+  double last_lambda_step_ = 0.0;
+  double step_ = 0.0;  ///< wanted next
+};
+
+Integrator::Integrator(const ConstrainedSystem& system, IntegratorOptions options)
+    : impl_(std::make_unique<Impl>(system, std::move(options))) {}
+Integrator::~Integrator() = default;
+Integrator::Integrator(Integrator&&) noexcept = default;
+
+State Integrator::run(double t0, std::vector<double> q0, std::vector<double> v0, double t_end,
+                      const std::vector<double>& outputs, Observer& observer) {
+  return impl_->run(t0, std::move(q0), std::move(v0), t_end, outputs, observer);
+}
+
+const IntegrationReport& Integrator::report() const {
+  return impl_->report();
+}
+
+}  // namespace mfs::dae

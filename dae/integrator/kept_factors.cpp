@@ -1,0 +1,233 @@
+#include "dae/integrator/kept_factors.hpp"
+
+#include <Thyra_MFS_Stratimikos.hpp>
+
+#include <chrono>
+#include <string>
+#include <utility>
+
+#include <Thyra_DefaultInverseLinearOp.hpp>
+#include <Thyra_DefaultPreconditioner.hpp>
+#include <Thyra_LinearOpWithSolveFactoryHelpers.hpp>
+#include <Tpetra_CrsMatrix.hpp>
+
+namespace mfs::dae {
+namespace {
+
+using Teuchos::Ptr;
+using Teuchos::RCP;
+using Teuchos::rcp;
+using Factory = Thyra::LinearOpWithSolveFactoryBase<double>;
+using Source = Thyra::LinearOpSourceBase<double>;
+using Vectors = Thyra::MultiVectorBase<double>;
+using Matrix = Tpetra::CrsMatrix<double>;
+using MfsSolver = Amesos2::MFS<Matrix, Tpetra::MultiVector<double>>;
+
+/// Relative residual at which FGMRES stops. Rows of H differ in unit and size, so it has to be small.
+constexpr double kKrylovTolerance = 1e-8;
+/// A pass over the factors moves an entry of 8 bytes in the time of this many flops of a factorization: host
+/// and device have some 10 flops per byte, of which a factorization reaches a quarter.
+constexpr double kFlopsPerEntry = 20.0;
+
+/// FGMRES is not begun where fewer steps are worth a factorization.
+constexpr double kFewSteps = 3.0;
+
+std::string name(Backend backend) {
+  return backend == Backend::serial ? "serial" : backend == Backend::openmp ? "openmp" : "cuda";
+}
+
+RCP<Factory> make_strategy(const std::string& type, const Teuchos::ParameterList& parameters) {
+  Stratimikos::DefaultLinearSolverBuilder builder;
+  Thyra::enableMFS(builder);
+  const auto list = Teuchos::parameterList();
+  list->set("Linear Solver Type", type);
+  list->set("Preconditioner Type", "None");
+  list->sublist("Linear Solver Types").sublist(type).setParameters(parameters);
+  builder.setParameterList(list);
+  return builder.createLinearSolveStrategy("");
+}
+
+RCP<Factory> make_mfs(const IntegratorOptions& options) {
+  Teuchos::ParameterList parameters;
+  parameters.set("Backend", name(options.backend));
+  parameters.set("Threads", options.threads);
+  return make_strategy("MFS", parameters);
+}
+
+RCP<Factory> make_fgmres(const IntegratorOptions& options) {
+  Teuchos::ParameterList parameters;
+  parameters.set("Solver Type", "Block GMRES");
+  auto& gmres = parameters.sublist("Solver Types").sublist("Block GMRES");
+  gmres.set("Flexible Gmres", true);
+  gmres.set("Maximum Iterations", options.krylov_steps);
+  gmres.set("Num Blocks", options.krylov_steps);
+  gmres.set("Convergence Tolerance", kKrylovTolerance);
+  gmres.set("Verbosity", 0);
+  parameters.sublist("VerboseObject").set("Verbosity Level", "none");
+  return make_strategy("Belos", parameters);
+}
+
+class KeptSolve : public Thyra::LinearOpWithSolveBase<double> {
+ public:
+  KeptSolve(RCP<const Factory> direct, RCP<const Factory> krylov, LinearSolves& solves)
+      : direct_(std::move(direct)),
+        krylov_(std::move(krylov)),
+        factors_(direct_->createOp()),
+        solves_(solves) {}
+
+  void take(const RCP<const Source>& source) {
+    source_ = source;
+    if (!solves_.new_matrix) return;
+    solves_.new_matrix = false;
+    iterating_ = solves_.factored && !solves_.factor_next && krylov_spent_ + kFewSteps < krylov_budget_;
+    if (iterating_) {
+      const auto preconditioner = Thyra::unspecifiedPrec<double>(Thyra::inverse<double>(factors_));
+      iterative_ = krylov_->createOp();
+      krylov_->initializePreconditionedOp(source_, preconditioner, iterative_.get());
+    } else {
+      factor();
+    }
+  }
+  RCP<const Source> source() const { return source_; }
+  void release() { source_ = Teuchos::null; }
+
+  RCP<const Thyra::VectorSpaceBase<double>> range() const override {
+    return source_.is_null() ? Teuchos::null : source_->getOp()->range();
+  }
+  RCP<const Thyra::VectorSpaceBase<double>> domain() const override {
+    return source_.is_null() ? Teuchos::null : source_->getOp()->domain();
+  }
+
+ protected:
+  bool opSupportedImpl(Thyra::EOpTransp transpose) const override {
+    return Thyra::opSupported(*source_->getOp(), transpose);
+  }
+  void applyImpl(const Thyra::EOpTransp transpose, const Vectors& x, const Ptr<Vectors>& y,
+                 const double alpha, const double beta) const override {
+    source_->getOp()->apply(transpose, x, y, alpha, beta);
+  }
+  bool solveSupportsImpl(Thyra::EOpTransp transpose) const override { return transpose == Thyra::NOTRANS; }
+  bool solveSupportsSolveMeasureTypeImpl(Thyra::EOpTransp transpose,
+                                         const Thyra::SolveMeasureType&) const override {
+    return transpose == Thyra::NOTRANS;
+  }
+  Thyra::SolveStatus<double> solveImpl(
+      const Thyra::EOpTransp transpose, const Vectors& b, const Ptr<Vectors>& x,
+      const Ptr<const Thyra::SolveCriteria<double>> /*criteria*/) const override {
+    if (iterating_ && !iterate(b, x)) {
+      iterating_ = false;
+      factor();
+    }
+    if (!iterating_)
+      noting_failure([&] { timed(solves_.time_solve, [&] { factors_->solve(transpose, b, x); }); });
+    if (!solves_.scale.is_null()) Thyra::ele_wise_scale(*solves_.scale, x->col(0).ptr());
+    Thyra::SolveStatus<double> status;
+    status.solveStatus = Thyra::SOLVE_STATUS_CONVERGED;
+    return status;
+  }
+
+ private:
+  template <class Work>
+  void noting_failure(const Work& work) const {
+    try {
+      work();
+    } catch (...) {
+      solves_.failure = std::current_exception();
+      throw;
+    }
+  }
+  template <class Work>
+  static void timed(double& seconds, const Work& work) {
+    const double start = now();
+    work();
+    seconds += now() - start;
+  }
+
+  void factor() const {
+    solves_.factored = false;
+    double seconds = 0.0;
+    noting_failure([&] { timed(seconds, [&] { direct_->initializeOp(source_, factors_.get()); }); });
+    solves_.factored = true;
+    ++solves_.factorizations;
+    krylov_spent_ = 0;
+    const auto& solver =
+        dynamic_cast<Thyra::Amesos2LinearOpWithSolve<double>&>(*factors_).get_amesos2Solver();
+    const Report& report = dynamic_cast<const MfsSolver&>(*solver).report();
+    const int analyses = solver->getStatus().getNumSymbolicFact();
+    const double analysis = analyses > analyses_ ? report.time_order + report.time_symbolic : 0.0;
+    solves_.analyses += analyses - analyses_;
+    analyses_ = analyses;
+    solves_.time_analysis += analysis;
+    solves_.time_factor += seconds - analysis;
+    solves_.bytes = report.bytes_used;
+    krylov_budget_ = report.flops.total() / (kFlopsPerEntry * static_cast<double>(report.nnz_factor));
+  }
+
+  bool iterate(const Vectors& b, const Ptr<Vectors>& x) const {
+    Thyra::assign(x, 0.0);
+    Thyra::SolveStatus<double> status;
+    noting_failure(
+        [&] { timed(solves_.time_solve, [&] { status = iterative_->solve(Thyra::NOTRANS, b, x); }); });
+    ++solves_.krylov_solves;
+    krylov_spent_ += status.extraParameters->get<int>("Iteration Count");
+    return status.solveStatus == Thyra::SOLVE_STATUS_CONVERGED;
+  }
+
+  RCP<const Factory> direct_, krylov_;
+  RCP<Thyra::LinearOpWithSolveBase<double>> factors_, iterative_;
+  LinearSolves& solves_;
+  RCP<const Source> source_;
+  // A solve is const for Thyra, but it may have to factor.
+  mutable bool iterating_ = false;
+  mutable int analyses_ = 0;
+  mutable double krylov_spent_ = 0, krylov_budget_ = 0;  ///< steps since, and worth, a factorization
+};
+
+class KeptFactorsFactory : public Factory {
+ public:
+  KeptFactorsFactory(const IntegratorOptions& options, LinearSolves& solves)
+      : direct_(make_mfs(options)), krylov_(make_fgmres(options)), solves_(solves) {}
+
+  bool isCompatible(const Source& source) const override { return direct_->isCompatible(source); }
+  RCP<Thyra::LinearOpWithSolveBase<double>> createOp() const override {
+    return rcp(new KeptSolve(direct_, krylov_, solves_));
+  }
+  void initializeOp(const RCP<const Source>& source, Thyra::LinearOpWithSolveBase<double>* op,
+                    const Thyra::ESupportSolveUse /*use*/) const override {
+    Teuchos::dyn_cast<KeptSolve>(*op).take(source);
+  }
+  void uninitializeOp(Thyra::LinearOpWithSolveBase<double>* op, RCP<const Source>* source,
+                      RCP<const Thyra::PreconditionerBase<double>>* preconditioner,
+                      RCP<const Source>* approximate, Thyra::ESupportSolveUse* use) const override {
+    KeptSolve& kept = Teuchos::dyn_cast<KeptSolve>(*op);
+    if (source != nullptr) *source = kept.source();
+    kept.release();
+    if (preconditioner != nullptr) *preconditioner = Teuchos::null;
+    if (approximate != nullptr) *approximate = Teuchos::null;
+    if (use != nullptr) *use = Thyra::SUPPORT_SOLVE_UNSPECIFIED;
+  }
+
+  // It has no parameters of its own.
+  void setParameterList(const RCP<Teuchos::ParameterList>& list) override { parameters_ = list; }
+  RCP<Teuchos::ParameterList> getNonconstParameterList() override { return parameters_; }
+  RCP<Teuchos::ParameterList> unsetParameterList() override {
+    return std::exchange(parameters_, Teuchos::null);
+  }
+
+ private:
+  RCP<const Factory> direct_, krylov_;
+  LinearSolves& solves_;
+  RCP<Teuchos::ParameterList> parameters_;
+};
+
+}  // namespace
+
+double now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+RCP<Factory> make_kept_factors(const IntegratorOptions& options, LinearSolves& solves) {
+  return rcp(new KeptFactorsFactory(options, solves));
+}
+
+}  // namespace mfs::dae

@@ -1,0 +1,41 @@
+// A linear solver strategy for Newton's method that keeps a factorization as long as it pays (modified
+// Newton). It stands between NOX and the strategy that factors: NOX announces a matrix before every
+// iteration; as long as that is the matrix it knows, nothing is done. A new matrix is solved by FGMRES with
+// the factors of an older one as preconditioner, until the steps spent so would have paid a new
+// factorization, or until FGMRES has not converged in the few steps it may take: then it is factored.
+#pragma once
+
+#include <cstdint>
+#include <exception>
+
+#include <Thyra_LinearOpWithSolveFactoryBase.hpp>
+
+#include <mfs/report.hpp>
+
+#include "dae/integrator/integrator.hpp"
+
+namespace mfs::dae {
+
+/// What Newton's method and its linear solver tell each other.
+struct LinearSolves {
+  // Told by Newton's method.
+  bool new_matrix = false;  ///< the matrix has got new values; set back when they are taken
+  bool factor_next = true;  ///< a new matrix is not to be solved by FGMRES
+  /// Every solution is multiplied by this, entry by entry; null: not.
+  Teuchos::RCP<const Thyra::VectorBase<double>> scale;
+  // Told by the solver.
+  bool factored = false;       ///< there are factors of some matrix
+  std::exception_ptr failure;  ///< what a factorization or a solve threw last
+  std::int64_t factorizations = 0, analyses = 0, krylov_solves = 0;
+  std::int64_t bytes = 0;
+  double time_analysis = 0, time_factor = 0, time_solve = 0;  ///< s
+};
+
+/// `solves` is shared with Newton's method and has to live as long.
+Teuchos::RCP<Thyra::LinearOpWithSolveFactoryBase<double>> make_kept_factors(const IntegratorOptions& options,
+                                                                            LinearSolves& solves);
+
+/// Seconds from some start.
+double now();
+
+}  // namespace mfs::dae

@@ -1,0 +1,392 @@
+#include "dae/integrator/newton.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <utility>
+
+#include <NOX.H>
+#include <NOX_Thyra.H>
+#include <Teuchos_DefaultSerialComm.hpp>
+#include <Thyra_StateFuncModelEvaluatorBase.hpp>
+#include <Thyra_TpetraThyraWrappers.hpp>
+#include <Tpetra_Core.hpp>
+#include <Tpetra_CrsMatrix.hpp>
+
+#include "dae/integrator/kept_factors.hpp"
+
+namespace mfs::dae {
+namespace {
+
+using Teuchos::RCP;
+using Teuchos::rcp;
+using Matrix = Tpetra::CrsMatrix<double>;
+using Vector = Tpetra::Vector<double>;
+using Map = Tpetra::Map<>;
+using Evaluator = Thyra::ModelEvaluatorBase;
+using Convert = Thyra::TpetraOperatorVectorExtraction<double>;
+
+/// Corrections have to shrink at least by this factor each, or the search ends without success (DASSL's 0.9).
+constexpr double kDivergence = 0.9;
+/// Above this factor a new Jacobian is worth its price.
+constexpr double kSlow = 0.3;
+/// What may be left of the correction, in units of the local error allowed.
+constexpr double kTolerance = 0.1;
+/// Left-over over last correction, before a rate has been seen: the first correction alone ends the search
+/// only where it is far below the tolerance.
+constexpr double kUnknownRate = 20.0;
+/// The least that is assumed to be left by a kept matrix after the first correction.
+constexpr double kLeastLeftOver = 0.1;
+/// rate_a / rate_a of the kept matrix. Between the first two the matrix is kept, between the others its
+/// factors still are a preconditioner.
+constexpr double kKeptRates[] = {0.6, 1.7}, kRelatedRates[] = {0.25, 4.0};
+
+/// A program that has not started Tpetra gets it started for one process.
+void start_tpetra() {
+  if (Tpetra::isInitialized()) return;
+  static int argc = 0;
+  static char** argv = nullptr;
+  const RCP<const Teuchos::Comm<int>> comm = rcp(new Teuchos::SerialComm<int>());
+  Tpetra::initialize(&argc, &argv, comm);
+  std::atexit([] {
+    if (Tpetra::isInitialized()) Tpetra::finalize();
+  });
+}
+
+RCP<Matrix> make_matrix(const Pattern& pattern) {
+  start_tpetra();
+  const RCP<const Teuchos::Comm<int>> comm = rcp(new Teuchos::SerialComm<int>());
+  const auto map = rcp(new Map(static_cast<Tpetra::global_size_t>(pattern.rows), 0, comm));
+  const auto offsets = Teuchos::arcp<std::size_t>(static_cast<Teuchos::Ordinal>(pattern.row_start.size()));
+  const auto columns = Teuchos::arcp<int>(static_cast<Teuchos::Ordinal>(pattern.entries()));
+  auto values = Teuchos::arcp<double>(static_cast<Teuchos::Ordinal>(pattern.entries()));
+  std::copy(pattern.row_start.begin(), pattern.row_start.end(), offsets.begin());
+  std::copy(pattern.column.begin(), pattern.column.end(), columns.begin());
+  std::fill(values.begin(), values.end(), 0.0);
+  const auto matrix = rcp(new Matrix(map, map, offsets, columns, values));
+  matrix->fillComplete(map, map);
+  return matrix;
+}
+
+/// The problem that NOX sees, at one time.
+class StepModel : public Thyra::StateFuncModelEvaluatorBase<double> {
+ public:
+  StepModel(const StepEquations& equations, RCP<const Thyra::LinearOpWithSolveFactoryBase<double>> solver,
+            LinearSolves& solves, IntegrationReport& report)
+      : equations_(equations),
+        matrix_(make_matrix(equations.pattern())),
+        space_(Thyra::createVectorSpace<double>(matrix_->getRowMap())),
+        solver_(std::move(solver)),
+        solves_(solves),
+        report_(report) {}
+
+  void set_relation(const StepRelation& relation) { relation_ = &relation; }
+  /// The next Jacobian that NOX asks for is evaluated; otherwise the old one stays.
+  void want_jacobian() { wanted_ = true; }
+  double matrix_rate() const { return matrix_rate_; }
+
+  RCP<Thyra::VectorBase<double>> make_vector() const {
+    const auto x = Thyra::createMember(space_);
+    Thyra::assign(x.ptr(), 0.0);
+    return x;
+  }
+  RCP<Thyra::VectorBase<double>> predicted(const std::vector<double>& lambda) const {
+    const auto x = make_vector();
+    equations_.pack(*relation_, lambda, Convert::getTpetraVector(x)->getDataNonConst().getRawPtr());
+    return x;
+  }
+  RCP<const Thyra::VectorBase<double>> correction_scale(double ratio) const {
+    const auto scale = make_vector();
+    equations_.scale_corrections(ratio, Convert::getTpetraVector(scale)->getDataNonConst().getRawPtr());
+    return scale;
+  }
+  void unpack(const Thyra::VectorBase<double>& x, State& state) const {
+    equations_.unpack(Convert::getConstTpetraVector(Teuchos::rcpFromRef(x))->getData().getRawPtr(),
+                      *relation_, state);
+  }
+
+  RCP<const Thyra::VectorSpaceBase<double>> get_x_space() const override { return space_; }
+  RCP<const Thyra::VectorSpaceBase<double>> get_f_space() const override { return space_; }
+  RCP<const Thyra::LinearOpWithSolveFactoryBase<double>> get_W_factory() const override { return solver_; }
+  RCP<Thyra::LinearOpBase<double>> create_W_op() const override {
+    const RCP<Tpetra::Operator<double>> jacobian = matrix_;
+    return Thyra::createLinearOp(jacobian, space_, space_);
+  }
+  Evaluator::InArgs<double> createInArgs() const override {
+    Evaluator::InArgsSetup<double> arguments;
+    arguments.setModelEvalDescription("step");
+    arguments.setSupports(Evaluator::IN_ARG_x);
+    return arguments;
+  }
+  Evaluator::InArgs<double> getNominalValues() const override {
+    auto arguments = createInArgs();
+    arguments.set_x(make_vector());
+    return arguments;
+  }
+
+ private:
+  Evaluator::OutArgs<double> createOutArgsImpl() const override {
+    Evaluator::OutArgsSetup<double> arguments;
+    arguments.setModelEvalDescription("step");
+    arguments.setSupports(Evaluator::OUT_ARG_f);
+    arguments.setSupports(Evaluator::OUT_ARG_W_op);
+    return arguments;
+  }
+
+  void evalModelImpl(const Evaluator::InArgs<double>& in,
+                     const Evaluator::OutArgs<double>& out) const override {
+    const bool jacobian = !out.get_W_op().is_null() && wanted_;
+    if (out.get_f().is_null() && !jacobian) return;
+    const double start = now();
+    try {
+      unpack(*in.get_x(), state_);
+      if (!out.get_f().is_null())
+        equations_.residual(state_, *relation_,
+                            Convert::getTpetraVector(out.get_f())->getDataNonConst().getRawPtr());
+      if (jacobian) {
+        equations_.jacobian(state_, *relation_, matrix_->getLocalMatrixHost().values.data());
+        matrix_rate_ = relation_->rate_a;
+        wanted_ = false;
+        solves_.new_matrix = true;
+        solves_.scale = Teuchos::null;
+        ++report_.jacobians;
+      }
+    } catch (...) {
+      solves_.failure = std::current_exception();
+      throw;
+    }
+    report_.time_assembly += now() - start;
+  }
+
+  const StepEquations& equations_;
+  RCP<Matrix> matrix_;
+  RCP<const Thyra::VectorSpaceBase<double>> space_;
+  RCP<const Thyra::LinearOpWithSolveFactoryBase<double>> solver_;
+  LinearSolves& solves_;
+  IntegrationReport& report_;
+  const StepRelation* relation_ = nullptr;
+  // Evaluation is const for Thyra.
+  mutable State state_;
+  mutable bool wanted_ = true;
+  mutable double matrix_rate_ = 0.0;
+};
+
+/// Ends the search, or asks for a new Jacobian.
+class NewtonTest : public NOX::StatusTest::Generic {
+ public:
+  NewtonTest(const StepEquations& equations, StepModel& model, const IntegratorOptions& options)
+      : equations_(equations), model_(model), options_(options) {}
+
+  /// Before a search. `fresh`: with a new Jacobian; otherwise corrections by the kept one are expected to
+  /// shrink by `rate`, if not more slowly.
+  void start(const std::vector<double>& weights, bool fresh, double rate) {
+    weights_ = &weights;
+    // What was seen in an earlier step says less the older the matrix gets.
+    left_over_ = fresh ? kUnknownRate : std::max({2.0 * left_over_, rate / (1.0 - rate), kLeastLeftOver});
+    since_jacobian_ = 0;
+  }
+
+  NOX::StatusTest::StatusType checkStatus(const NOX::Solver::Generic& solver,
+                                          NOX::StatusTest::CheckType /*type*/) override {
+    const auto& group = solver.getSolutionGroup();
+    const bool first = solver.getNumIterations() == 0;
+    status_ = NOX::StatusTest::Unconverged;
+    if (!measure(group, first)) return status_ = NOX::StatusTest::Failed;
+    if (first) return status_;
+    ++since_jacobian_;
+    if (!judge_rate()) return status_ = NOX::StatusTest::Failed;
+    if (left_over_ * correction_ <= kTolerance && constraints_hold())
+      return status_ = NOX::StatusTest::Converged;
+    if (solver.getNumIterations() >= options_.newton_iterations) return status_ = NOX::StatusTest::Failed;
+    if (!options_.keep_factors || (since_jacobian_ > 1 && rate_ > kSlow)) {
+      model_.want_jacobian();
+      since_jacobian_ = 0;
+    }
+    return status_;
+  }
+  NOX::StatusTest::StatusType getStatus() const override { return status_; }
+  std::ostream& print(std::ostream& stream, int /*indent*/) const override { return stream; }
+
+  double residual() const { return residual_; }
+  const std::array<double, 3>& violation() const { return violation_; }
+
+ private:
+  /// False: something is not a number.
+  bool measure(const NOX::Abstract::Group& group, bool first) {
+    const auto& x = dynamic_cast<const NOX::Thyra::Vector&>(group.getX()).getThyraVector();
+    const auto& f = dynamic_cast<const NOX::Thyra::Vector&>(group.getF()).getThyraVector();
+    model_.unpack(x, state_);
+    y_.swap(old_y_);
+    y_ = state_.q;
+    y_.insert(y_.end(), state_.v.begin(), state_.v.end());
+    const auto h = Convert::getConstTpetraVector(Teuchos::rcpFromRef(f))->getData();
+    const auto largest = [&](int begin, int end) {
+      double most = 0.0;
+      bool finite = true;
+      for (int i = begin; i < end; ++i) {
+        most = std::max(most, std::abs(h[i]));
+        finite = finite && std::isfinite(h[i]);
+      }
+      return finite ? most : HUGE_VAL;
+    };
+    residual_ = largest(0, equations_.size());
+    const int m = static_cast<int>(state_.lambda.size());
+    for (int level = 0; level < equations_.levels(); ++level) {
+      const int row = equations_.first_constraint() + level * m;
+      violation_[level] = largest(row, row + m);
+    }
+    if (first) return std::isfinite(residual_);
+    for (std::size_t i = 0; i < y_.size(); ++i) old_y_[i] = y_[i] - old_y_[i];
+    last_correction_ = correction_;
+    correction_ = weighted_rms(old_y_, *weights_);
+    return std::isfinite(residual_) && std::isfinite(correction_);
+  }
+
+  /// False: corrections do not shrink.
+  bool judge_rate() {
+    rate_ = 0.0;
+    if (since_jacobian_ < 2 || last_correction_ == 0.0) return true;
+    rate_ = correction_ / last_correction_;
+    // Corrections near rounding say nothing about the rate.
+    if (correction_ < 1e-3 * kTolerance) return true;
+    left_over_ = rate_ < kDivergence ? rate_ / (1.0 - rate_) : kUnknownRate;
+    return rate_ < kDivergence;
+  }
+
+  bool constraints_hold() const {
+    const double bounds[] = {options_.constraint_position, options_.constraint_velocity,
+                             options_.constraint_acceleration};
+    for (int level = 0; level < equations_.levels(); ++level)
+      if (violation_[level] > bounds[level]) return false;
+    return true;
+  }
+
+  const StepEquations& equations_;
+  StepModel& model_;
+  const IntegratorOptions& options_;
+  const std::vector<double>* weights_ = nullptr;
+  State state_;
+  std::vector<double> y_, old_y_;
+  NOX::StatusTest::StatusType status_ = NOX::StatusTest::Unevaluated;
+  int since_jacobian_ = 0;  ///< corrections by the present Jacobian, in this search
+  double correction_ = 0.0, last_correction_ = 0.0, rate_ = 0.0, left_over_ = kUnknownRate;
+  double residual_ = 0.0;
+  std::array<double, 3> violation_{};
+};
+
+RCP<Teuchos::ParameterList> newton_parameters() {
+  const auto parameters = Teuchos::parameterList();
+  parameters->set("Nonlinear Solver", "Line Search Based");
+  parameters->sublist("Direction").set("Method", "Newton");
+  parameters->sublist("Line Search").set("Method", "Full Step");
+  parameters->sublist("Printing").set("Output Information", 0);
+  parameters->sublist("Solver Options").set("Status Test Check Type", "Complete");
+  parameters->set("Catch Throws During Solve", true);
+  return parameters;
+}
+
+}  // namespace
+
+class Newton::Impl {
+ public:
+  Impl(const StepEquations& equations, const IntegratorOptions& options, IntegrationReport& report)
+      : options_(options),
+        report_(report),
+        model_(rcp(new StepModel(equations, make_kept_factors(options, solves_), solves_, report))),
+        test_(rcp(new NewtonTest(equations, *model_, options))) {}
+
+  Outcome solve(const StepRelation& relation, const std::vector<double>& lambda,
+                const std::vector<double>& weights, State& state) {
+    model_->set_relation(relation);
+    const bool fresh = choose_matrix(relation);
+    Outcome outcome;
+    bool converged = search(lambda, weights, fresh, outcome);
+    if (!converged && !(fresh && solves_.factor_next)) {
+      model_->want_jacobian();
+      solves_.factor_next = true;
+      converged = search(lambda, weights, true, outcome);
+    }
+    outcome.converged = converged;
+    if (converged)
+      model_->unpack(
+          dynamic_cast<const NOX::Thyra::Vector&>(solver_->getSolutionGroup().getX()).getThyraVector(),
+          state);
+    account();
+    return outcome;
+  }
+
+ private:
+  /// Whether the search begins with a new Jacobian; says what may be done with it.
+  bool choose_matrix(const StepRelation& relation) {
+    const double ratio = relation.rate_a / model_->matrix_rate();
+    const bool known = solves_.factored && options_.keep_factors;
+    solves_.factor_next =
+        !known || options_.krylov_steps == 0 || ratio < kRelatedRates[0] || ratio > kRelatedRates[1];
+    const bool fresh = !known || ratio < kKeptRates[0] || ratio > kKeptRates[1];
+    solves_.scale = !fresh && ratio != 1.0 ? model_->correction_scale(ratio) : Teuchos::null;
+    expected_rate_ = std::abs(ratio - 1.0) / (ratio + 1.0);
+    if (fresh) model_->want_jacobian();
+    return fresh;
+  }
+
+  bool search(const std::vector<double>& lambda, const std::vector<double>& weights, bool fresh,
+              Outcome& outcome) {
+    solves_.failure = nullptr;
+    test_->start(weights, fresh, expected_rate_);
+    const NOX::Thyra::Vector start(model_->predicted(lambda));
+    auto status = NOX::StatusTest::Failed;
+    int iterations = 0;
+    try {
+      if (solver_.is_null())
+        solver_ =
+            NOX::Solver::buildSolver(rcp(new NOX::Thyra::Group(start, model_)), test_, newton_parameters());
+      else
+        solver_->reset(start);
+      status = solver_->solve();
+      iterations = solver_->getNumIterations();
+    } catch (const std::exception&) {
+      // NOX catches what iterations throw, but not what the first residual does.
+      if (solves_.failure == nullptr) throw;
+    }
+    outcome.iterations += iterations;
+    outcome.thrown = solves_.failure;
+    outcome.residual = test_->residual();
+    std::copy(test_->violation().begin(), test_->violation().end(), outcome.violation);
+    return status == NOX::StatusTest::Converged;
+  }
+
+  /// Adds what the linear solver has done since the last time to the report.
+  void account() {
+    const auto add = [](auto& sum, auto value, auto& accounted) {
+      sum += value - accounted;
+      accounted = value;
+    };
+    add(report_.factorizations, solves_.factorizations, accounted_.factorizations);
+    add(report_.analyses, solves_.analyses, accounted_.analyses);
+    add(report_.krylov_solves, solves_.krylov_solves, accounted_.krylov_solves);
+    add(report_.time_analysis, solves_.time_analysis, accounted_.time_analysis);
+    add(report_.time_factor, solves_.time_factor, accounted_.time_factor);
+    add(report_.time_solve, solves_.time_solve, accounted_.time_solve);
+    report_.bytes_solver = std::max(report_.bytes_solver, solves_.bytes);
+  }
+
+  const IntegratorOptions& options_;
+  IntegrationReport& report_;
+  LinearSolves solves_, accounted_;
+  double expected_rate_ = 0.0;  ///< at which corrections by a kept matrix shrink, because of the step alone
+  RCP<StepModel> model_;
+  RCP<NewtonTest> test_;
+  RCP<NOX::Solver::Generic> solver_;
+};
+
+Newton::Newton(const StepEquations& equations, const IntegratorOptions& options, IntegrationReport& report)
+    : impl_(std::make_unique<Impl>(equations, options, report)) {}
+Newton::~Newton() = default;
+
+Newton::Outcome Newton::solve(const StepRelation& relation, const std::vector<double>& lambda,
+                              const std::vector<double>& weights, State& state) {
+  return impl_->solve(relation, lambda, weights, state);
+}
+
+}  // namespace mfs::dae

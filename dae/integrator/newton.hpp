@@ -1,0 +1,44 @@
+// Newton's method for the equations of a step: NOX, with MFS for its linear systems.
+//
+// An iteration ends the search when what is left of the correction, by the rate at which corrections have
+// shrunk so far, is a third of what the user's tolerances allow, and the constraints hold to their own
+// tolerances. When corrections shrink too slowly the Jacobian is evaluated anew; when they do not shrink, or
+// anything throws, the search starts again from the prediction with a fresh factorization; if that was one
+// already, it has failed and the step has to be shorter.
+#pragma once
+
+#include <exception>
+#include <memory>
+#include <vector>
+
+#include "dae/integrator/formula.hpp"
+#include "dae/integrator/integrator.hpp"
+#include "dae/integrator/step_equations.hpp"
+
+namespace mfs::dae {
+
+class Newton {
+ public:
+  struct Outcome {
+    bool converged = false;
+    std::exception_ptr thrown;  ///< by the system or the linear solver, in the last search
+    int iterations = 0;         ///< of all searches
+    double residual = 0.0;      ///< largest |H_i|
+    double violation[3] = {};   ///< largest constraint residuals, by level
+  };
+
+  /// `equations` and `report`, whose counters and times grow, have to live as long.
+  Newton(const StepEquations& equations, const IntegratorOptions& options, IntegrationReport& report);
+  ~Newton();
+
+  /// Solves for the new time. `lambda` is where multipliers start, `weights` belong to [q, v]. Where it does
+  /// not converge, `state` is not the solution of anything.
+  Outcome solve(const StepRelation& relation, const std::vector<double>& lambda,
+                const std::vector<double>& weights, State& state);
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace mfs::dae

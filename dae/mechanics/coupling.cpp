@@ -39,17 +39,19 @@ struct Coupling::Incidence {
   }
 };
 
-Coupling::Coupling(const Groups& groups, std::vector<bool> dense, int coordinates, int threads)
-    : dense_(std::move(dense)), continues_(static_cast<std::size_t>(coordinates)), begins_(groups.size()) {
-  pattern_.rows = pattern_.columns = coordinates;
-  const Incidence incidence(groups, dense_, coordinates);
+Coupling::Coupling(const Groups& groups, const std::vector<bool>& dense, int coordinates, int threads,
+                   Pattern& pattern)
+    : continues_(static_cast<std::size_t>(coordinates)), begins_(groups.size()) {
+  pattern.rows = pattern.columns = coordinates;
+  const Incidence incidence(groups, dense, coordinates);
   for (int i = 0; i < coordinates; ++i) continues_[i] = incidence.continues(i);
-  find_pattern(groups, incidence, threads);
-  find_begins(groups, threads);
+  find_pattern(groups, incidence, threads, pattern);
+  find_begins(groups, dense, threads, pattern);
 }
 
-void Coupling::find_pattern(const Groups& groups, const Incidence& incidence, int threads) {
-  const int n = pattern_.rows;
+void Coupling::find_pattern(const Groups& groups, const Incidence& incidence, int threads,
+                            Pattern& pattern) const {
+  const int n = pattern.rows;
   std::vector<int> length(static_cast<std::size_t>(n));
   // Calls use(i, its columns) for the first row of each run; columns are in any order.
   const auto for_each_first_row = [&](auto&& use) {
@@ -76,29 +78,30 @@ void Coupling::find_pattern(const Groups& groups, const Incidence& incidence, in
 
   for_each_first_row(
       [&](int i, const std::vector<int>& columns) { length[i] = static_cast<int>(columns.size()); });
-  pattern_.row_start.resize(static_cast<std::size_t>(n) + 1);
+  pattern.row_start.resize(static_cast<std::size_t>(n) + 1);
   std::size_t entries = 0;
   for (int i = 0; i < n; ++i) {
     if (continues_[i]) length[i] = length[i - 1];
     entries += static_cast<std::size_t>(length[i]);
     if (entries > static_cast<std::size_t>(std::numeric_limits<int>::max()))
       throw InvalidInput("groups", "the elements couple more pairs of coordinates than an int can count");
-    pattern_.row_start[i + 1] = static_cast<int>(entries);
+    pattern.row_start[i + 1] = static_cast<int>(entries);
   }
 
-  pattern_.column.resize(entries);
+  pattern.column.resize(entries);
   for_each_first_row([&](int i, std::vector<int>& columns) {
     std::sort(columns.begin(), columns.end());
     do {
-      std::copy(columns.begin(), columns.end(), pattern_.column.begin() + pattern_.row_start[i]);
+      std::copy(columns.begin(), columns.end(), pattern.column.begin() + pattern.row_start[i]);
     } while (++i < n && continues_[i]);
   });
 }
 
-void Coupling::find_begins(const Groups& groups, int threads) {
+void Coupling::find_begins(const Groups& groups, const std::vector<bool>& dense, int threads,
+                           const Pattern& pattern) {
   Runs runs;
   for (std::size_t g = 0; g < groups.size(); ++g) {
-    if (!dense_[g]) continue;
+    if (!dense[g]) continue;
     const ElementGroup& group = *groups[g];
     const int nq = group.local_coordinates();
     Begins& begins = begins_[g];
@@ -115,8 +118,8 @@ void Coupling::find_begins(const Groups& groups, int threads) {
       int* begin = begins.begin.data() + begins.of_element[e];
       for (std::size_t r = 0; r + 1 < runs.size(); ++r) {
         const int row = coordinates[runs[r]];
-        const auto first = pattern_.column.begin() + pattern_.row_start[row];
-        const auto last = pattern_.column.begin() + pattern_.row_start[row + 1];
+        const auto first = pattern.column.begin() + pattern.row_start[row];
+        const auto last = pattern.column.begin() + pattern.row_start[row + 1];
         for (std::size_t c = 0; c + 1 < runs.size(); ++c)
           *begin++ = static_cast<int>(std::lower_bound(first, last, coordinates[runs[c]]) - first);
       }

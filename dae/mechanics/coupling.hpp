@@ -25,15 +25,13 @@ using Runs = std::vector<int>;
 
 class Coupling {
  public:
-  /// `dense` says of each group whether its elements couple their `coordinates` (count in all). Throws
-  /// InvalidInput when there are more entries than an int can count.
-  Coupling(const Groups& groups, std::vector<bool> dense, int coordinates, int threads);
+  /// `dense` says of each group whether its elements couple their `coordinates` (count in all). Writes
+  /// `pattern`. Throws InvalidInput when there are more entries than an int can count.
+  Coupling(const Groups& groups, const std::vector<bool>& dense, int coordinates, int threads,
+           Pattern& pattern);
 
-  const std::vector<bool>& dense() const { return dense_; }
-  const Pattern& pattern() const { return pattern_; }
-
-  /// Adds the nq x nq matrix `local` of element e of group g, row by row, to the values of a pattern with the
-  /// rows of this one. `runs` is a work array.
+  /// Adds the nq x nq matrix `local` of element e of group g, row by row, to the values of `pattern`: that of
+  /// the constructor, or one with more entries in rows that have none there. `runs` is a work array.
   void add(int g, int e, const ElementGroup& group, const double* local, const Pattern& pattern,
            std::vector<double>& values, Runs& runs) const;
 
@@ -44,12 +42,10 @@ class Coupling {
     std::vector<int> begin;               // runs x runs of each
   };
 
-  void find_pattern(const Groups& groups, const Incidence& incidence, int threads);
-  void find_begins(const Groups& groups, int threads);
+  void find_pattern(const Groups& groups, const Incidence& incidence, int threads, Pattern& pattern) const;
+  void find_begins(const Groups& groups, const std::vector<bool>& dense, int threads, const Pattern& pattern);
   void find_runs(const int* coordinates, int nq, Runs& runs) const;
 
-  std::vector<bool> dense_;
-  Pattern pattern_;
   std::vector<char>
       continues_;  // coordinate i is coupled to the same coordinates as i - 1, by the same elements
   std::vector<Begins> begins_;  // of each group; empty where it is not dense

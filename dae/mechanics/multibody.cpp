@@ -3,6 +3,7 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <exception>
 #include <limits>
 #include <utility>
@@ -10,27 +11,15 @@
 #include <mfs/error.hpp>
 
 #include "dae/mechanics/colouring.hpp"
-#include "dae/mechanics/coupling.hpp"
+#include "dae/mechanics/force_blocks.hpp"
 
 namespace mfs::dae {
 namespace {
 
 using Kind = LocalStructure::Kind;
 
-constexpr Block kForceBlocks[] = {Block::force_q, Block::force_v, Block::force_a};
 constexpr Block kConstraintBlocks[] = {Block::position_q, Block::velocity_q, Block::acceleration_q,
                                        Block::acceleration_v};
-
-Kind kind_of(const LocalStructure& structure, Block block) {
-  return block == Block::force_q   ? structure.force_q
-         : block == Block::force_v ? structure.force_v
-                                   : structure.force_a;
-}
-
-bool constant(const LocalStructure& structure, Block block) {
-  return (block == Block::force_a && structure.constant_force_a) ||
-         (block == Block::force_v && structure.constant_force_v);
-}
 
 /// Keeps the first of the exceptions that elements throw, first in the order of the sum.
 class FirstFailure {
@@ -100,7 +89,6 @@ class Multibody final : public ConstrainedSystem {
 
  private:
   void number_constraints();
-  void find_force_block(Block block);
   void find_constraint_blocks();
   const BodyCoordinates& body_of(int coordinate) const;
   int first_constraint(int g, int e) const {
@@ -111,7 +99,6 @@ class Multibody final : public ConstrainedSystem {
   void for_each_element(Work work) const;
   void add_residual(ElementId id, const StateView& state, Residual& residual, Workspace& work) const;
   void add_tangent(ElementId id, const StateView& state, Tangent& tangent, Workspace& work) const;
-  void add_force_block(Block block, ElementId id, const double* local, Tangent& tangent, Runs& runs) const;
   void set_constraint_block(Block block, ElementId id, const double* local, Tangent& tangent) const;
 
   Groups groups_;
@@ -120,10 +107,9 @@ class Multibody final : public ConstrainedSystem {
   int n_, m_ = 0, threads_;
   std::vector<int> constraint_start_;  // of each group, and m
   TangentPattern pattern_;
-  std::array<std::shared_ptr<const Coupling>, kBlocks> coupling_;  // of the blocks of F
-  std::array<std::vector<int>, kBlocks> diagonal_;  // entry of (i, i), where a group is diagonal
+  std::array<ForceBlock, 3> force_blocks_;  // as kForceBlocks
   std::vector<std::vector<int>>
-      column_rank_;  // of each group with constraints: place of each coordinate in its rows
+      column_rank_;  // of each group with constraints: where each coordinate is in its rows
   Colouring colouring_;
   mutable std::vector<Workspace> workspaces_;  // of each thread
 };
@@ -137,7 +123,7 @@ Multibody::Multibody(Groups groups, std::vector<BodyCoordinates> bodies, int coo
     nc = std::max(nc, static_cast<std::size_t>(group->local_constraints()));
   }
   number_constraints();
-  for (const Block block : kForceBlocks) find_force_block(block);
+  force_blocks_ = find_force_blocks(groups_, structure_, n_, threads_, pattern_);
   find_constraint_blocks();
   colouring_ = colour_elements(groups_, n_);
   workspaces_.assign(static_cast<std::size_t>(threads_), Workspace(nq, nc));
@@ -156,45 +142,6 @@ void Multibody::number_constraints() {
   }
   m_ = static_cast<int>(m);
   constraint_start_.push_back(m_);
-}
-
-/// The pattern of the dense elements, with the diagonal entries of diagonal groups where they are not in it.
-void Multibody::find_force_block(Block block) {
-  const auto b = static_cast<std::size_t>(block);
-  std::vector<bool> dense;
-  std::vector<char> on_diagonal(static_cast<std::size_t>(n_));
-  bool any_diagonal = false, all_constant = true;
-  for (std::size_t g = 0; g < groups_.size(); ++g) {
-    const Kind kind = kind_of(structure_[g], block);
-    dense.push_back(kind == Kind::dense);
-    all_constant &= kind == Kind::zero || constant(structure_[g], block);
-    if (kind != Kind::diagonal) continue;
-    any_diagonal = true;
-    for (int e = 0; e < groups_[g]->size(); ++e)
-      for (int k = 0; k < groups_[g]->local_coordinates(); ++k)
-        on_diagonal[groups_[g]->coordinates(e)[k]] = 1;
-  }
-  pattern_.constant[b] = all_constant;
-  for (std::size_t other = 0; other < b && !coupling_[b]; ++other)
-    if (coupling_[other]->dense() == dense) coupling_[b] = coupling_[other];
-  if (!coupling_[b]) coupling_[b] = std::make_shared<Coupling>(groups_, dense, n_, threads_);
-
-  Pattern& pattern = pattern_.block[b];
-  pattern = coupling_[b]->pattern();
-  if (!any_diagonal) return;
-  diagonal_[b].assign(static_cast<std::size_t>(n_), -1);
-  const Pattern& coupled = coupling_[b]->pattern();
-  pattern.column.clear();
-  for (int i = 0; i < n_; ++i) {
-    const auto first = coupled.column.begin() + coupled.row_start[i];
-    const auto last = coupled.column.begin() + coupled.row_start[i + 1];
-    pattern.row_start[i] = static_cast<int>(pattern.column.size());
-    pattern.column.insert(pattern.column.end(), first, last);
-    if (!on_diagonal[i]) continue;
-    if (first == last) pattern.column.push_back(i);  // a row with columns has its diagonal entry
-    diagonal_[b][i] = pattern.row_start[i] + static_cast<int>(std::lower_bound(first, last, i) - first);
-  }
-  pattern.row_start[n_] = static_cast<int>(pattern.column.size());
 }
 
 /// The four have one pattern: each row holds the coordinates of its element.
@@ -297,28 +244,15 @@ void Multibody::add_tangent(ElementId id, const StateView& state, Tangent& tange
                      constraint(Block::acceleration_q),
                      constraint(Block::acceleration_v)};
   group.tangent(id.element, local_state, local);
-  add_force_block(Block::force_q, id, local.force_q, tangent, work.runs);
-  add_force_block(Block::force_v, id, local.force_v, tangent, work.runs);
-  add_force_block(Block::force_a, id, local.force_a, tangent, work.runs);
+  const double* const force_blocks[] = {local.force_q, local.force_v, local.force_a};
+  for (std::size_t i = 0; i < kForceBlocks.size(); ++i)
+    force_blocks_[i].add(id.group, id.element, group, force_blocks[i], pattern_[kForceBlocks[i]],
+                         tangent[kForceBlocks[i]], work.runs);
   if (nc == 0) return;
   set_constraint_block(Block::position_q, id, local.position_q, tangent);
   set_constraint_block(Block::velocity_q, id, local.velocity_q, tangent);
   set_constraint_block(Block::acceleration_q, id, local.acceleration_q, tangent);
   set_constraint_block(Block::acceleration_v, id, local.acceleration_v, tangent);
-}
-
-void Multibody::add_force_block(Block block, ElementId id, const double* local, Tangent& tangent,
-                                Runs& runs) const {
-  const auto b = static_cast<std::size_t>(block);
-  const ElementGroup& group = *groups_[id.group];
-  const Kind kind = kind_of(structure_[id.group], block);
-  if (kind == Kind::dense)
-    coupling_[b]->add(id.group, id.element, group, local, pattern_.block[b], tangent[block], runs);
-  if (kind == Kind::diagonal) {
-    const int nq = group.local_coordinates();
-    const int* coordinates = group.coordinates(id.element);
-    for (int k = 0; k < nq; ++k) tangent[block][diagonal_[b][coordinates[k]]] += local[k * (nq + 1)];
-  }
 }
 
 void Multibody::set_constraint_block(Block block, ElementId id, const double* local, Tangent& tangent) const {

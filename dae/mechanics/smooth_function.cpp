@@ -58,8 +58,8 @@ class Spline final : public SmoothFunction {
   }
   Jet at(double x) const override {
     const std::size_t last = x_.size() - 1;
-    if (x <= x_.front()) return continued(x, 0, slope_after(0));
-    if (x >= x_.back()) return continued(x, last, slope_before(last));
+    if (x <= x_.front()) return line(x, 0, chord(0) - (x_[1] - x_[0]) / 6 * m_[1]);
+    if (x >= x_.back()) return line(x, last, chord(last - 1) + (x_[last] - x_[last - 1]) / 6 * m_[last - 1]);
     const auto i = static_cast<std::size_t>(std::upper_bound(x_.begin(), x_.end(), x) - x_.begin()) - 1;
     const double h = x_[i + 1] - x_[i], left = (x_[i + 1] - x) / h, right = (x - x_[i]) / h;
     return {left * y_[i] + right * y_[i + 1] +
@@ -70,17 +70,10 @@ class Spline final : public SmoothFunction {
   }
 
  private:
-  Jet continued(double x, std::size_t end, double slope) const {
-    return {y_[end] + slope * (x - x_[end]), slope, 0.0};
+  Jet line(double x, std::size_t through, double slope) const {
+    return {y_[through] + slope * (x - x_[through]), slope, 0.0};
   }
-  double slope_after(std::size_t i) const {
-    const double h = x_[i + 1] - x_[i];
-    return (y_[i + 1] - y_[i]) / h - h / 6 * (2 * m_[i] + m_[i + 1]);
-  }
-  double slope_before(std::size_t i) const {
-    const double h = x_[i] - x_[i - 1];
-    return (y_[i] - y_[i - 1]) / h + h / 6 * (m_[i - 1] + 2 * m_[i]);
-  }
+  double chord(std::size_t i) const { return (y_[i + 1] - y_[i]) / (x_[i + 1] - x_[i]); }
   /// The tridiagonal system of equal slopes at inner points, by elimination from the first to the last.
   void find_moments() {
     const std::size_t n = x_.size();
@@ -88,7 +81,7 @@ class Spline final : public SmoothFunction {
     for (std::size_t i = 1; i + 1 < n; ++i) {
       const double before = x_[i] - x_[i - 1], after = x_[i + 1] - x_[i];
       diagonal[i] = 2 * (before + after);
-      m_[i] = 6 * ((y_[i + 1] - y_[i]) / after - (y_[i] - y_[i - 1]) / before);
+      m_[i] = 6 * (chord(i) - chord(i - 1));
       if (i == 1) continue;
       diagonal[i] -= before * before / diagonal[i - 1];
       m_[i] -= before * m_[i - 1] / diagonal[i - 1];

@@ -139,13 +139,6 @@ bool clamped_far(const Pattern& pattern, const std::vector<Exponent>& exponents,
   return false;
 }
 
-std::vector<double> powers_of_two(const std::vector<std::int32_t>& exponents) {
-  std::vector<double> scales(exponents.size());
-  std::transform(exponents.begin(), exponents.end(), scales.begin(),
-                 [](int e) { return std::ldexp(1.0, e); });
-  return scales;
-}
-
 bool is_identity(const std::vector<Vertex>& permutation) {
   for (std::size_t i = 0; i < permutation.size(); ++i) {
     if (permutation[i] != static_cast<Vertex>(i)) return false;

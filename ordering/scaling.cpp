@@ -56,6 +56,13 @@ std::vector<Exponent> exponents_of(const Scalar* values, Offset count, int threa
   return exponents;
 }
 
+std::vector<double> powers_of_two(const std::vector<std::int32_t>& exponents) {
+  std::vector<double> scales(exponents.size());
+  std::transform(exponents.begin(), exponents.end(), scales.begin(),
+                 [](int e) { return std::ldexp(1.0, e); });
+  return scales;
+}
+
 LargestEntries largest_entries(const Pattern& pattern, const std::vector<Exponent>& exponents,
                                const PowerScaling& scaling, int threads) {
   LargestEntries largest;

@@ -25,6 +25,9 @@ struct PowerScaling {
   explicit PowerScaling(Vertex n) : row(n, 0), column(n, 0) {}
 };
 
+/// 2^exponents[i]
+std::vector<double> powers_of_two(const std::vector<std::int32_t>& exponents);
+
 /// Exponent of the largest scaled entry of each row and column; kZeroEntry where there is no nonzero.
 struct LargestEntries {
   std::vector<std::int32_t> row, column;

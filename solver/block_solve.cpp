@@ -123,17 +123,41 @@ template <class Scalar>
 void BlockSolve<Scalar>::climb_until_solved(const Columns<Scalar>& part) {
   SolveOutcome outcome = solve_with_factors(part);
   report_.time_ladder += outcome.time_ladder;
+  if (reached(outcome)) return give(part, factors_.numeric("solve").solution(), outcome);
   const Stopwatch other_factors;
-  bool climbed = false;
-  while (!(outcome.backward_error <= controls_.tolerance) && factors_.climb(outcome.dependent_rows > 0)) {
-    climbed = true;
-    outcome = solve_with_factors(part);
+  while (!reached(outcome) && factors_.climb(outcome.dependent_rows > 0)) outcome = solve_with_factors(part);
+  const Scalar* found = factors_.numeric("solve").solution();
+  std::vector<Scalar> solution(found, found + rows() * part.count);
+  if (!reached(outcome) && outcome.dependent_rows == 0) outcome = solve_rescaled(part, solution.data());
+  report_.time_ladder += other_factors.seconds();
+  if (!reached(outcome)) refuse(outcome);
+  give(part, solution.data(), outcome);
+}
+
+// Each column by factors of its own, made for its approximate solution, in whose place the better one comes.
+template <class Scalar>
+SolveOutcome BlockSolve<Scalar>::solve_rescaled(const Columns<Scalar>& part, Scalar* solution) {
+  SolveOutcome worst;
+  for (Offset j = 0; j < part.count && reached(worst); ++j) {
+    Columns<Scalar> column = part;
+    column.b += j * part.ldb;
+    column.count = 1;
+    Scalar* x = solution + j * rows();
+    factors_.rescale(column.b, x, part.transposed);
+    const SolveOutcome outcome = solve_with_factors(column);
+    if (!(outcome.backward_error <= worst.backward_error)) worst = outcome;
+    const Scalar* found = factors_.numeric("solve").solution();
+    std::copy(found, found + rows(), x);
   }
-  if (climbed) report_.time_ladder += other_factors.seconds();
+  worst.dependent_rows = 0;  // nothing that was singular comes here
+  return worst;
+}
+
+template <class Scalar>
+void BlockSolve<Scalar>::give(const Columns<Scalar>& part, const Scalar* solution,
+                              const SolveOutcome& outcome) {
   report_.bytes_used = factors_.numeric("solve").bytes();
-  if (!(outcome.backward_error <= controls_.tolerance)) refuse(outcome);
   report_.backward_error = std::max(report_.backward_error, outcome.backward_error);
-  const Scalar* solution = factors_.numeric("solve").solution();
   for (Offset j = 0; j < part.count; ++j)
     std::copy(solution + j * rows(), solution + (j + 1) * rows(), part.x + j * part.ldx);
 }

@@ -41,7 +41,10 @@ class BlockSolve {
 
   void solve_part(const Columns<Scalar>& part);
   void solve_part_on_device(const Columns<Scalar>& part, void* stream);
+  bool reached(const SolveOutcome& outcome) const { return outcome.backward_error <= controls_.tolerance; }
   void climb_until_solved(const Columns<Scalar>& part);
+  SolveOutcome solve_rescaled(const Columns<Scalar>& part, Scalar* solution);
+  void give(const Columns<Scalar>& part, const Scalar* solution, const SolveOutcome& outcome);
   SolveOutcome solve_with_factors(const Columns<Scalar>& part);
   const TransposedPattern* pattern_for(const Columns<Scalar>& part);
   void note_outcome(const SolveOutcome& outcome);

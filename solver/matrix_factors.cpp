@@ -9,6 +9,7 @@
 
 #include "ordering/matrix_check.hpp"
 #include "ordering/merge_fronts.hpp"
+#include "ordering/size_scaling.hpp"
 #include "solver/backend.hpp"
 #include "solver/option_checks.hpp"
 
@@ -77,7 +78,7 @@ void MatrixFactors<Scalar>::refactor_device(const Scalar* values, void* stream) 
   }
   if (taken) {
     refactored_ = true;
-    strengthened_ = 0;
+    begin_values();
     factor_values();
   } else {
     std::vector<Scalar> held(static_cast<std::size_t>(analysis_->pattern->num_entries));
@@ -175,11 +176,27 @@ void MatrixFactors<Scalar>::make_numeric() {
   phases_.run("factor", [&] {
     made = make_numeric_factorization<Scalar>(options_.backend, report_.single_precision, analysis_->plan,
                                               analysis_->pattern, phases_.threads());
-    std::copy(analysis_->matched.row_scale.begin(), analysis_->matched.row_scale.end(), made->row_scale());
-    std::copy(analysis_->matched.column_scale.begin(), analysis_->matched.column_scale.end(),
-              made->column_scale());
   });
   numeric_ = std::move(made);
+  use_scales(analysis_->matched.row_scale, analysis_->matched.column_scale);
+}
+
+template <class Scalar>
+void MatrixFactors<Scalar>::use_scales(const std::vector<double>& row, const std::vector<double>& column) {
+  std::copy(row.begin(), row.end(), numeric_->row_scale());
+  std::copy(column.begin(), column.end(), numeric_->column_scale());
+}
+
+template <class Scalar>
+void MatrixFactors<Scalar>::rescale(const Scalar* b, const Scalar* x, bool transposed) {
+  report_.rung = Rung::rescaling;
+  phases_.run("factor", [&] {
+    const PowerScaling scaling =
+        scaling_by_size(*analysis_->pattern, numeric_->matrix_values(), b, x, transposed, phases_.threads());
+    use_scales(powers_of_two(scaling.row), powers_of_two(scaling.column));
+  });
+  rescaled_ = true;
+  factor_values();
 }
 
 template <class Scalar>
@@ -201,10 +218,18 @@ void MatrixFactors<Scalar>::factor_other_values(const CsrView<Scalar>& a) {
   }
 }
 
+// What rungs of the ladder did for the values before is forgotten.
 template <class Scalar>
-void MatrixFactors<Scalar>::take_values(const CsrView<Scalar>& a) {
+void MatrixFactors<Scalar>::begin_values() {
   factored_ = false;
   strengthened_ = 0;
+  if (rescaled_) use_scales(analysis_->matched.row_scale, analysis_->matched.column_scale);
+  rescaled_ = false;
+}
+
+template <class Scalar>
+void MatrixFactors<Scalar>::take_values(const CsrView<Scalar>& a) {
+  begin_values();
   phases_.run("factor",
               [&] { sum_into_slots(*analysis_->pattern, a, numeric_->matrix_values(), phases_.threads()); });
 }

@@ -6,6 +6,7 @@
 
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include <mfs/options.hpp>
 #include <mfs/report.hpp>
@@ -52,6 +53,11 @@ class MatrixFactors {
   /// grow (no help to a singular matrix). False when there is none.
   bool climb(bool singular);
 
+  /// The last rung, for one right-hand side b with the approximate solution x: the present values are
+  /// factored with rows scaled by the size that its residual is measured by (ordering/size_scaling.hpp). The
+  /// scales of the analysis return with the next values.
+  void rescale(const Scalar* b, const Scalar* x, bool transposed);
+
   /// Notes what solves need at first after an analysis. Where they need clearly more for later values, these
   /// have drifted away from the matching and the scales, and the next refactor makes new ones: not for ever,
   /// as values may go to and fro.
@@ -68,6 +74,8 @@ class MatrixFactors {
   }
 
   void make_numeric();
+  void use_scales(const std::vector<double>& row, const std::vector<double>& column);
+  void begin_values();
   void replace_numeric();
   void take_values(const CsrView<Scalar>& a);
   void refactor_known(const CsrView<Scalar>& a, const Stopwatch& watch);
@@ -93,7 +101,8 @@ class MatrixFactors {
   bool drifted_ = false;           // solves have become dearer: the next refactor matches anew
   std::int64_t usual_effort_ = 0;  // steps that a solve took for the values of the analysis
   int rematches_ = 0;
-  int strengthened_ = 0;  // rounds of strengthen() for the present values
+  bool rescaled_ = false;  // the scales are not those of the analysis
+  int strengthened_ = 0;   // rounds of strengthen() for the present values
   bool nonfinite_ = false;
 };
 

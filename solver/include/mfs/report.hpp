@@ -47,6 +47,7 @@ enum class Rung {
   full_precision,  ///< factors of full precision in place of those of single precision
   reanalysis,      ///< a new matching and tree for values that have changed since the analysis
   larger_blocks,   ///< larger pivot blocks wherever the factors grow
+  rescaling,       ///< rows scaled by the size that the residual is measured by, for each right-hand side
 };
 
 /// "factors", "correction", ...
@@ -66,6 +67,8 @@ inline const char* rung_name(Rung rung) {
       return "reanalysis";
     case Rung::larger_blocks:
       return "larger_blocks";
+    case Rung::rescaling:
+      return "rescaling";
   }
   return "unknown";
 }

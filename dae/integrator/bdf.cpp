@@ -8,6 +8,9 @@
 namespace mfs::dae {
 namespace {
 
+/// By which steps may grow again and again at any order, with nothing that sees their error.
+constexpr double kSafeGrowth = 1.1;
+
 /// Factor for the step by which an error of `error` at `order` becomes half of what is allowed.
 double step_factor(double error, int order) {
   return std::pow(2.0 * error + 1e-4, -1.0 / (order + 1));
@@ -135,7 +138,7 @@ double Bdf::accept(const std::vector<double>& e, const std::vector<double>& weig
   if (!fixed_ && !rising_)
     next = choose(e, weights);
   else if (steps_ > 1)
-    next = {std::min(order_ + 1, max_order_), 2.0 * step_};
+    next = {std::min(order_ + 1, max_order_), (fixed_ ? kSafeGrowth : 2.0) * step_};
   shift(e);
   psi_ = next_psi_;
   unchanged_ = next_unchanged_;

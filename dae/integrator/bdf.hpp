@@ -22,7 +22,7 @@ class Bdf {
  public:
   static constexpr int kMostOrder = 5;
 
-  /// `fixed`: the order rises to `max_order` and stays, whatever the error; steps are the caller's.
+  /// `fixed`: the order rises to `max_order` and stays, whatever the error; steps may grow slowly.
   explicit Bdf(int max_order, bool fixed = false) : max_order_(max_order), fixed_(fixed) {}
 
   /// Forgets the past. `dy` = y'; `h`: the step that is going to be tried.

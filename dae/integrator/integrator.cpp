@@ -213,8 +213,8 @@ class Integrator::Impl {
     if (options_.max_step > 0.0) wanted = std::min(wanted, options_.max_step);
     if (options_.fixed_step > 0.0) wanted = std::min(wanted, options_.fixed_step);
     const double left = target - state_.t, steps = left / wanted;
-    if (options_.fixed_step == 0.0 && steps > kEvenedOut) return wanted;
-    return left / std::max(1.0, std::ceil(steps / kStretch));
+    if (options_.fixed_step > 0.0) return left / std::max(1.0, std::ceil(steps * (1.0 - 1e-9)));
+    return steps > kEvenedOut ? wanted : left / std::max(1.0, std::ceil(steps / kStretch));
   }
 
   /// One accepted step on the way to `target`.

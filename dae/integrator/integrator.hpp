@@ -57,7 +57,7 @@ struct IntegratorOptions {
   double initial_step = 0.0;  ///< s; 0: chosen
   double max_step = 0.0;      ///< s; 0: no bound
   double min_step = 0.0;      ///< s, the step at which the integrator gives up; 0: as small as t resolves
-  /// s; not 0: no error control. BDF starts with initial_step and doubles it up to this; generalized-alpha,
+  /// s; not 0: no error control. BDF starts with initial_step and comes up to this slowly; generalized-alpha,
   /// which needs it, starts with it. Steps are shortened evenly to meet outputs.
   double fixed_step = 0.0;
   double rho_inf = 0.8;  ///< spectral radius of generalized-alpha at infinity, 0 ... 1

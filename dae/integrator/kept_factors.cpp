@@ -77,6 +77,7 @@ class KeptSolve : public Thyra::LinearOpWithSolveBase<double> {
 
   void take(const RCP<const Source>& source) {
     source_ = source;
+    if (solves_.failure != nullptr) std::rethrow_exception(solves_.failure);
     if (!solves_.new_matrix) return;
     solves_.new_matrix = false;
     iterating_ = solves_.factored && !solves_.factor_next && krylov_spent_ + kFewSteps < krylov_budget_;

@@ -25,7 +25,7 @@ struct LinearSolves {
   Teuchos::RCP<const Thyra::VectorBase<double>> scale;
   // Told by the solver.
   bool factored = false;       ///< there are factors of some matrix
-  std::exception_ptr failure;  ///< what a factorization or a solve threw last
+  std::exception_ptr failure;  ///< what an evaluation, a factorization or a solve threw last
   std::int64_t factorizations = 0, analyses = 0, krylov_solves = 0;
   std::int64_t bytes = 0;
   double time_analysis = 0, time_factor = 0, time_solve = 0;  ///< s

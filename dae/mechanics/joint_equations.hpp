@@ -4,7 +4,7 @@
 //   apart_ground k      e_k . d           = f(t)    e_k an axis of the ground
 //   apart k             a_k . d           = f(t)    "dot-2"
 //   perpendicular k, l  a_k . b_l         = 0       "dot-1"
-//   turned              sin f(t) a_x . b_x - cos f(t) a_y . b_x = 0     b_x at the angle f(t) from a_x about
+//   turned              cos f(t) a_y . b_x - sin f(t) a_x . b_x = 0     b_x at the angle f(t) from a_x about
 //   a_z
 //
 // A perpendicular pair and the angle have a second solution half a turn away, which a motion that begins at
@@ -59,7 +59,7 @@ class JointEquations {
     const T sine = AlongTime<T>::of({s, c * f.first, c * f.second - s * square});
     const T cosine = AlongTime<T>::of({c, -s * f.first, -s * f.second - c * square});
     const Triple<T> x = b.axis(q, 0);
-    return T(sine * dot(a.axis(q, 0), x) - cosine * dot(a.axis(q, 1), x));
+    return T(cosine * dot(a.axis(q, 1), x) - sine * dot(a.axis(q, 0), x));
   }
 
   FramePair sides_;

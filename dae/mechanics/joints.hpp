@@ -24,9 +24,16 @@ struct Joint {
   Attachment a, b;
 };
 
-/// The constraints of `joint`. Its multipliers are forces (N) along ground axes where points are together,
-/// along a's axes for what slides, and moments (N m) about a's axes. Throws InvalidInput("joint NAME") where
-/// both sides are on the same body or an attachment is no point with axes.
+/// The constraints of `joint`, in this order, and what each multiplier does to b:
+///
+///   points together   P_b - P_a along ground axes: the force -lambda (N) on b at the point;
+///                     where b slides, d . a_x and d . a_y: the force -lambda along a_x and a_y
+///   axes parallel     a_x . b_z: the moment -lambda (N m) about a_y; a_y . b_z: lambda about a_x
+///   no turn           a_x . b_y: the moment lambda about a_z
+///   universal         a_z . b_z: the moment lambda about a_z x b_z
+///
+/// Throws InvalidInput("joint NAME") where both sides are on the same body or an attachment is no point with
+/// axes.
 void add_joint(MultibodyBuilder& builder, const Joint& joint);
 
 }  // namespace mfs::dae

@@ -1,5 +1,5 @@
-// Motions that are prescribed as functions of time. They are constraints as those of joints are, and their
-// multipliers the forces and moments of the drive.
+// Motions that are prescribed as functions of time. They are constraints as those of joints are; the force or
+// moment that drives b, or the point, is -lambda.
 #pragma once
 
 #include <array>

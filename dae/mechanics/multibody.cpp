@@ -3,6 +3,7 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <exception>
 #include <limits>
@@ -321,6 +322,10 @@ CoordinateRange MultibodyBuilder::add_coordinates(const std::string& body,
   if (!components.empty() && initial_q.size() % components.size() != 0)
     throw InvalidInput("body " + body, std::to_string(initial_q.size()) + " coordinates are no multiple of " +
                                            std::to_string(components.size()) + " components");
+  const auto finite = [](double x) { return std::isfinite(x); };
+  if (!std::all_of(initial_q.begin(), initial_q.end(), finite) ||
+      !std::all_of(initial_v.begin(), initial_v.end(), finite))
+    throw InvalidInput("body " + body, "an initial coordinate or velocity is not finite");
   if (!(scale > 0)) throw InvalidInput("body " + body, "the scale of its coordinates is not positive");
   const CoordinateRange range{static_cast<int>(q_.size()), static_cast<int>(initial_q.size())};
   q_.insert(q_.end(), initial_q.begin(), initial_q.end());

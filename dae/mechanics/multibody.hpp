@@ -30,7 +30,8 @@ class MultibodyBuilder {
  public:
   /// `initial_q`, `initial_v`: count values each; `scale`: a typical size of these coordinates (metres, or
   /// 1). `body` names them in messages, together with `components`, whose number divides count: three of them
-  /// make "arm[4].x" of the node 4 (0-based) of a mesh; none, "arm[12]".
+  /// make "arm[4].x" of the node 4 (0-based) of a mesh; none, "arm[12]". Throws InvalidInput("body NAME")
+  /// where the numbers are not finite or do not fit together.
   CoordinateRange add_coordinates(const std::string& body, const std::vector<double>& initial_q,
                                   const std::vector<double>& initial_v, double scale = 1.0,
                                   const std::vector<std::string>& components = {});

@@ -1,21 +1,21 @@
 // Assembly: patterns, sums and their independence of threads, against plain loops over dense matrices.
 #include "dae/mechanics/multibody.hpp"
 
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
+#include <cmath>
 #include <map>
 
-#include <mfs/error.hpp>
-
 #include "test/dae/mechanics/artificial_group.hpp"
+#include "test/dae/mechanics/expect_refused.hpp"
 #include "test/reference/random.hpp"
 
 namespace mfs::dae {
 namespace {
 
 using test::ArtificialGroup;
+using test::expect_refused;
 using test::Random;
-using testing::HasSubstr;
 using Kind = LocalStructure::Kind;
 using Entries = std::map<std::pair<int, int>, double>;
 
@@ -248,31 +248,19 @@ TEST(Multibody, NamesCoordinatesAndConstraints) {
   EXPECT_EQ(system->coordinate_scale(3), 0.5);
 }
 
-template <class Make>
-void expect_refused(Make make, const std::string& argument, const std::string& text) {
-  try {
-    make();
-    ADD_FAILURE() << "nothing was thrown: " << text;
-  } catch (const InvalidInput& error) {
-    EXPECT_EQ(error.argument(), argument);
-    EXPECT_THAT(error.what(), HasSubstr(text));
-  }
-}
-
 TEST(Multibody, RefusesBadParts) {
   const std::vector<double> one(1), two(2);
   MultibodyBuilder empty;
-  expect_refused([&] { empty.add_coordinates("arm", {}, {}); }, "body arm", "no coordinates");
-  expect_refused([&] { empty.add_coordinates("arm", two, one); }, "body arm", "initial velocities");
-  expect_refused([&] { empty.add_coordinates("arm", two, two, 0.0); }, "body arm", "scale");
-  expect_refused(
-      [&] {
-        empty.add_coordinates("arm", two, two, 1.0, {"x", "y", "z"});
-      },
-      "body arm", "multiple");
-  expect_refused([&] { empty.add(nullptr); }, "group", "null");
-  expect_refused([&] { (void)empty.build(); }, "bodies", "no coordinates");
-  expect_refused([&] { (void)empty.build(-1); }, "threads", "negative");
+  expect_refused("body arm", "no coordinates", [&] { empty.add_coordinates("arm", {}, {}); });
+  expect_refused("body arm", "initial velocities", [&] { empty.add_coordinates("arm", two, one); });
+  expect_refused("body arm", "scale", [&] { empty.add_coordinates("arm", two, two, 0.0); });
+  const std::vector<std::string> three{"x", "y", "z"};
+  expect_refused("body arm", "multiple", [&] { empty.add_coordinates("arm", two, two, 1.0, three); });
+  expect_refused("body arm", "not finite", [&] { empty.add_coordinates("arm", {NAN}, one); });
+  expect_refused("body arm", "not finite", [&] { empty.add_coordinates("arm", one, {INFINITY}); });
+  expect_refused("group", "null", [&] { empty.add(nullptr); });
+  expect_refused("bodies", "no coordinates", [&] { (void)empty.build(); });
+  expect_refused("threads", "negative", [&] { (void)empty.build(-1); });
 
   const auto with = [&](int constraints, std::vector<int> coordinates) {
     MultibodyBuilder builder;
@@ -281,10 +269,10 @@ TEST(Multibody, RefusesBadParts) {
         std::make_shared<ArtificialGroup>("pin", 2, constraints, std::move(coordinates), LocalStructure{}));
     (void)builder.build();
   };
-  expect_refused([&] { with(0, {0, 1, 1, 2}); }, "pin, element 1", "coordinate 2 is not one of the 2");
-  expect_refused([&] { with(0, {0, -1}); }, "pin, element 0", "coordinate -1");
-  expect_refused([&] { with(0, {1, 1}); }, "pin, element 0", "named twice");
-  expect_refused([&] { with(2, {0, 1}); }, "pin, element 0", "no freedom");
+  expect_refused("pin, element 1", "coordinate 2 is not one of the 2", [&] { with(0, {0, 1, 1, 2}); });
+  expect_refused("pin, element 0", "coordinate -1", [&] { with(0, {0, -1}); });
+  expect_refused("pin, element 0", "named twice", [&] { with(0, {1, 1}); });
+  expect_refused("pin, element 0", "no freedom", [&] { with(2, {0, 1}); });
 }
 
 }  // namespace

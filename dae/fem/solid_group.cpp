@@ -54,9 +54,10 @@ void SolidGroup::check_elements() const {
     gather_nodes(e, nodes);
     for (const QuadratureRule* rule : {&stiffness_rule(mesh_->kind), &mass_rule(mesh_->kind)})
       for (const Point3& point : rule->points)
-        require(
-            determinant(jacobian(mesh_->kind, point, nodes)) > 0, name(e), "shape",
-            "must have a positive Jacobian (is it turned inside out, or are its nodes in another order?)");
+        if (!(determinant(jacobian(mesh_->kind, point, nodes)) > 0))
+          throw InvalidInput(
+              name(e) + ", shape",
+              "must have a positive Jacobian (is it turned inside out, or are its nodes in another order?)");
   }
 }
 

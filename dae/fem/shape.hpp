@@ -3,10 +3,9 @@
 //
 // Rules for the stiffness: hex8 2x2x2 Gauss. hex20 3x3x3 Gauss: products of a shape function's gradient with
 // the cofactors of the Jacobian have degree 5 in each coordinate at most, so curved elements pass the patch
-// test, and there is no deformation without energy (2x2x2 is cheaper but leaves six to a free element; the 14
-// points of Irons fail the patch test where elements are not parallelepipeds). tet10 4 points, exact to
-// degree 2: the patch test is passed where edges are straight. Rules for the mass: 2x2x2, 3x3x3 Gauss, 14
-// points of degree 5 (Walkington 2000).
+// test, and there is no deformation without energy (2x2x2 costs a third but leaves six such to a free
+// element). tet10 4 points, exact to degree 2: the patch test is passed where edges are straight. Rules for
+// the mass: 2x2x2, 3x3x3 Gauss, 14 points of degree 5 (Walkington 2000).
 #pragma once
 
 #include <array>

@@ -132,14 +132,14 @@ void SolidGroup::add_mass(int e, double factor, double* matrix) const {
 }
 
 void SolidGroup::tangent(int e, const LocalState& state, LocalTangent& tangent) const {
-  if (tangent.force_a != nullptr) add_mass(e, 1.0, tangent.force_a);
-  if (tangent.force_v != nullptr && options_.damping_alpha > 0)
-    add_mass(e, options_.damping_alpha, tangent.force_v);
-  const bool viscous = tangent.force_v != nullptr && constants_.beta > 0;
-  if (tangent.force_q == nullptr && !viscous) return;
+  const bool by_q = tangent.asked.has(Block::force_q), by_v = tangent.asked.has(Block::force_v);
+  if (tangent.asked.has(Block::force_a)) add_mass(e, 1.0, tangent.force_a);
+  if (by_v && options_.damping_alpha > 0) add_mass(e, options_.damping_alpha, tangent.force_v);
+  const bool viscous = by_v && constants_.beta > 0;
+  if (!by_q && !viscous) return;
   double nodes[3 * kMostNodes];
   gather_nodes(e, nodes);
-  add_internal_tangent(mesh_->kind, constants_, nodes, state.q, state.v, tangent.force_q,
+  add_internal_tangent(mesh_->kind, constants_, nodes, state.q, state.v, by_q ? tangent.force_q : nullptr,
                        viscous ? tangent.force_v : nullptr);
 }
 

@@ -60,16 +60,17 @@ void IndependentConstraints::evaluate(const StateView& state, Residual& residual
   take(residual_.acceleration, kept_, residual.acceleration);
 }
 
-void IndependentConstraints::evaluate(const StateView& state, Tangent& tangent) const {
+void IndependentConstraints::evaluate(const StateView& state, Tangent& tangent, BlockSet blocks) const {
   const auto lend_forces = [&] {
     for (std::size_t b = 0; b < kBlocks; ++b)
       if (!of_constraints(b)) tangent_.values[b].swap(tangent.values[b]);
   };
   lend_forces();
-  system_.evaluate(with_all_multipliers(state), tangent_);
+  system_.evaluate(with_all_multipliers(state), tangent_, blocks);
   lend_forces();
   for (std::size_t b = 0; b < kBlocks; ++b)
-    if (of_constraints(b)) take(tangent_.values[b], source_[b], tangent.values[b]);
+    if (of_constraints(b) && blocks.has(static_cast<Block>(b)))
+      take(tangent_.values[b], source_[b], tangent.values[b]);
 }
 
 void IndependentConstraints::check_redundant(double t, double position, double velocity,

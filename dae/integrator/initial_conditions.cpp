@@ -137,8 +137,10 @@ void project(const ConstrainedSystem& system, const IntegratorOptions& options, 
 std::vector<double> constraint_gradient(const ConstrainedSystem& system, double t,
                                         const std::vector<double>& q) {
   const std::vector<double> zero(q.size() + static_cast<std::size_t>(system.constraints()), 0.0);
-  Tangent tangent = make_tangent(system);
-  system.evaluate(StateView{t, q.data(), zero.data(), zero.data(), zero.data()}, tangent);
+  Tangent tangent;
+  tangent[Block::position_q].resize(system.tangent_pattern()[Block::position_q].entries());
+  system.evaluate(StateView{t, q.data(), zero.data(), zero.data(), zero.data()}, tangent,
+                  {Block::position_q});
   return std::move(tangent[Block::position_q]);
 }
 
@@ -152,7 +154,7 @@ State consistent_state(const ConstrainedSystem& system, const IntegratorOptions&
   Residual residual = make_residual(system);
   Tangent tangent = make_tangent(system);
   system.evaluate(view(state), residual);
-  system.evaluate(view(state), tangent);
+  system.evaluate(view(state), tangent, {Block::force_a, Block::position_q});
   std::vector<double> right_side;
   for (const double force : residual.force) right_side.push_back(-force);
   for (const double acceleration : residual.acceleration) right_side.push_back(-acceleration);

@@ -62,6 +62,8 @@ Composition StepEquations::make_composition(int threads) {
   std::vector<Composition::Term> terms;
   const auto add = [&](int first_row, Block block, Kind kind) {
     terms.push_back({&patterns[block], first_row, column_[kind]});
+    due_.insert(block);
+    if (patterns.constant[static_cast<std::size_t>(block)]) constant_.insert(block);
     numbers_.push_back({&tangent_[block], kind == kV ? &factor_v_ : kind == kQ ? &factor_q_ : nullptr});
   };
   int row = 0;
@@ -158,7 +160,8 @@ void StepEquations::set_factors(const StepRelation& relation) const {
 }
 
 void StepEquations::jacobian(const State& state, const StepRelation& relation, double* values) const {
-  system_.evaluate(view(state), tangent_);
+  system_.evaluate(view(state), tangent_, due_);
+  due_.erase(constant_);
   set_factors(relation);
   std::vector<Composition::Values> terms;
   for (const Numbers& numbers : numbers_)

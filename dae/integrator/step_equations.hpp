@@ -72,6 +72,8 @@ class StepEquations {
   std::vector<double> ones_;
   mutable Residual residual_;
   mutable Tangent tangent_;
+  mutable BlockSet due_;          ///< blocks that the next Jacobian has to evaluate
+  BlockSet constant_;             ///< those of them that the first one evaluates for all
   std::vector<Numbers> numbers_;  ///< by term
   Composition composition_;
   mutable std::vector<double> factor_v_, factor_q_;  ///< of eliminated columns as above; else 1

@@ -14,6 +14,7 @@
 
 #include <array>
 #include <cstddef>
+#include <initializer_list>
 #include <memory>
 #include <string>
 #include <vector>
@@ -40,6 +41,28 @@ enum class Block {
   acceleration_v,  ///< d(d^2/dt^2 Phi)/dv, m x n
 };
 constexpr int kBlocks = 7;
+
+/// A set of blocks.
+class BlockSet {
+ public:
+  constexpr BlockSet() = default;
+  constexpr BlockSet(std::initializer_list<Block> blocks) {
+    for (const Block b : blocks) bits_ |= bit(b);
+  }
+  static constexpr BlockSet all() {
+    BlockSet set;
+    set.bits_ = (1U << kBlocks) - 1U;
+    return set;
+  }
+  constexpr bool has(Block b) const { return (bits_ & bit(b)) != 0; }
+  constexpr bool meets(BlockSet other) const { return (bits_ & other.bits_) != 0; }
+  constexpr void insert(Block b) { bits_ |= bit(b); }
+  constexpr void erase(BlockSet others) { bits_ &= ~others.bits_; }
+
+ private:
+  static constexpr unsigned bit(Block b) { return 1U << static_cast<unsigned>(b); }
+  unsigned bits_ = 0;
+};
 
 /// A sparse pattern in compressed rows; columns of a row ascend strictly. No entries: the block is zero.
 struct Pattern {
@@ -83,8 +106,9 @@ class ConstrainedSystem {
 
   /// Overwrites `residual`, whose vectors have their sizes.
   virtual void evaluate(const StateView& state, Residual& residual) const = 0;
-  /// Overwrites the values of all blocks in `tangent`, whose vectors have the sizes of their patterns.
-  virtual void evaluate(const StateView& state, Tangent& tangent) const = 0;
+  /// Overwrites the values of these blocks in `tangent`, whose vectors have the sizes of the patterns, and
+  /// leaves the others alone.
+  virtual void evaluate(const StateView& state, Tangent& tangent, BlockSet blocks) const = 0;
 
   /// What an error message calls them: "knuckle.x", "joint ball_upper, equation 2".
   virtual std::string coordinate_name(int coordinate) const {

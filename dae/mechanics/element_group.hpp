@@ -7,6 +7,8 @@
 
 #include <string>
 
+#include "dae/mechanics/constrained_system.hpp"
+
 namespace mfs::dae {
 
 /// An element's own part of the state: nq coordinates and nc multipliers, gathered.
@@ -21,11 +23,13 @@ struct LocalResidual {
   double *position, *velocity, *acceleration;
 };
 
-/// Shares to be filled (they come zeroed), dense, row by row. Null: the block is not asked for, or the group
-/// said that it is zero. Derivatives of F: nq x nq; of constraints: nc x nq.
+/// Shares to be filled, dense, row by row. Those that are asked for come zeroed; whatever is written to the
+/// others is thrown away, so that only a group with a dear block need look. Null: the group said that the
+/// block is zero. Derivatives of F: nq x nq; of constraints: nc x nq.
 struct LocalTangent {
   double *force_q, *force_v, *force_a;
   double *position_q, *velocity_q, *acceleration_q, *acceleration_v;
+  BlockSet asked = BlockSet::all();
 };
 
 /// Which of the blocks of F an element has at all: keeps zeros out of the patterns. Blocks of constraints are

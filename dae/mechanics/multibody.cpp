@@ -46,6 +46,15 @@ class FirstFailure {
   std::exception_ptr exception_;
 };
 
+BlockSet blocks_of(const ElementGroup& group, const LocalStructure& structure) {
+  BlockSet blocks;
+  for (const Block b : kForceBlocks)
+    if (kind_of(structure, b) != Kind::zero) blocks.insert(b);
+  if (group.local_constraints() > 0)
+    for (const Block b : kConstraintBlocks) blocks.insert(b);
+  return blocks;
+}
+
 /// What one thread needs for one element, large enough for every group.
 struct Workspace {
   std::vector<double> q, v, a;
@@ -68,9 +77,10 @@ struct Workspace {
     }
     return {state.t, q.data(), v.data(), a.data(), state.lambda + first_constraint};
   }
-  double* clear(Block b, std::size_t count) {
+  /// The array of block b, cleared if it is asked for.
+  double* array(Block b, std::size_t count, BlockSet asked) {
     double* values = block[static_cast<std::size_t>(b)].data();
-    std::fill_n(values, count, 0.0);
+    if (asked.has(b)) std::fill_n(values, count, 0.0);
     return values;
   }
 };
@@ -83,7 +93,7 @@ class Multibody final : public ConstrainedSystem {
   int constraints() const override { return m_; }
   const TangentPattern& tangent_pattern() const override { return pattern_; }
   void evaluate(const StateView& state, Residual& residual) const override;
-  void evaluate(const StateView& state, Tangent& tangent) const override;
+  void evaluate(const StateView& state, Tangent& tangent, BlockSet blocks) const override;
   std::string coordinate_name(int coordinate) const override;
   std::string constraint_name(int row) const override;
   double coordinate_scale(int coordinate) const override { return body_of(coordinate).scale; }
@@ -97,13 +107,15 @@ class Multibody final : public ConstrainedSystem {
   }
 
   template <class Work>
-  void for_each_element(Work work) const;
+  void for_each_element(const std::vector<char>& group_takes_part, Work work) const;
   void add_residual(ElementId id, const StateView& state, Residual& residual, Workspace& work) const;
-  void add_tangent(ElementId id, const StateView& state, Tangent& tangent, Workspace& work) const;
+  void add_tangent(ElementId id, const StateView& state, Tangent& tangent, BlockSet blocks,
+                   Workspace& work) const;
   void set_constraint_block(Block block, ElementId id, const double* local, Tangent& tangent) const;
 
   Groups groups_;
   std::vector<LocalStructure> structure_;  // of each group
+  std::vector<BlockSet> blocks_;           // that each group has
   std::vector<BodyCoordinates> bodies_;
   int n_, m_ = 0, threads_;
   std::vector<int> constraint_start_;  // of each group, and m
@@ -120,6 +132,7 @@ Multibody::Multibody(Groups groups, std::vector<BodyCoordinates> bodies, int coo
   std::size_t nq = 0, nc = 0;
   for (const auto& group : groups_) {
     structure_.push_back(group->structure());
+    blocks_.push_back(blocks_of(*group, structure_.back()));
     nq = std::max(nq, static_cast<std::size_t>(group->local_coordinates()));
     nc = std::max(nc, static_cast<std::size_t>(group->local_constraints()));
   }
@@ -172,10 +185,15 @@ void Multibody::find_constraint_blocks() {
   }
 }
 
-/// Calls work(element, workspace) for all elements, in the order of the colouring.
+/// Calls work(element, workspace) for all elements of the groups that take part, in the order of the
+/// colouring.
 template <class Work>
-void Multibody::for_each_element(Work work) const {
+void Multibody::for_each_element(const std::vector<char>& group_takes_part, Work work) const {
   FirstFailure failure;
+  const auto visit = [&](std::size_t k, Workspace& workspace) {
+    const ElementId id = colouring_.order[k];
+    if (group_takes_part[id.group] != 0) failure.watch(k, [&] { work(id, workspace); });
+  };
   const auto& order = colouring_.order;
   const auto& start = colouring_.colour_start;
 #pragma omp parallel num_threads(threads_) if (start.size() > 1)
@@ -183,27 +201,30 @@ void Multibody::for_each_element(Work work) const {
     Workspace& workspace = workspaces_[static_cast<std::size_t>(omp_get_thread_num())];
     for (std::size_t colour = 0; colour + 1 < start.size(); ++colour)
 #pragma omp for schedule(dynamic, 8)
-      for (std::size_t k = start[colour]; k < start[colour + 1]; ++k)
-        failure.watch(k, [&] { work(order[k], workspace); });
+      for (std::size_t k = start[colour]; k < start[colour + 1]; ++k) visit(k, workspace);
   }
-  for (std::size_t k = start.back(); k < order.size(); ++k)
-    failure.watch(k, [&] { work(order[k], workspaces_[0]); });
+  for (std::size_t k = start.back(); k < order.size(); ++k) visit(k, workspaces_[0]);
   failure.rethrow();
 }
 
 void Multibody::evaluate(const StateView& state, Residual& residual) const {
   std::fill(residual.force.begin(), residual.force.end(), 0.0);
-  for_each_element([&](ElementId id, Workspace& work) { add_residual(id, state, residual, work); });
+  for_each_element(std::vector<char>(groups_.size(), 1),
+                   [&](ElementId id, Workspace& work) { add_residual(id, state, residual, work); });
 }
 
-void Multibody::evaluate(const StateView& state, Tangent& tangent) const {
+void Multibody::evaluate(const StateView& state, Tangent& tangent, BlockSet blocks) const {
   for (const Block block : kForceBlocks) {
+    if (!blocks.has(block)) continue;
     std::vector<double>& values = tangent[block];
     const auto count = static_cast<std::int64_t>(values.size());
 #pragma omp parallel for num_threads(threads_)
     for (std::int64_t k = 0; k < count; ++k) values[k] = 0.0;
   }
-  for_each_element([&](ElementId id, Workspace& work) { add_tangent(id, state, tangent, work); });
+  std::vector<char> has_some;
+  for (const BlockSet of_group : blocks_) has_some.push_back(of_group.meets(blocks) ? 1 : 0);
+  for_each_element(has_some,
+                   [&](ElementId id, Workspace& work) { add_tangent(id, state, tangent, blocks, work); });
 }
 
 void Multibody::add_residual(ElementId id, const StateView& state, Residual& residual,
@@ -226,7 +247,8 @@ void Multibody::add_residual(ElementId id, const StateView& state, Residual& res
   std::copy_n(local.acceleration, nc, residual.acceleration.begin() + row);
 }
 
-void Multibody::add_tangent(ElementId id, const StateView& state, Tangent& tangent, Workspace& work) const {
+void Multibody::add_tangent(ElementId id, const StateView& state, Tangent& tangent, BlockSet blocks,
+                            Workspace& work) const {
   const ElementGroup& group = *groups_[id.group];
   const LocalStructure& structure = structure_[id.group];
   const auto nq = static_cast<std::size_t>(group.local_coordinates());
@@ -234,26 +256,29 @@ void Multibody::add_tangent(ElementId id, const StateView& state, Tangent& tange
   const LocalState local_state = work.gather(state, group.coordinates(id.element), group.local_coordinates(),
                                              first_constraint(id.group, id.element));
   const auto force = [&](Block b) {
-    return kind_of(structure, b) == Kind::zero ? nullptr : work.clear(b, nq * nq);
+    return kind_of(structure, b) == Kind::zero ? nullptr : work.array(b, nq * nq, blocks);
   };
-  const auto constraint = [&](Block b) { return nc == 0 ? nullptr : work.clear(b, nc * nq); };
+  const auto constraint = [&](Block b) { return nc == 0 ? nullptr : work.array(b, nc * nq, blocks); };
   LocalTangent local{force(Block::force_q),
                      force(Block::force_v),
                      force(Block::force_a),
                      constraint(Block::position_q),
                      constraint(Block::velocity_q),
                      constraint(Block::acceleration_q),
-                     constraint(Block::acceleration_v)};
+                     constraint(Block::acceleration_v),
+                     blocks};
   group.tangent(id.element, local_state, local);
   const double* const force_blocks[] = {local.force_q, local.force_v, local.force_a};
   for (std::size_t i = 0; i < kForceBlocks.size(); ++i)
-    force_blocks_[i].add(id.group, id.element, group, force_blocks[i], pattern_[kForceBlocks[i]],
-                         tangent[kForceBlocks[i]], work.runs);
+    if (blocks.has(kForceBlocks[i]))
+      force_blocks_[i].add(id.group, id.element, group, force_blocks[i], pattern_[kForceBlocks[i]],
+                           tangent[kForceBlocks[i]], work.runs);
   if (nc == 0) return;
-  set_constraint_block(Block::position_q, id, local.position_q, tangent);
-  set_constraint_block(Block::velocity_q, id, local.velocity_q, tangent);
-  set_constraint_block(Block::acceleration_q, id, local.acceleration_q, tangent);
-  set_constraint_block(Block::acceleration_v, id, local.acceleration_v, tangent);
+  const double* const constraint_blocks[] = {local.position_q, local.velocity_q, local.acceleration_q,
+                                             local.acceleration_v};
+  for (std::size_t i = 0; i < 4; ++i)
+    if (blocks.has(kConstraintBlocks[i]))
+      set_constraint_block(kConstraintBlocks[i], id, constraint_blocks[i], tangent);
 }
 
 void Multibody::set_constraint_block(Block block, ElementId id, const double* local, Tangent& tangent) const {

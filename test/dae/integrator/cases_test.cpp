@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -194,20 +195,49 @@ class Interrupted : public DenseSystem<Pendulum> {
   enum class Fault { throws, nan, singular };
   Interrupted(Fault fault, int times) : fault_(fault), left_(times) {}
   using DenseSystem<Pendulum>::evaluate;
-  void evaluate(const StateView& state, Tangent& tangent) const override {
-    DenseSystem<Pendulum>::evaluate(state, tangent);
+  void evaluate(const StateView& state, Tangent& tangent, BlockSet blocks) const override {
+    DenseSystem<Pendulum>::evaluate(state, tangent, blocks);
     if (state.t < 0.1 || left_ == 0) return;
     --left_;
     if (fault_ == Fault::throws) throw std::runtime_error("a flat tyre");
     const double value = fault_ == Fault::nan ? std::numeric_limits<double>::quiet_NaN() : 0.0;
     for (const Block block : {Block::force_a, Block::position_q})
-      for (double& entry : tangent[block]) entry = value;
+      if (blocks.has(block))
+        for (double& entry : tangent[block]) entry = value;
   }
 
  private:
   Fault fault_;
   mutable int left_;
 };
+
+/// Counts what the integrator asks for.
+class Counted : public DenseSystem<Pendulum> {
+ public:
+  Counted() { pattern_.constant[static_cast<std::size_t>(Block::force_a)] = true; }
+  using DenseSystem<Pendulum>::evaluate;
+  void evaluate(const StateView& state, Tangent& tangent, BlockSet blocks) const override {
+    DenseSystem<Pendulum>::evaluate(state, tangent, blocks);
+    for (int b = 0; b < kBlocks; ++b)
+      if (blocks.has(static_cast<Block>(b))) ++asked[b];
+  }
+  mutable std::array<std::int64_t, kBlocks> asked{};
+};
+
+TEST(Jacobian, AsksForNoMoreBlocksThanItNeeds) {
+  const Counted system;
+  Integrator integrator(system);
+  Observer nobody;
+  integrator.run(0.0, pendulum_at(1.0), {0.0, 0.0}, 1.0, {}, nobody);
+  const IntegrationReport& report = integrator.report();
+  ASSERT_GT(report.jacobians, 5);
+  ASSERT_GT(report.steps, report.jacobians);
+  for (const Block block :
+       {Block::force_q, Block::force_v, Block::velocity_q, Block::acceleration_q, Block::acceleration_v})
+    EXPECT_EQ(system.asked[static_cast<std::size_t>(block)], report.jacobians);
+  // Once for the initial conditions and once for all Jacobians of one choice of coordinates.
+  EXPECT_EQ(system.asked[static_cast<std::size_t>(Block::force_a)], 1 + report.partitions);
+}
 
 TEST(Rejection, AFailingSolverCostsAShorterStep) {
   for (const auto fault :

@@ -93,23 +93,24 @@ class DenseSystem : public ConstrainedSystem {
     residual = {sides.force, sides.position, sides.velocity, sides.acceleration};
   }
 
-  void evaluate(const StateView& state, Tangent& tangent) const override {
+  void evaluate(const StateView& state, Tangent& tangent, BlockSet blocks) const override {
     using Ad = Eigen::AutoDiffScalar<Eigen::VectorXd>;
     const int n = coordinates();
     const Sides<Ad> sides = evaluate_as<Ad>(state, [n](double value, int i) { return Ad(value, 3 * n, i); });
-    const auto fill = [n](const std::vector<Ad>& rows, int first, std::vector<double>& values) {
-      auto value = values.begin();
+    const auto fill = [&](const std::vector<Ad>& rows, int first, Block block) {
+      if (!blocks.has(block)) return;
+      auto value = tangent[block].begin();
       for (const Ad& row : rows)
         for (int j = 0; j < n; ++j, ++value)
           *value = row.derivatives().size() > 0 ? row.derivatives()[first + j] : 0.0;
     };
-    fill(sides.force, 0, tangent[Block::force_q]);
-    fill(sides.force, n, tangent[Block::force_v]);
-    fill(sides.force, 2 * n, tangent[Block::force_a]);
-    fill(sides.position, 0, tangent[Block::position_q]);
-    fill(sides.velocity, 0, tangent[Block::velocity_q]);
-    fill(sides.acceleration, 0, tangent[Block::acceleration_q]);
-    fill(sides.acceleration, n, tangent[Block::acceleration_v]);
+    fill(sides.force, 0, Block::force_q);
+    fill(sides.force, n, Block::force_v);
+    fill(sides.force, 2 * n, Block::force_a);
+    fill(sides.position, 0, Block::position_q);
+    fill(sides.velocity, 0, Block::velocity_q);
+    fill(sides.acceleration, 0, Block::acceleration_q);
+    fill(sides.acceleration, n, Block::acceleration_v);
   }
 
  private:
@@ -157,6 +158,8 @@ class DenseSystem : public ConstrainedSystem {
   }
 
   Model model_;
+
+ protected:
   TangentPattern pattern_;
 };
 

@@ -40,7 +40,7 @@ Motion accelerations_and_multipliers(MultibodyBuilder& builder) {
   Residual residual = make_residual(*system);
   Tangent tangent = make_tangent(*system);
   system->evaluate(state, residual);
-  system->evaluate(state, tangent);
+  system->evaluate(state, tangent, BlockSet::all());
   for (int i = 0; i < m; ++i) {
     EXPECT_NEAR(residual.position[i], 0.0, 1e-13) << system->constraint_name(i);
     EXPECT_NEAR(residual.velocity[i], 0.0, 1e-13) << system->constraint_name(i);

@@ -69,7 +69,7 @@ struct Pair {
 
 double smallest_singular_value(const ConstrainedSystem& system, const State& state) {
   Tangent tangent = make_tangent(system);
-  system.evaluate(state.view(), tangent);
+  system.evaluate(state.view(), tangent, BlockSet::all());
   const Pattern& pattern = system.tangent_pattern()[Block::position_q];
   Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(pattern.rows, pattern.columns);
   for (int i = 0; i < pattern.rows; ++i)

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -138,7 +139,7 @@ TEST(Multibody, SumsWhatTheElementsGive) {
     Tangent tangent = make_tangent(*system);
     for (int twice = 0; twice < 2; ++twice) {  // values are overwritten, not added to
       system->evaluate(parts.state(), residual);
-      system->evaluate(parts.state(), tangent);
+      system->evaluate(parts.state(), tangent, BlockSet::all());
     }
     expect_near(residual.force, plain.force);
     expect_near(residual.position, plain.position);
@@ -156,6 +157,26 @@ TEST(Multibody, SumsWhatTheElementsGive) {
         EXPECT_NEAR(found.at(place), value, 1e-13)
             << "block " << b << ": " << place.first << ", " << place.second;
       }
+    }
+  }
+}
+
+TEST(Multibody, OverwritesTheBlocksThatAreAskedForAndNoOthers) {
+  const Parts parts = random_parts(7, 45);
+  const auto system = parts.builder.build(2);
+  Tangent all = make_tangent(*system);
+  system->evaluate(parts.state(), all, BlockSet::all());
+  for (unsigned subset = 0; subset < 1U << kBlocks; ++subset) {
+    BlockSet blocks;
+    for (int b = 0; b < kBlocks; ++b)
+      if ((subset >> b & 1U) != 0) blocks.insert(static_cast<Block>(b));
+    Tangent some = make_tangent(*system);
+    for (auto& values : some.values) std::fill(values.begin(), values.end(), 7.0);
+    const Tangent before = some;
+    system->evaluate(parts.state(), some, blocks);
+    for (int b = 0; b < kBlocks; ++b) {
+      const bool asked = blocks.has(static_cast<Block>(b));
+      EXPECT_EQ(some.values[b], (asked ? all : before).values[b]) << "block " << b << " of subset " << subset;
     }
   }
 }
@@ -189,7 +210,7 @@ TEST(Multibody, ResultsDoNotDependOnTheNumberOfThreads) {
     Residual residual = make_residual(*system);
     Tangent tangent = make_tangent(*system);
     system->evaluate(state, residual);
-    system->evaluate(state, tangent);
+    system->evaluate(state, tangent, BlockSet::all());
     if (threads == 1) {
       first_residual = residual;
       first_tangent = tangent;

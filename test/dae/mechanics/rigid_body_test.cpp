@@ -79,7 +79,7 @@ TEST(RigidBody, MassMatrixGivesTheKineticEnergy) {
     const StateView state{0.0, single.builder.initial_q().data(), none.data(), none.data(),
                           multiplier.data()};
     Tangent tangent = make_tangent(*single.system);
-    single.system->evaluate(state, tangent);
+    single.system->evaluate(state, tangent, BlockSet::all());
     ASSERT_EQ(tangent[Block::force_a].size(), 49U);
     const Eigen::Map<const Eigen::Matrix<double, 7, 7>> mass(tangent[Block::force_a].data());
     EXPECT_LT((mass - mass.transpose()).cwiseAbs().maxCoeff(), 1e-14);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "dae/integrator/formula.hpp"
+#include "dae/integrator/vector_loops.hpp"
 
 namespace mfs::dae {
 namespace {
@@ -33,7 +34,7 @@ void Bdf::start(const std::vector<double>& y, const std::vector<double>& dy, dou
 // Nothing but y and y' is known: the first difference is that of the step about to be tried.
 void Bdf::restart_with(double h) {
   const double factor = step_ > 0.0 ? h / step_ : h;
-  for (double& value : phi_[1]) value *= factor;
+  parallel_for(phi_[1].size(), threads_, [&](std::size_t i) { phi_[1][i] *= factor; });
   step_ = psi_[0] = h;
 }
 
@@ -70,34 +71,37 @@ void Bdf::predict(double h, std::vector<double>& y, std::vector<double>& dy) {
   if (steps_ == 0 && h != step_) restart_with(h);
   step_ = h;
   set_coefficients(h);
-  y = phi_[0];
-  dy.assign(y.size(), 0.0);
-  for (std::size_t j = 1; j <= static_cast<std::size_t>(order_); ++j)
-    for (std::size_t i = 0; i < y.size(); ++i) {
+  const auto k = static_cast<std::size_t>(order_);
+  y.resize(phi_[0].size());
+  dy.resize(y.size());
+  parallel_for(y.size(), threads_, [&](std::size_t i) {
+    double value = phi_[0][i], rate = 0.0;
+    for (std::size_t j = 1; j <= k; ++j) {
       const double difference = beta_[j] * phi_[j][i];
-      y[i] += difference;
-      dy[i] += gamma_[j] * difference;
+      value += difference;
+      rate += gamma_[j] * difference;
     }
+    y[i] = value;
+    dy[i] = rate;
+  });
 }
 
 double Bdf::local_error(const std::vector<double>& e, const std::vector<double>& weights) {
   const auto k = static_cast<std::size_t>(order_);
-  const double size = weighted_rms(e, weights);
+  const auto size_of = [&](const auto& error) { return weighted_rms(error, weights, threads_); };
+  const auto difference = [&](std::size_t j, std::size_t i) { return beta_[j] * phi_[j][i]; };
+  const double size = size_of([&](std::size_t i) { return e[i]; });
   error_here_ = sigma_[k] * size;
   suited_order_ = order_;
   suited_error_ = error_here_;
   if (order_ > 1 && !fixed_) {
-    work_ = e;
-    const auto add_difference = [&](std::size_t j) {
-      for (std::size_t i = 0; i < e.size(); ++i) work_[i] += beta_[j] * phi_[j][i];
-    };
-    add_difference(k);
-    error_below_ = sigma_[k - 1] * weighted_rms(work_, weights);
+    error_below_ = sigma_[k - 1] * size_of([&](std::size_t i) { return e[i] + difference(k, i); });
     const double here = (order_ + 1) * error_here_, below = order_ * error_below_;
     bool lower = below <= 0.5 * here;
     if (order_ > 2) {
-      add_difference(k - 1);
-      const double two_below = (order_ - 1) * sigma_[k - 2] * weighted_rms(work_, weights);
+      const double two_below = (order_ - 1) * sigma_[k - 2] * size_of([&](std::size_t i) {
+                                 return e[i] + difference(k, i) + difference(k - 1, i);
+                               });
       lower = std::max(below, two_below) <= here;
     }
     if (lower) {
@@ -121,14 +125,14 @@ double Bdf::reject(int times) {
 // The differences of the new time from those of the old one and the correction.
 void Bdf::shift(const std::vector<double>& e) {
   const auto k = static_cast<std::size_t>(order_);
-  for (std::size_t i = 0; i < e.size(); ++i) {
+  parallel_for(e.size(), threads_, [&](std::size_t i) {
     if (order_ < max_order_) phi_[k + 1][i] = e[i];
     double sum = e[i];
     for (std::size_t j = k + 1; j-- > 0;) {
       sum += beta_[j] * phi_[j][i];
       phi_[j][i] = sum;
     }
-  }
+  });
 }
 
 double Bdf::accept(const std::vector<double>& e, const std::vector<double>& weights) {
@@ -154,9 +158,8 @@ Bdf::Choice Bdf::choose(const std::vector<double>& e, const std::vector<double>&
   // The order above is judged only after order + 1 equal steps, and not just after a raise.
   if (order == order_ && order_ < max_order_ && order_ + 1 < next_unchanged_ && order_ - last_order_ != 1) {
     const auto& above = phi_[static_cast<std::size_t>(order_) + 1];
-    work_ = e;
-    for (std::size_t i = 0; i < e.size(); ++i) work_[i] -= above[i];
-    const double error_above = weighted_rms(work_, weights) / (order_ + 2);
+    const double error_above =
+        weighted_rms([&](std::size_t i) { return e[i] - above[i]; }, weights, threads_) / (order_ + 2);
     const double rated_here = (order_ + 1) * error_here_, rated_above = (order_ + 2) * error_above;
     if (order_ > 1 && order_ * error_below_ <= std::min(rated_here, rated_above)) {
       order = order_ - 1;

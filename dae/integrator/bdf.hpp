@@ -22,8 +22,9 @@ class Bdf {
  public:
   static constexpr int kMostOrder = 5;
 
-  /// `fixed`: the order rises to `max_order` and stays, whatever the error; steps may grow slowly.
-  explicit Bdf(int max_order, bool fixed = false) : max_order_(max_order), fixed_(fixed) {}
+  /// `fixed`: the order rises to `max_order` and stays, whatever the error; steps may grow slowly. `threads`:
+  /// as in IntegratorOptions.
+  Bdf(int max_order, bool fixed, int threads) : max_order_(max_order), fixed_(fixed), threads_(threads) {}
 
   /// Forgets the past. `dy` = y'; `h`: the step that is going to be tried.
   void start(const std::vector<double>& y, const std::vector<double>& dy, double h);
@@ -55,6 +56,7 @@ class Bdf {
 
   int max_order_;
   bool fixed_;
+  int threads_;
   int order_ = 1;
   bool rising_ = true;  ///< the first steps: order and step grow at each
   int steps_ = 0;
@@ -65,7 +67,6 @@ class Bdf {
   Coefficients psi_{}, next_psi_{};  ///< times between the new value and earlier ones
   Coefficients alpha_{}, beta_{}, gamma_{}, sigma_{};
   std::vector<std::vector<double>> phi_;
-  std::vector<double> work_;
   double error_here_ = 0.0, error_below_ = 0.0;  ///< |error| of orders k, k - 1
   int suited_order_ = 1;
   double suited_error_ = 0.0;

@@ -1,7 +1,5 @@
 #include "dae/integrator/composition.hpp"
 
-#include <omp.h>
-
 #include <algorithm>
 #include <cstdint>
 #include <limits>
@@ -9,11 +7,9 @@
 
 #include <mfs/error.hpp>
 
-namespace mfs::dae {
+#include "dae/integrator/vector_loops.hpp"
 
-int team_size(int threads) {
-  return threads > 0 ? threads : omp_get_max_threads();
-}
+namespace mfs::dae {
 
 TransposedPattern::TransposedPattern(const Pattern& original) : source(original.entries()) {
   pattern.rows = original.columns;

@@ -58,7 +58,4 @@ class Composition {
   Pattern pattern_;
 };
 
-/// Threads of a team that was asked for as `threads` (0: all).
-int team_size(int threads);
-
 }  // namespace mfs::dae

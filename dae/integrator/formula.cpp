@@ -1,8 +1,7 @@
 #include "dae/integrator/formula.hpp"
 
-#include <cmath>
-
 #include "dae/integrator/bdf.hpp"
+#include "dae/integrator/vector_loops.hpp"
 
 namespace mfs::dae {
 namespace {
@@ -10,7 +9,8 @@ namespace {
 /// BDF for y = [q, v].
 class BdfFormula : public Formula {
  public:
-  explicit BdfFormula(const IntegratorOptions& options) : bdf_(options.max_order, options.fixed_step > 0.0) {}
+  explicit BdfFormula(const IntegratorOptions& options)
+      : bdf_(options.max_order, options.fixed_step > 0.0, options.threads), threads_(options.threads) {}
 
   void start(const State& state, double h) override {
     bdf_.start(joined(state.q, state.v), joined(state.v, state.a), h);
@@ -21,16 +21,20 @@ class BdfFormula : public Formula {
     relation.rate_v = rate;
     relation.rate_a = rate * rate;
     const std::size_t n = y_.size() / 2;
-    relation.q.assign(y_.begin(), y_.begin() + static_cast<std::ptrdiff_t>(n));
-    relation.v.assign(dy_.begin(), dy_.begin() + static_cast<std::ptrdiff_t>(n));
-    relation.a.resize(n);
-    // a = v_p' + c (v - v_p), where v starts as q_p', not as v_p.
-    for (std::size_t i = 0; i < n; ++i) relation.a[i] = dy_[n + i] + rate * (dy_[i] - y_[n + i]);
+    for (auto* part : {&relation.q, &relation.v, &relation.a}) part->resize(n);
+    parallel_for(n, threads_, [&](std::size_t i) {
+      relation.q[i] = y_[i];
+      relation.v[i] = dy_[i];
+      // v_p' + c (v - v_p), where v starts as q_p', not as v_p.
+      relation.a[i] = dy_[n + i] + rate * (dy_[i] - y_[n + i]);
+    });
   }
   int order() const override { return bdf_.order(); }
   double local_error(const State& state, const std::vector<double>& weights) override {
-    correction_ = joined(state.q, state.v);
-    for (std::size_t i = 0; i < correction_.size(); ++i) correction_[i] -= y_[i];
+    const std::size_t n = state.q.size();
+    correction_.resize(2 * n);
+    parallel_for(2 * n, threads_,
+                 [&](std::size_t i) { correction_[i] = (i < n ? state.q[i] : state.v[i - n]) - y_[i]; });
     return bdf_.local_error(correction_, weights);
   }
   double reject(int times) override { return bdf_.reject(times); }
@@ -45,14 +49,15 @@ class BdfFormula : public Formula {
   }
 
   Bdf bdf_;
+  int threads_;
   std::vector<double> y_, dy_;  ///< predicted
   std::vector<double> correction_;
 };
 
 class GeneralizedAlpha : public Formula {
  public:
-  explicit GeneralizedAlpha(double rho)
-      : alpha_m_((2.0 * rho - 1.0) / (rho + 1.0)), alpha_f_(rho / (rho + 1.0)) {}
+  GeneralizedAlpha(double rho, int threads)
+      : alpha_m_((2.0 * rho - 1.0) / (rho + 1.0)), alpha_f_(rho / (rho + 1.0)), threads_(threads) {}
 
   void start(const State& state, double h) override {
     last_ = state;
@@ -67,18 +72,19 @@ class GeneralizedAlpha : public Formula {
     relation.rate_a = 1.0 / (beta() * weight * h * h);
     relation.q.resize(n);
     relation.v.resize(n);
-    relation.a = last_.a;
-    for (std::size_t i = 0; i < n; ++i) {
+    relation.a.resize(n);
+    parallel_for(n, threads_, [&](std::size_t i) {
       const double w = next_w(i, last_.a[i]);
       relation.q[i] = last_.q[i] + h * last_.v[i] + h * h * ((0.5 - beta()) * w_[i] + beta() * w);
       relation.v[i] = last_.v[i] + h * ((1.0 - gamma()) * w_[i] + gamma() * w);
-    }
+      relation.a[i] = last_.a[i];
+    });
   }
   int order() const override { return 2; }
   double local_error(const State&, const std::vector<double>&) override { return 0.0; }
   double reject(int) override { return 0.5 * step_; }
   double accept(const State& state, const std::vector<double>&) override {
-    for (std::size_t i = 0; i < w_.size(); ++i) w_[i] = next_w(i, state.a[i]);
+    parallel_for(w_.size(), threads_, [&](std::size_t i) { w_[i] = next_w(i, state.a[i]); });
     last_ = state;
     return step_;
   }
@@ -92,21 +98,16 @@ class GeneralizedAlpha : public Formula {
   }
 
   double alpha_m_, alpha_f_, step_ = 0.0;
+  int threads_;
   State last_;
   std::vector<double> w_;
 };
 
 }  // namespace
 
-double weighted_rms(const std::vector<double>& e, const std::vector<double>& weights) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < e.size(); ++i) sum += (e[i] / weights[i]) * (e[i] / weights[i]);
-  return e.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(e.size()));
-}
-
 std::unique_ptr<Formula> make_formula(const IntegratorOptions& options) {
   if (options.method == Method::bdf) return std::make_unique<BdfFormula>(options);
-  return std::make_unique<GeneralizedAlpha>(options.rho_inf);
+  return std::make_unique<GeneralizedAlpha>(options.rho_inf, options.threads);
 }
 
 }  // namespace mfs::dae

@@ -24,9 +24,6 @@ struct StepRelation {
   std::vector<double> q, v, a;  ///< q0, v0, a0
 };
 
-/// Root of the mean of (e_i / w_i)^2: 1 is what the user's tolerances allow. Sums in a fixed order.
-double weighted_rms(const std::vector<double>& e, const std::vector<double>& weights);
-
 class Formula {
  public:
   virtual ~Formula() = default;

@@ -18,6 +18,7 @@
 #include "dae/integrator/newton.hpp"
 #include "dae/integrator/partition.hpp"
 #include "dae/integrator/step_equations.hpp"
+#include "dae/integrator/vector_loops.hpp"
 
 namespace mfs::dae {
 namespace {
@@ -188,18 +189,18 @@ class Integrator::Impl {
   void set_weights() {
     const std::size_t n = scale_.size();
     weights_.resize(2 * n);
-    for (std::size_t i = 0; i < n; ++i) {
+    parallel_for(n, options_.threads, [&](std::size_t i) {
       weights_[i] = options_.rtol * std::abs(state_.q[i]) + options_.atol_position * scale_[i];
       weights_[n + i] = options_.rtol * std::abs(state_.v[i]) + options_.atol_velocity * scale_[i];
-    }
+    });
   }
 
   double first_step() const {
     if (options_.initial_step > 0.0) return options_.initial_step;
     if (options_.fixed_step > 0.0) return options_.fixed_step;
-    std::vector<double> rate = state_.v;
-    rate.insert(rate.end(), state_.a.begin(), state_.a.end());
-    return 1.0 / std::max(1e3 / (t_end_ - state_.t), 2.0 * weighted_rms(rate, weights_));
+    const std::size_t n = scale_.size();
+    const auto rate = [&](std::size_t i) { return i < n ? state_.v[i] : state_.a[i - n]; };
+    return 1.0 / std::max(1e3 / (t_end_ - state_.t), 2.0 * weighted_rms(rate, weights_, options_.threads));
   }
 
   double smallest_step() const {
@@ -312,11 +313,11 @@ class Integrator::Impl {
   }
 
   /// The state with multipliers of all constraints; those left out have none.
-  State whole_state() const {
+  const State& whole_state() {
     if (redundant_.empty()) return state_;
-    State whole = state_;
-    for (const int row : redundant_) whole.lambda.insert(whole.lambda.begin() + row, 0.0);
-    return whole;
+    whole_ = state_;
+    for (const int row : redundant_) whole_.lambda.insert(whole_.lambda.begin() + row, 0.0);
+    return whole_;
   }
 
   template <class Call>
@@ -345,7 +346,7 @@ class Integrator::Impl {
   std::unique_ptr<Newton> newton_;
   std::unique_ptr<Formula> formula_;
 
-  State state_;
+  State state_, whole_;
   StepRelation relation_;
   std::vector<double> weights_;  ///< of [q, v]
   std::vector<double> last_lambda_;

@@ -25,9 +25,10 @@ using MfsSolver = Amesos2::MFS<Matrix, Tpetra::MultiVector<double>>;
 
 /// Relative residual at which FGMRES stops. Rows of H differ in unit and size, so it has to be small.
 constexpr double kKrylovTolerance = 1e-8;
-/// A pass over the factors moves an entry of 8 bytes in the time of this many flops of a factorization: host
-/// and device have some 10 flops per byte, of which a factorization reaches a quarter.
-constexpr double kFlopsPerEntry = 20.0;
+/// A solve takes for an entry of the factors the time that a factorization takes for this many flops: by the
+/// tables in docs/performance.md 75 to 81 (elas3d:20, elas3d:40) on a host of 16 cores, 103 to 115 on an
+/// H200.
+constexpr double kFlopsPerEntry = 100.0;
 
 /// FGMRES is not begun where fewer steps are worth a factorization.
 constexpr double kFewSteps = 3.0;

@@ -17,6 +17,7 @@
 #include <Tpetra_CrsMatrix.hpp>
 
 #include "dae/integrator/kept_factors.hpp"
+#include "dae/integrator/vector_loops.hpp"
 
 namespace mfs::dae {
 namespace {
@@ -222,18 +223,15 @@ class NewtonTest : public NOX::StatusTest::Generic {
     const auto& x = dynamic_cast<const NOX::Thyra::Vector&>(group.getX()).getThyraVector();
     const auto& f = dynamic_cast<const NOX::Thyra::Vector&>(group.getF()).getThyraVector();
     model_.unpack(x, state_);
-    y_.swap(old_y_);
-    y_ = state_.q;
-    y_.insert(y_.end(), state_.v.begin(), state_.v.end());
+    const std::size_t n = state_.q.size();
+    const auto y = [&](std::size_t i) { return i < n ? state_.q[i] : state_.v[i - n]; };
     const auto h = Convert::getConstTpetraVector(Teuchos::rcpFromRef(f))->getData();
     const auto largest = [&](int begin, int end) {
-      double most = 0.0;
-      bool finite = true;
-      for (int i = begin; i < end; ++i) {
-        most = std::max(most, std::abs(h[i]));
-        finite = finite && std::isfinite(h[i]);
-      }
-      return finite ? most : HUGE_VAL;
+      const double* const values = h.getRawPtr() + begin;
+      return parallel_fold(
+          static_cast<std::size_t>(end - begin), options_.threads, 0.0,
+          [&](std::size_t i) { return std::isfinite(values[i]) ? std::abs(values[i]) : HUGE_VAL; },
+          [](double a, double b) { return std::max(a, b); });
     };
     residual_ = largest(0, equations_.size());
     const int m = static_cast<int>(state_.lambda.size());
@@ -241,11 +239,13 @@ class NewtonTest : public NOX::StatusTest::Generic {
       const int row = equations_.first_constraint() + level * m;
       violation_[level] = largest(row, row + m);
     }
-    if (first) return std::isfinite(residual_);
-    for (std::size_t i = 0; i < y_.size(); ++i) old_y_[i] = y_[i] - old_y_[i];
-    last_correction_ = correction_;
-    correction_ = weighted_rms(old_y_, *weights_);
-    return std::isfinite(residual_) && std::isfinite(correction_);
+    if (!first) {
+      last_correction_ = correction_;
+      correction_ = weighted_rms([&](std::size_t i) { return y(i) - y_[i]; }, *weights_, options_.threads);
+    }
+    y_.resize(2 * n);
+    parallel_for(2 * n, options_.threads, [&](std::size_t i) { y_[i] = y(i); });
+    return std::isfinite(residual_) && (first || std::isfinite(correction_));
   }
 
   /// False: corrections do not shrink.
@@ -272,7 +272,7 @@ class NewtonTest : public NOX::StatusTest::Generic {
   const IntegratorOptions& options_;
   const std::vector<double>* weights_ = nullptr;
   State state_;
-  std::vector<double> y_, old_y_;
+  std::vector<double> y_;  ///< [q, v] before the last correction
   NOX::StatusTest::StatusType status_ = NOX::StatusTest::Unevaluated;
   int since_jacobian_ = 0;  ///< corrections by the present Jacobian, in this search
   double correction_ = 0.0, last_correction_ = 0.0, rate_ = 0.0, left_over_ = kUnknownRate;

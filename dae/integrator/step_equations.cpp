@@ -1,7 +1,10 @@
 #include "dae/integrator/step_equations.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
+
+#include "dae/integrator/vector_loops.hpp"
 
 namespace mfs::dae {
 namespace {
@@ -33,6 +36,7 @@ StepEquations::StepEquations(const ConstrainedSystem& system, Unknowns unknowns,
       m_(system.constraints()),
       levels_(all_levels ? 3 : 1),
       reduced_(unknowns == Unknowns::reduced),
+      threads_(threads),
       is_independent_(independent),
       independent_(set_members(independent)),
       size_(number_unknowns()),
@@ -97,12 +101,12 @@ Composition StepEquations::make_composition(int threads) {
 
 void StepEquations::pack(const StepRelation& relation, const std::vector<double>& lambda, double* x) const {
   std::copy(lambda.begin(), lambda.end(), x);
-  for (std::size_t i = 0; i < is_independent_.size(); ++i) {
+  parallel_for(is_independent_.size(), threads_, [&](std::size_t i) {
     x[column_[kA][i]] = relation.a[i];
-    if (eliminated(i)) continue;
+    if (eliminated(i)) return;
     x[column_[kV][i]] = relation.v[i];
     x[column_[kQ][i]] = relation.q[i];
-  }
+  });
 }
 
 void StepEquations::unpack(const double* x, const StepRelation& relation, State& state) const {
@@ -110,18 +114,23 @@ void StepEquations::unpack(const double* x, const StepRelation& relation, State&
   state.lambda.assign(x, x + m_);
   const auto n = is_independent_.size();
   for (auto* part : {&state.q, &state.v, &state.a}) part->resize(n);
-  for (std::size_t i = 0; i < n; ++i) {
+  parallel_for(n, threads_, [&](std::size_t i) {
     state.a[i] = x[column_[kA][i]];
     const double change = (state.a[i] - relation.a[i]) / relation.rate_a;  // of q, where it is eliminated
     state.v[i] = eliminated(i) ? relation.v[i] + relation.rate_v * change : x[column_[kV][i]];
     state.q[i] = eliminated(i) ? relation.q[i] + change : x[column_[kQ][i]];
-  }
+  });
 }
 
 void StepEquations::scale_corrections(double ratio, double* scale) const {
-  std::fill(scale, scale + size_, 2.0 / (1.0 + ratio));
-  for (std::size_t i = 0; i < is_independent_.size(); ++i)
-    if (eliminated(i)) scale[column_[kA][i]] *= ratio;  // the matrix took q for a over its own rate_a
+  const double of_q = 2.0 / (1.0 + ratio);
+  std::fill(scale, scale + m_, 1.0);  // multipliers balance forces, whichever dominate
+  parallel_for(is_independent_.size(), threads_, [&](std::size_t i) {
+    scale[column_[kA][i]] = ratio * of_q;
+    if (eliminated(i)) return;  // the matrix took v and q for a over its own rates
+    scale[column_[kV][i]] = std::sqrt(ratio) * of_q;
+    scale[column_[kQ][i]] = of_q;
+  });
 }
 
 namespace {
@@ -134,7 +143,8 @@ StateView view(const State& state) {
 
 void StepEquations::residual(const State& state, const StepRelation& relation, double* h) const {
   system_.evaluate(view(state), residual_);
-  h = std::copy(residual_.force.begin(), residual_.force.end(), h);
+  parallel_for(residual_.force.size(), threads_, [&](std::size_t i) { h[i] = residual_.force[i]; });
+  h += n_;
   h = std::copy(residual_.position.begin(), residual_.position.end(), h);
   if (levels_ == 3) {
     h = std::copy(residual_.velocity.begin(), residual_.velocity.end(), h);
@@ -149,10 +159,10 @@ void StepEquations::residual(const State& state, const StepRelation& relation, d
 
 void StepEquations::set_factors(const StepRelation& relation) const {
   if (reduced_) {
-    for (const int i : independent_) {
-      factor_v_[i] = relation.rate_v / relation.rate_a;
-      factor_q_[i] = 1.0 / relation.rate_a;
-    }
+    parallel_for(independent_.size(), threads_, [&](std::size_t k) {
+      factor_v_[independent_[k]] = relation.rate_v / relation.rate_a;
+      factor_q_[independent_[k]] = 1.0 / relation.rate_a;
+    });
   } else {
     std::fill(relation_a_.begin(), relation_a_.end(), relation.rate_v / relation.rate_a);
     std::fill(relation_v_.begin(), relation_v_.end(), 1.0 / relation.rate_v);

@@ -42,7 +42,9 @@ class StepEquations {
   void unpack(const double* x, const StepRelation& relation, State& state) const;
   /// By what to multiply corrections that a matrix of another step has given, when `ratio` is rate_a over
   /// that of the matrix: one number per unknown. Where inertia dominates, such corrections of q are too large
-  /// by the ratio, where stiffness does they are right; this shares the error out.
+  /// by the ratio, where stiffness does they are right; this shares the error out. Corrections of v and a
+  /// follow those of q by the rates of this step, for dependent coordinates too: else each correction of a,
+  /// many times that of q, would violate the constraints on accelerations anew.
   void scale_corrections(double ratio, double* scale) const;
   /// H at `state`, the unpacked x.
   void residual(const State& state, const StepRelation& relation, double* h) const;
@@ -63,6 +65,7 @@ class StepEquations {
   const ConstrainedSystem& system_;
   const int n_, m_, levels_;
   const bool reduced_;
+  const int threads_;
   std::vector<char> is_independent_;
   std::vector<int> independent_;            ///< ascending
   std::array<std::vector<int>, 4> column_;  ///< by Kind: where an unknown's derivatives go

@@ -207,19 +207,21 @@ void Multibody::for_each_element(const std::vector<char>& group_takes_part, Work
   failure.rethrow();
 }
 
+void clear(std::vector<double>& values, int threads) {
+  const auto count = static_cast<std::int64_t>(values.size());
+#pragma omp parallel for num_threads(threads)
+  for (std::int64_t k = 0; k < count; ++k) values[k] = 0.0;
+}
+
 void Multibody::evaluate(const StateView& state, Residual& residual) const {
-  std::fill(residual.force.begin(), residual.force.end(), 0.0);
+  clear(residual.force, threads_);
   for_each_element(std::vector<char>(groups_.size(), 1),
                    [&](ElementId id, Workspace& work) { add_residual(id, state, residual, work); });
 }
 
 void Multibody::evaluate(const StateView& state, Tangent& tangent, BlockSet blocks) const {
   for (const Block block : kForceBlocks) {
-    if (!blocks.has(block)) continue;
-    std::vector<double>& values = tangent[block];
-    const auto count = static_cast<std::int64_t>(values.size());
-#pragma omp parallel for num_threads(threads_)
-    for (std::int64_t k = 0; k < count; ++k) values[k] = 0.0;
+    if (blocks.has(block)) clear(tangent[block], threads_);
   }
   std::vector<char> has_some;
   for (const BlockSet of_group : blocks_) has_some.push_back(of_group.meets(blocks) ? 1 : 0);

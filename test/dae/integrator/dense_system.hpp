@@ -152,7 +152,10 @@ class DenseSystem : public ConstrainedSystem {
     for (int i = 0; i < n; ++i) {
       for (int j = 0; j < n; ++j) path[j] = Taylor<T>(q[j], T(i == j ? 1.0 : 0.0), T(0.0));
       const auto phi = model_.constraint(Taylor<T>(state.t), path);
-      for (int k = 0; k < m; ++k) sides.force[i] = T(sides.force[i] + phi[k].d1 * state.lambda[k]);
+      for (int k = 0; k < m; ++k) {
+        const T share = phi[k].d1 * state.lambda[k];  // without derivatives, where the constraint is linear
+        sides.force[i] += share;
+      }
     }
     return sides;
   }

@@ -1,0 +1,162 @@
+// What is done with the Jacobian of a step: which blocks are evaluated, how long a matrix and its factors are
+// kept, what becomes of corrections by the matrix of another step.
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <array>
+#include <cmath>
+
+#include "dae/integrator/integrator.hpp"
+#include "dae/integrator/step_equations.hpp"
+#include "test/dae/integrator/pendulum.hpp"
+
+namespace mfs::dae::test {
+namespace {
+
+/// Counts what the integrator asks for.
+class Counted : public DenseSystem<Pendulum> {
+ public:
+  Counted() { pattern_.constant[static_cast<std::size_t>(Block::force_a)] = true; }
+  using DenseSystem<Pendulum>::evaluate;
+  void evaluate(const StateView& state, Tangent& tangent, BlockSet blocks) const override {
+    DenseSystem<Pendulum>::evaluate(state, tangent, blocks);
+    for (int b = 0; b < kBlocks; ++b)
+      if (blocks.has(static_cast<Block>(b))) ++asked[b];
+  }
+  mutable std::array<std::int64_t, kBlocks> asked{};
+};
+
+TEST(Jacobian, AsksForNoMoreBlocksThanItNeeds) {
+  const Counted system;
+  Integrator integrator(system);
+  Observer nobody;
+  integrator.run(0.0, pendulum_at(1.0), {0.0, 0.0}, 1.0, {}, nobody);
+  const IntegrationReport& report = integrator.report();
+  ASSERT_GT(report.jacobians, 5);
+  ASSERT_GT(report.steps, report.jacobians);
+  for (const Block block :
+       {Block::force_q, Block::force_v, Block::velocity_q, Block::acceleration_q, Block::acceleration_v})
+    EXPECT_EQ(system.asked[static_cast<std::size_t>(block)], report.jacobians);
+  // Once for the initial conditions and once for all Jacobians of one choice of coordinates.
+  EXPECT_EQ(system.asked[static_cast<std::size_t>(Block::force_a)], 1 + report.partitions);
+}
+
+/// Masses on nonlinear springs, all tied to each other: a dense matrix, whose factorization is worth several
+/// solves.
+class Bundle : public ConstrainedSystem {
+ public:
+  Bundle() {
+    Pattern dense{kMasses, kMasses, {0}, {}}, diagonal = dense, none{0, kMasses, {0}, {}};
+    for (int i = 0; i < kMasses; ++i) {
+      for (int j = 0; j < kMasses; ++j) dense.column.push_back(j);
+      dense.row_start.push_back(static_cast<int>(dense.column.size()));
+      diagonal.column.push_back(i);
+      diagonal.row_start.push_back(i + 1);
+    }
+    pattern_.block = {
+        dense, Pattern{kMasses, kMasses, std::vector<int>(kMasses + 1), {}}, diagonal, none, none, none,
+        none};
+    pattern_.constant[static_cast<std::size_t>(Block::force_a)] = true;
+  }
+  int coordinates() const override { return kMasses; }
+  int constraints() const override { return 0; }
+  const TangentPattern& tangent_pattern() const override { return pattern_; }
+  void evaluate(const StateView& state, Residual& residual) const override {
+    double sum = 0.0;
+    for (int i = 0; i < kMasses; ++i) sum += weight(i) * state.q[i];
+    for (int i = 0; i < kMasses; ++i)
+      residual.force[i] = state.a[i] + 100.0 * state.q[i] * (1.0 + state.q[i] * state.q[i]) + weight(i) * sum;
+  }
+  void evaluate(const StateView& state, Tangent& tangent, BlockSet blocks) const override {
+    if (blocks.has(Block::force_a)) tangent[Block::force_a].assign(kMasses, 1.0);
+    if (!blocks.has(Block::force_q)) return;
+    double* value = tangent[Block::force_q].data();
+    for (int i = 0; i < kMasses; ++i)
+      for (int j = 0; j < kMasses; ++j)
+        *value++ = weight(i) * weight(j) + (i == j ? 100.0 * (1.0 + 3.0 * state.q[i] * state.q[i]) : 0.0);
+  }
+
+  static constexpr int kMasses = 700;
+
+ private:
+  static double weight(int i) { return 1.0 + 0.5 * std::sin(i); }
+  TangentPattern pattern_;
+};
+
+TEST(Jacobian, IsSolvedOnTheFactorsOfAnOlderOneWhereThatIsCheaper) {
+  const Bundle system;
+  const auto run = [&](int krylov_steps, IntegrationReport& report) {
+    IntegratorOptions options;
+    options.rtol = options.atol_position = options.atol_velocity = 1e-5;
+    options.krylov_steps = krylov_steps;
+    options.threads = 1;
+    Integrator integrator(system, options);
+    Observer nobody;
+    std::vector<double> q0(Bundle::kMasses);
+    for (std::size_t i = 0; i < q0.size(); ++i) q0[i] = std::cos(static_cast<double>(i));
+    State end = integrator.run(0.0, q0, std::vector<double>(q0.size(), 0.0), 0.2, {}, nobody);
+    report = integrator.report();
+    return end;
+  };
+  IntegrationReport with, without;
+  const State end = run(8, with), other = run(0, without);
+  EXPECT_GT(with.krylov_solves, 0);
+  EXPECT_LT(with.factorizations, with.jacobians);
+  EXPECT_EQ(without.krylov_solves, 0);
+  EXPECT_EQ(without.factorizations, without.jacobians);
+  for (std::size_t i = 0; i < end.q.size(); ++i) ASSERT_NEAR(end.q[i], other.q[i], 1e-4) << i;
+}
+
+/// Three springs whose elongations add up to zero: all equations are linear.
+struct Linear {
+  int coordinates() const { return 3; }
+  int constraints() const { return 1; }
+  template <class T>
+  std::vector<T> force(double /*t*/, const std::vector<T>& q, const std::vector<T>& v,
+                       const std::vector<T>& a) const {
+    std::vector<T> f;
+    for (int i = 0; i < 3; ++i) f.push_back(T(a[i] + 3.0 * v[i] + (10.0 + 700.0 * i) * q[i]));
+    return f;
+  }
+  template <class T>
+  std::vector<T> constraint(const T& /*t*/, const std::vector<T>& q) const {
+    return {q[0] + q[1] + q[2]};
+  }
+};
+
+TEST(Jacobian, CorrectionsByThatOfAnotherStepKeepConstraintsAndRelations) {
+  const DenseSystem<Linear> system;
+  const auto relation = [](double rate) {
+    return StepRelation{0.0, rate, rate * rate, {1.0, -3.0, 2.0}, {-5.0, 2.0, 3.0}, {100.0, 30.0, -130.0}};
+  };
+  for (const Unknowns unknowns : {Unknowns::full, Unknowns::reduced})
+    for (const double factor : {0.8, 1.25}) {
+      const StepEquations equations(system, unknowns, true, {1, 1, 0}, 1);
+      const auto n = static_cast<Eigen::Index>(equations.size());
+      const StepRelation old = relation(20.0), now = relation(20.0 * factor);
+      Eigen::VectorXd x(n), h(n), scale(n);
+      State state;
+      equations.pack(now, {0.7}, x.data());
+      equations.unpack(x.data(), now, state);
+      equations.residual(state, now, h.data());
+
+      const Pattern& pattern = equations.pattern();
+      std::vector<double> values(pattern.entries());
+      equations.jacobian(state, old, values.data());
+      Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(n, n);
+      for (int i = 0; i < pattern.rows; ++i)
+        for (int k = pattern.row_start[i]; k < pattern.row_start[i + 1]; ++k)
+          matrix(i, pattern.column[k]) = values[k];
+      equations.scale_corrections(factor * factor, scale.data());
+      x -= scale.cwiseProduct(matrix.lu().solve(h));
+
+      const double before = h.head(3).norm();
+      equations.unpack(x.data(), now, state);
+      equations.residual(state, now, h.data());
+      EXPECT_LT(h.head(3).norm(), 0.5 * before);  // F gets smaller,
+      EXPECT_LT(h.tail(n - 3).norm(), 1e-9);      // and all else stays fulfilled
+    }
+}
+
+}  // namespace
+}  // namespace mfs::dae::test

@@ -132,14 +132,15 @@ TEST(Solid, DerivativesAreIndependentOfWhichAreAskedFor) {
   const ElementTangent all = element_tangent(body, 0, q, v);
   const Eigen::Map<const Eigen::VectorXi> where(body.coordinates(0), 24);
   const Eigen::VectorXd qe = q(where), ve = v(where);
-  RowMatrix only = RowMatrix::Zero(24, 24);
-  LocalTangent ask{nullptr, only.data(), nullptr, nullptr, nullptr, nullptr, nullptr};
-  body.tangent(0, {0, qe.data(), ve.data(), ve.data(), nullptr}, ask);
-  EXPECT_EQ(only, all.force_v);
-  only.setZero();
-  ask = {only.data(), nullptr, nullptr, nullptr, nullptr, nullptr, nullptr};
-  body.tangent(0, {0, qe.data(), ve.data(), ve.data(), nullptr}, ask);
-  EXPECT_EQ(only, all.force_q);
+  const RowMatrix zero = RowMatrix::Zero(24, 24);
+  for (const Block block : {Block::force_q, Block::force_v, Block::force_a}) {
+    RowMatrix by_q = zero, by_v = zero, by_a = zero;
+    LocalTangent ask{by_q.data(), by_v.data(), by_a.data(), nullptr, nullptr, nullptr, nullptr, {block}};
+    body.tangent(0, {0, qe.data(), ve.data(), ve.data(), nullptr}, ask);
+    EXPECT_EQ(by_q, block == Block::force_q ? all.force_q : zero);
+    EXPECT_EQ(by_v, block == Block::force_v ? all.force_v : zero);
+    EXPECT_EQ(by_a, block == Block::force_a ? all.force_a : zero);
+  }
 }
 
 std::string refusal(const Mesh& mesh, const Material& material, const SolidOptions& options = {}) {

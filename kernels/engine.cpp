@@ -1,19 +1,49 @@
 #include "kernels/engine.hpp"
 
 #include <sched.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <cstdlib>
 #include <exception>
+#include <memory>
 #include <mutex>
+#include <system_error>
 #include <thread>
+#include <vector>
 
 #include <Kokkos_Core.hpp>
+#include <mfs/error.hpp>
 
 namespace mfs {
 
+namespace {
+
+// OpenMP's library ends the process where the system refuses it a thread. So they are asked for here first,
+// all at once, and a refusal is thrown.
+void ask_for_threads(int count) {
+  std::mutex asking;
+  std::vector<std::thread> granted;
+  std::exception_ptr refusal;
+  {
+    const std::lock_guard<std::mutex> all_stay(asking);
+    try {
+      for (int k = 0; k < count; ++k)
+        granted.emplace_back([&asking] { const std::lock_guard<std::mutex> until_all_are_there(asking); });
+    } catch (...) {
+      refusal = std::current_exception();
+    }
+  }
+  for (std::thread& thread : granted) thread.join();
+  if (refusal) std::rethrow_exception(refusal);
+}
+
+}  // namespace
+
 struct Engine::State {
+  const pid_t process = getpid();
   std::mutex caller;  // one caller at a time
   std::mutex mutex;   // guards what follows
   std::condition_variable changed;
@@ -52,6 +82,7 @@ struct Engine::State {
   // Serial does not survive that in 3.4 (its scratch memory comes back too small, and is overrun).
   void use_threads(int wanted) {
     if (kokkos_threads == wanted) return;
+    ask_for_threads(wanted - 1);
     kokkos_threads = 0;
 #if KOKKOS_VERSION >= 30700
     const auto settings = Kokkos::InitializationSettings().set_num_threads(wanted).set_disable_warnings(true);
@@ -99,8 +130,10 @@ Engine& Engine::instance() {
   return *engine;
 }
 
-Engine::Engine() : state_(new State) {
-  std::thread([state = state_] { state->serve(); }).detach();
+Engine::Engine() {
+  auto state = std::make_unique<State>();
+  std::thread([state = state.get()] { state->serve(); }).detach();
+  state_ = state.release();
 }
 
 #ifdef KOKKOS_ENABLE_CUDA
@@ -121,6 +154,9 @@ void Engine::use_cuda() {
 #endif
 
 void Engine::run(int threads, const std::function<void()>& work, const std::function<void()>& idle) {
+  if (getpid() != state_->process)
+    throw StateError(
+        "this process was forked from one that had used the solver before: use it in one of them");
   const std::lock_guard<std::mutex> one_caller(state_->caller);
   std::unique_lock<std::mutex> lock(state_->mutex);
   state_->threads = threads;
@@ -154,8 +190,8 @@ int available_threads() {
   cpu_set_t set;
   CPU_ZERO(&set);
   if (sched_getaffinity(0, sizeof set, &set) != 0)
-    return static_cast<int>(std::thread::hardware_concurrency());
-  return CPU_COUNT(&set);
+    return std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, kMostThreads);
+  return std::min(CPU_COUNT(&set), kMostThreads);
 }
 
 }  // namespace mfs

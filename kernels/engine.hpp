@@ -1,7 +1,8 @@
 // Where Kokkos runs. With its private Kokkos, MFS owns one thread that initializes Kokkos and starts all of
 // its kernels: Kokkos 3.4's OpenMP accepts only the thread that initialized it, while callers come from any
 // thread, with any OpenMP settings of their own, which then stay as they are. A call hands its work over and
-// waits.
+// waits. A process made by fork has no such thread, and what Kokkos and OpenMP left it is of no use: there
+// the engine refuses to run.
 #pragma once
 
 #include <functional>
@@ -15,7 +16,9 @@ class Engine {
 
   /// Runs `work` with `threads` OpenMP threads and returns when it is done; what it throws is thrown here.
   /// Calls from several threads wait for each other. While it waits, `idle` (if any) is called about ten
-  /// times per second in the calling thread; what it throws is thrown here once `work` is done.
+  /// times per second in the calling thread; what it throws is thrown here once `work` is done. Throws
+  /// StateError in a process that was forked from the engine's, BackendError where the system refuses
+  /// threads.
   void run(int threads, const std::function<void()>& work, const std::function<void()>& idle = {});
 
 #ifdef MFS_CUDA
@@ -33,7 +36,10 @@ class Engine {
   State* state_;  // lives as long as the engine's thread: as long as the process
 };
 
-/// Processors that this process may use.
+/// Kokkos' OpenMP space has room for no more.
+constexpr int kMostThreads = 512;
+
+/// Processors that this process may use; at most kMostThreads.
 int available_threads();
 
 }  // namespace mfs

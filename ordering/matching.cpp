@@ -46,43 +46,6 @@ bool pattern_is_nearly_symmetric(const Pattern& pattern) {
   return static_cast<double>(mirrored) >= kNearlySymmetric * static_cast<double>(pattern.nnz() - diagonal);
 }
 
-double magnitude(double value) {
-  return std::abs(value);
-}
-double magnitude(float value) {
-  return std::abs(static_cast<double>(value));
-}
-template <class Real>
-double magnitude(const std::complex<Real>& value) {
-  return std::hypot(static_cast<double>(value.real()), static_cast<double>(value.imag()));
-}
-
-/// -log2 of the scaled entries; 0 for all entries where only the pattern is known. `values` may be null.
-template <class Scalar>
-std::vector<Cost> matching_costs(const Pattern& pattern, const Scalar* values,
-                                 const std::vector<Exponent>& exponents, const PowerScaling& scaling,
-                                 int threads) {
-  std::vector<Cost> costs(pattern.columns.size(), 0);
-  if (values == nullptr) return costs;
-#pragma omp parallel for num_threads(threads) schedule(static)
-  for (Vertex i = 0; i < pattern.n; ++i) {
-    for (Offset k = pattern.offsets[i]; k < pattern.offsets[i + 1]; ++k) {
-      if (exponents[k] == kZeroEntry) {
-        costs[k] = kNoEdge;
-        continue;
-      }
-      // The entry is halved first: hypot of two huge parts would overflow.
-      const double near_one =
-          std::ldexp(magnitude(values[k] * static_cast<decltype(std::abs(values[k]))>(0.5)), -exponents[k]);
-      const int exponent =
-          std::clamp(exponents[k] + scaling.row[i] + scaling.column[pattern.columns[k]], -1000, 1000);
-      const double logarithm = exponent + 1 + std::log2(std::clamp(near_one, 0.25, 1.0));
-      costs[k] = static_cast<Cost>(-std::lround(logarithm * kCostOfTwo));
-    }
-  }
-  return costs;
-}
-
 /// Adds the scales that duals stand for to those that the matching started from.
 void add_duals(const std::vector<std::int64_t>& duals, std::vector<std::int32_t>& exponents) {
   for (std::size_t i = 0; i < exponents.size(); ++i) {

@@ -1,10 +1,10 @@
 #include "ordering/product_matching.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <complex>
 #include <limits>
 #include <utility>
-
-#include "ordering/scaling.hpp"
 
 namespace mfs {
 namespace {
@@ -211,7 +211,51 @@ class Matcher {
   Distance target_distance_ = kFar;
 };
 
+double magnitude(double value) {
+  return std::abs(value);
+}
+double magnitude(float value) {
+  return std::abs(static_cast<double>(value));
+}
+template <class Real>
+double magnitude(const std::complex<Real>& value) {
+  return std::hypot(static_cast<double>(value.real()), static_cast<double>(value.imag()));
+}
+
 }  // namespace
+
+template <class Scalar>
+std::vector<Cost> matching_costs(const Pattern& pattern, const Scalar* values,
+                                 const std::vector<Exponent>& exponents, const PowerScaling& scaling,
+                                 int threads) {
+  std::vector<Cost> costs(pattern.columns.size(), 0);
+  if (values == nullptr) return costs;
+#pragma omp parallel for num_threads(threads) schedule(static)
+  for (Vertex i = 0; i < pattern.n; ++i) {
+    for (Offset k = pattern.offsets[i]; k < pattern.offsets[i + 1]; ++k) {
+      if (exponents[k] == kZeroEntry) {
+        costs[k] = kNoEdge;
+        continue;
+      }
+      // The entry is halved first: hypot of two huge parts would overflow.
+      const double near_one =
+          std::ldexp(magnitude(values[k] * static_cast<decltype(std::abs(values[k]))>(0.5)), -exponents[k]);
+      const int exponent =
+          std::clamp(exponents[k] + scaling.row[i] + scaling.column[pattern.columns[k]], -1024, 1024);
+      const double logarithm = exponent + 1 + std::log2(std::clamp(near_one, 0.25, 1.0));
+      costs[k] = static_cast<Cost>(-std::lround(logarithm * kCostOfTwo));
+    }
+  }
+  return costs;
+}
+
+#define MFS_INSTANTIATE(Scalar)                                                                          \
+  template std::vector<Cost> matching_costs(const Pattern&, const Scalar*, const std::vector<Exponent>&, \
+                                            const PowerScaling&, int);
+MFS_INSTANTIATE(float)
+MFS_INSTANTIATE(double)
+MFS_INSTANTIATE(std::complex<float>)
+MFS_INSTANTIATE(std::complex<double>)
 
 ProductMatching maximum_product_matching(const Pattern& pattern, const std::vector<Cost>& costs) {
   return Matcher(pattern, costs).run();

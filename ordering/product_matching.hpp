@@ -16,6 +16,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "ordering/scaling.hpp"
 #include "ordering/types.hpp"
 
 namespace mfs {
@@ -24,6 +25,12 @@ namespace mfs {
 using Cost = std::int32_t;
 constexpr Cost kCostOfTwo = 1 << 20;
 constexpr Cost kNoEdge = INT32_MAX;
+
+/// -log2 of the scaled entries, by slot; 0 for all of them where only the pattern is known (`values` null).
+template <class Scalar>
+std::vector<Cost> matching_costs(const Pattern& pattern, const Scalar* values,
+                                 const std::vector<Exponent>& exponents, const PowerScaling& scaling,
+                                 int threads);
 
 struct ProductMatching {
   std::vector<Vertex> row_of_column;                // n: -1 where the column is unmatched

@@ -134,7 +134,7 @@ void BlockSolve<Scalar>::climb_until_solved(const Columns<Scalar>& part) {
   give(part, solution.data(), outcome);
 }
 
-// Each column by factors of its own, made for its approximate solution, in whose place the better one comes.
+// Each column by factors of its own, with rows scaled for it.
 template <class Scalar>
 SolveOutcome BlockSolve<Scalar>::solve_rescaled(const Columns<Scalar>& part, Scalar* solution) {
   SolveOutcome worst;
@@ -142,12 +142,11 @@ SolveOutcome BlockSolve<Scalar>::solve_rescaled(const Columns<Scalar>& part, Sca
     Columns<Scalar> column = part;
     column.b += j * part.ldb;
     column.count = 1;
-    Scalar* x = solution + j * rows();
-    factors_.rescale(column.b, x, part.transposed);
+    factors_.rescale(column.b, part.transposed);
     const SolveOutcome outcome = solve_with_factors(column);
     if (!(outcome.backward_error <= worst.backward_error)) worst = outcome;
     const Scalar* found = factors_.numeric("solve").solution();
-    std::copy(found, found + rows(), x);
+    std::copy(found, found + rows(), solution + j * rows());
   }
   worst.dependent_rows = 0;  // nothing that was singular comes here
   return worst;

@@ -33,13 +33,10 @@ void MatrixFactors<Scalar>::analyze(const CsrView<Scalar>& a) {
 // The first factorization also takes the memory; later ones only fill it.
 template <class Scalar>
 void MatrixFactors<Scalar>::factor(const CsrView<Scalar>& a) {
-  if (!analysis_) {
-    analyze(a);
-  } else {
-    check_same_pattern(*analysis_->pattern, a, phases_.threads());
-    if (!analyzed_with_values_) analyze(a);  // the values decide about matching and scaling
-  }
-  check_values(a, phases_.threads());
+  const bool known_pattern = analysis_.has_value();
+  if (known_pattern) check(a, true);
+  if (!known_pattern || !analyzed_with_values_) analyze(a);  // the values decide about matching and scaling
+  if (!known_pattern) check(a, false);
   const Stopwatch watch;
   const bool first = !numeric_;
   if (first) {
@@ -58,10 +55,8 @@ void MatrixFactors<Scalar>::factor(const CsrView<Scalar>& a) {
 
 template <class Scalar>
 void MatrixFactors<Scalar>::refactor(const CsrView<Scalar>& a) {
-  const Pattern& pattern = *known("refactor").pattern;
-  const Stopwatch watch;
-  check_same_pattern(pattern, a, phases_.threads());
-  refactor_known(a, watch);
+  known("refactor");
+  refactor_checked(a, true);
 }
 
 template <class Scalar>
@@ -188,20 +183,30 @@ void MatrixFactors<Scalar>::use_scales(const std::vector<double>& row, const std
 }
 
 template <class Scalar>
-void MatrixFactors<Scalar>::rescale(const Scalar* b, const Scalar* x, bool transposed) {
+void MatrixFactors<Scalar>::rescale(const Scalar* b, bool transposed) {
   report_.rung = Rung::rescaling;
   phases_.run("factor", [&] {
     const PowerScaling scaling =
-        scaling_by_size(*analysis_->pattern, numeric_->matrix_values(), b, x, transposed, phases_.threads());
+        scaling_by_size(*analysis_->pattern, numeric_->matrix_values(), b, transposed, phases_.threads());
     use_scales(powers_of_two(scaling.row), powers_of_two(scaling.column));
   });
   rescaled_ = true;
   factor_values();
 }
 
+// Also of the pattern, unless it is the analysed one by construction.
 template <class Scalar>
-void MatrixFactors<Scalar>::refactor_known(const CsrView<Scalar>& a, const Stopwatch& watch) {
-  check_values(a, phases_.threads());
+void MatrixFactors<Scalar>::check(const CsrView<Scalar>& a, bool pattern) {
+  phases_.run("factor", [&] {
+    if (pattern) check_same_pattern(*analysis_->pattern, a, phases_.threads());
+    check_values(a, phases_.threads());
+  });
+}
+
+template <class Scalar>
+void MatrixFactors<Scalar>::refactor_checked(const CsrView<Scalar>& a, bool pattern) {
+  const Stopwatch watch;
+  check(a, pattern);
   factor_other_values(a);
   report_.time_refactor = watch.seconds();
 }

@@ -28,7 +28,7 @@ class MatrixFactors {
   void analyze(const CsrView<Scalar>& a);
   void factor(const CsrView<Scalar>& a);
   void refactor(const CsrView<Scalar>& a);
-  void refactor(const Scalar* values) { refactor_known(known("refactor").caller_view(values), Stopwatch()); }
+  void refactor(const Scalar* values) { refactor_checked(known("refactor").caller_view(values), false); }
   void refactor_device(const Scalar* values, void* stream);
 
   bool analyzed() const { return analysis_.has_value(); }
@@ -53,10 +53,10 @@ class MatrixFactors {
   /// grow (no help to a singular matrix). False when there is none.
   bool climb(bool singular);
 
-  /// The last rung, for one right-hand side b with the approximate solution x: the present values are
-  /// factored with rows scaled by the size that its residual is measured by (ordering/size_scaling.hpp). The
-  /// scales of the analysis return with the next values.
-  void rescale(const Scalar* b, const Scalar* x, bool transposed);
+  /// The last rung, for one right-hand side b: the present values are factored with rows scaled by the size
+  /// that its residual is measured by (ordering/size_scaling.hpp). The scales of the analysis return with the
+  /// next values.
+  void rescale(const Scalar* b, bool transposed);
 
   /// Notes what solves need at first after an analysis. Where they need clearly more for later values, these
   /// have drifted away from the matching and the scales, and the next refactor makes new ones: not for ever,
@@ -78,7 +78,8 @@ class MatrixFactors {
   void begin_values();
   void replace_numeric();
   void take_values(const CsrView<Scalar>& a);
-  void refactor_known(const CsrView<Scalar>& a, const Stopwatch& watch);
+  void check(const CsrView<Scalar>& a, bool pattern);
+  void refactor_checked(const CsrView<Scalar>& a, bool pattern);
   void factor_other_values(const CsrView<Scalar>& a);
   double pivot_tolerance() const;
   void factor_values() { factor_values(pivot_tolerance()); }

@@ -15,6 +15,7 @@ void check_options(const Options& options) {
   if (options.analysis.separator_refinement < 1) refuse("separator_refinement", "must be at least 1");
   if (!(options.analysis.dense_row > 0)) refuse("dense_row", "must be positive");
   if (options.threads < 0) refuse("threads", "must not be negative");
+  if (options.threads > kMostThreads) refuse("threads", "must be at most 512");
   if (!(options.factor.pivot_tolerance >= 0 && options.factor.pivot_tolerance < 1)) {
     refuse("pivot_tolerance", "must be in [0, 1)");
   }

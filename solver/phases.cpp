@@ -1,6 +1,7 @@
 #include "solver/phases.hpp"
 
 #include <new>
+#include <system_error>
 
 #include <mfs/error.hpp>
 
@@ -21,6 +22,8 @@ void Phases::run_in_engine(const char* phase, const std::function<void()>& work)
     }
   } catch (const std::bad_alloc&) {
     throw OutOfMemory(MemorySpace::host, 0, available_host_memory());
+  } catch (const std::system_error& error) {
+    throw BackendError("threads", error.code().value(), error.code().message());
   }
 }
 

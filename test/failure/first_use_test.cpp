@@ -1,5 +1,5 @@
-// The first use of the library in a process starts its engine (a thread, Kokkos). Each allocation on that way
-// is made to fail in a process of its own.
+// The first use of the library in a process starts its engine (a thread, Kokkos). Each allocation on that
+// way, and the thread, are made to fail in a process of their own.
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -7,6 +7,7 @@
 
 #include "test/failure/counted_memory.hpp"
 #include "test/failure/fresh_solver.hpp"
+#include "test/failure/refused_threads.hpp"
 
 namespace mfs::test {
 namespace {
@@ -37,25 +38,43 @@ Outcome first_use(const SparseMatrix& a, long fail_at) {
   }
 }
 
-// This process itself must not touch the library: a forked one would miss the engine's thread.
+// What a process of its own says. This one must not touch the library: there is no using it after a fork.
+template <class Work>
+int in_new_process(const Work& work) {
+  const pid_t child = fork();
+  if (child == 0) {
+    alarm(20);  // a process that hangs ends by a signal
+    std::_Exit(work());
+  }
+  int status = 0;
+  if (child < 0 || waitpid(child, &status, 0) != child) return -1;
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status);
+}
+
 TEST(FirstUse, EveryAllocationMayFail) {
   const SparseMatrix a = from_entries(1, {{0, 0, 2.0}});
   for (long n = 0;; ++n) {
-    const pid_t child = fork();
-    ASSERT_GE(child, 0);
-    if (child == 0) {
-      alarm(20);  // a process that hangs ends by a signal
-      std::_Exit(first_use(a, n));
-    }
-    int status = 0;
-    ASSERT_EQ(waitpid(child, &status, 0), child);
-    ASSERT_TRUE(WIFEXITED(status)) << "allocation " << n << ", signal " << WTERMSIG(status);
-    if (WEXITSTATUS(status) == nothing_failed) {
+    const int outcome = in_new_process([&] { return first_use(a, n); });
+    if (outcome == nothing_failed) {
       EXPECT_GT(n, 20);
       break;
     }
-    ASSERT_EQ(WEXITSTATUS(status), all_is_well) << "allocation " << n;
+    ASSERT_EQ(outcome, all_is_well) << "allocation " << n;
   }
+}
+
+TEST(FirstUse, TheEngineMayGetNoThread) {
+  const SparseMatrix a = grid_2d(3, 3);
+  EXPECT_EQ(in_new_process([&] {
+              {
+                const RefusedThreads none;
+                failure_of<BackendError>([&] { Solver(with_threads(1)).factor(a.view()); });
+              }
+              Solver solver(with_threads(1));
+              expect_usable(solver);
+              return testing::Test::HasFailure() ? 1 : 0;
+            }),
+            0);
 }
 
 }  // namespace

@@ -166,6 +166,7 @@ TEST(Input, OptionsOutOfRange) {
   for (const double rows : {0.0, -1.0, kNan})
     refused("dense_row", [=](Options& o) { o.analysis.dense_row = rows; });
   refused("threads", [](Options& o) { o.threads = -1; });
+  refused("threads", [](Options& o) { o.threads = 513; });
   for (const double tolerance : {-1e-9, 1.0, kNan}) {
     refused("pivot_tolerance", [=](Options& o) { o.factor.pivot_tolerance = tolerance; });
   }

@@ -2,9 +2,11 @@
 // settings, output, callbacks.
 #include <dlfcn.h>
 #include <omp.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -13,6 +15,7 @@
 #include <thread>
 
 #include "test/failure/fresh_solver.hpp"
+#include "test/failure/refused_threads.hpp"
 
 extern char** environ;
 
@@ -142,6 +145,42 @@ TEST(Threads, SolverMayMoveToAnotherThread) {
   std::thread([&] { solver.factor(a.view()); }).join();
   expect_solves(solver, a);
   std::thread([&] { expect_solves(solver, a); }).join();
+}
+
+TEST(Threads, RefusedByTheSystem) {
+  const SparseMatrix a = grid_2d(5, 4);
+  Solver solver(with_threads(1));
+  solver.factor(a.view());
+  Solver many(with_threads(5));
+  {
+    const RefusedThreads none;
+    if (const auto error = failure_of<BackendError>([&] { many.factor(a.view()); })) {
+      EXPECT_EQ(error->library(), "threads");
+      EXPECT_EQ(error->code(), EAGAIN);
+    }
+    expect_solves(solver, a);  // what is there goes on
+  }
+  expect_usable(many);
+}
+
+// The threads of the parent are not in the child: a call would wait for them forever.
+TEST(Threads, ForkedProcessIsRefused) {
+  const SparseMatrix a = grid_2d(5, 4);
+  Solver solver(with_threads(2));
+  solver.factor(a.view());
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    alarm(20);  // a process that hangs ends by a signal
+    failure_of<StateError>([&] { expect_solves(solver, a); });
+    failure_of<StateError>([&] { solver.refactor(a.values.data()); });
+    failure_of<StateError>([&] { Solver(with_threads(1)).factor(a.view()); });
+    std::_Exit(testing::Test::HasFailure() ? 1 : 0);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << "status " << status;
+  expect_solves(solver, a);
 }
 
 TEST(Callbacks, ProgressComesInTheCallersThreadAndGrows) {

@@ -57,7 +57,7 @@ struct Options {
   FactorOptions factor;
   SolveOptions solve;
   Backend backend = Backend::openmp;
-  /// Threads of every phase, BLAS included; 0 takes what the machine offers this process.
+  /// Threads of every phase, BLAS included, at most 512; 0 takes what the machine offers this process.
   int threads = 0;
   /// Called from the thread that called the solver; must not call the solver. Empty: nobody is told.
   std::function<void(const Progress&)> progress;

@@ -8,9 +8,10 @@
 //   solver.solve_transpose(b, x);
 //
 // One object belongs to one thread at a time; objects are independent of each other. One that was moved from
-// is neither analyzed nor factored and throws StateError from every other call but assignment. No call
+// is neither analyzed nor factored and throws StateError from every other call but assignment. So does every
+// phase in a process forked after the library's first use: the threads it works with are not there. No call
 // prints, changes the environment or lets a foreign exception type out. Every failure is one of the classes
-// of mfs/error.hpp.
+// of mfs/error.hpp; BackendError also where the system refuses threads that were asked for.
 #pragma once
 
 #include <complex>

@@ -12,6 +12,28 @@
 
 namespace mfs {
 
+namespace {
+
+/// Whether solutions would be written over right-hand sides that may not have been read yet. All of b in the
+/// place of x is no harm: each block is read before it is written.
+template <class Scalar>
+bool overlap(Vertex n, const Columns<Scalar>& all) {
+  if (all.b == all.x && (all.ldb == all.ldx || all.count == 1)) return false;
+  for (Offset j = 0, k = 0; j < all.count && k < all.count;) {
+    const Scalar *b = all.b + j * all.ldb, *x = all.x + k * all.ldx;
+    if (b + n <= x) {
+      ++j;
+    } else if (x + n <= b) {
+      ++k;
+    } else {
+      return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
 template <class Scalar>
 BlockSolve<Scalar>::BlockSolve(const Options& options, Phases& phases, MatrixFactors<Scalar>& factors,
                                Report& report)
@@ -44,6 +66,7 @@ Columns<Scalar> BlockSolve<Scalar>::checked(Columns<Scalar> all) const {
   if (!all.x) throw InvalidInput("x", "null pointer");
   if (all.ldb < rows()) throw InvalidInput("ldb", "must be at least the number of rows");
   if (all.ldx < rows()) throw InvalidInput("ldx", "must be at least the number of rows");
+  if (overlap(rows(), all)) throw InvalidInput("x", "overlaps b, but is not the same array");
   return all;
 }
 

@@ -153,6 +153,32 @@ TEST(Input, LeadingDimensionsAndCounts) {
   expect_usable(solver);
 }
 
+// Solutions of the first block would be right-hand sides of the next.
+TEST(Input, SolutionsOverRightHandSides) {
+  const SparseMatrix a = grid_2d(5, 5);
+  Solver solver(with_threads(1));
+  solver.factor(a.view());
+  constexpr std::int64_t kColumns = 20;
+  std::vector<double> all(2 * 25 * (kColumns + 1), 1.0);
+  double* const b = all.data() + 25;
+  const auto refused = [&](const double* x, std::int64_t ldb, std::int64_t ldx) {
+    const std::ptrdiff_t shift = x - all.data();
+    expect_invalid([&] { solver.solve(b, all.data() + shift, kColumns, ldb, ldx); }, "x");
+    expect_invalid([&] { solver.solve_transpose(b, all.data() + shift, kColumns, ldb, ldx); }, "x");
+  };
+  refused(b, 25, 50);
+  refused(b, 26, 25);
+  refused(b + 25, 25, 25);
+  refused(b - 25, 25, 25);
+  refused(b + 24, 50, 50);
+  refused(b + 26, 50, 50);
+  refused(b + 19 * 25, 25, 25);
+  EXPECT_EQ(all, std::vector<double>(all.size(), 1.0));
+  solver.solve(b, b + 25, kColumns - 1, 50, 50);  // columns of the two taking turns
+  solver.solve(b, b, 1, 25, 50);
+  expect_usable(solver);
+}
+
 TEST(Input, OptionsOutOfRange) {
   const auto refused = [](const std::string& argument, auto change) {
     Options options;

@@ -52,7 +52,8 @@ class MFS_API BasicSolver {
   void refactor(const Scalar* values);
 
   /// Solves A X = B. `b` and `x` are n x nrhs, column-major, leading dimensions ldb and ldx (0 takes n); they
-  /// may be the same array. On return each column's backward error is at most the asked tolerance.
+  /// may be the same array (ldb = ldx), but not overlap otherwise. On return each column's backward error is at
+  /// most the asked tolerance.
   /// Throws StateError, InvalidInput, SingularMatrix (numerical), AccuracyNotReached, OutOfMemory; x is then
   /// unchanged, but for whole blocks of 16 columns that were solved before the failure.
   void solve(const Scalar* b, Scalar* x, std::int64_t nrhs = 1, std::int64_t ldb = 0, std::int64_t ldx = 0);
@@ -76,8 +77,8 @@ class MFS_API BasicSolver {
   /// by a few solves. Infinite if A is singular. Throws StateError, OutOfMemory, and AccuracyNotReached where
   /// more pivots were perturbed than can be taken back.
   double condition_estimate();
-  /// The determinant of A, from the pivots. Throws StateError, and AccuracyNotReached where more pivots were
-  /// perturbed than can be taken back.
+  /// The determinant of A, from the pivots: with Precision::single, six digits of it. Throws StateError, and
+  /// AccuracyNotReached where more pivots were perturbed than can be taken back.
   Determinant<Scalar> determinant();
 
   bool analyzed() const;

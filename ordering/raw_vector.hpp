@@ -11,7 +11,7 @@ namespace mfs {
 template <class T>
 struct DefaultInitAllocator : std::allocator<T> {
   template <class U>
-  struct rebind {
+  struct rebind {  // NOLINT(readability-identifier-naming): the standard's name
     using other = DefaultInitAllocator<U>;
   };
   template <class U, class... Arguments>

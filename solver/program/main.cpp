@@ -51,7 +51,7 @@ CLI::Validator bench_case() {
 void add_analysis_options(CLI::App& app, Command& command) {
   app.add_option("--threads", command.request.options.threads, "threads of every phase; by default all cores")
       ->type_name("T")
-      ->check(CLI::Range(1, 4096));
+      ->check(CLI::Range(1, 512));
   app.add_option("--max-block", command.request.options.analysis.max_block_size,
                  "widest block of a pivot block")
       ->type_name("B")

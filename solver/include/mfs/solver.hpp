@@ -52,10 +52,10 @@ class MFS_API BasicSolver {
   void refactor(const Scalar* values);
 
   /// Solves A X = B. `b` and `x` are n x nrhs, column-major, leading dimensions ldb and ldx (0 takes n); they
-  /// may be the same array (ldb = ldx), but not overlap otherwise. On return each column's backward error is at
-  /// most the asked tolerance.
-  /// Throws StateError, InvalidInput, SingularMatrix (numerical), AccuracyNotReached, OutOfMemory; x is then
-  /// unchanged, but for whole blocks of 16 columns that were solved before the failure.
+  /// may be the same array (ldb = ldx), but not overlap otherwise. On return each column's backward error is
+  /// at most the asked tolerance. Throws StateError, InvalidInput, SingularMatrix (numerical),
+  /// AccuracyNotReached, OutOfMemory; x is then unchanged, but for whole blocks of 16 columns that were
+  /// solved before the failure.
   void solve(const Scalar* b, Scalar* x, std::int64_t nrhs = 1, std::int64_t ldb = 0, std::int64_t ldx = 0);
   /// Solves A^T X = B.
   void solve_transpose(const Scalar* b, Scalar* x, std::int64_t nrhs = 1, std::int64_t ldb = 0,

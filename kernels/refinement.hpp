@@ -99,13 +99,30 @@ class Refinement {
     const double before = error_[j];
     copy(column(at_.x, j), column(at_.best, j));
     add(Scalar(1), correction, column(at_.x, j));
-    const double after = measure(j);
+    double after = measure(j);
+    if (stalls(before, after)) after = without_remainders(j, correction, after);
     if (after < before) {
       error_[j] = after;
     } else {
       copy(column(at_.best, j), column(at_.x, j));
     }
-    open_[j] = after > controls_.tolerance && after < 0.5 * before;
+    open_[j] = after > controls_.tolerance && !stalls(before, after);
+  }
+
+  bool stalls(double before, double after) const {
+    return after > controls_.tolerance && !(after < 0.5 * before);
+  }
+
+  // Where entries of the solution are zero, as those across the plane of a symmetric mechanism, steps make
+  // them smaller and smaller, but a row that meets only such entries measures rounding by rounding: its error
+  // stays near 1. Zeros in their place end that, if zeros they are.
+  double without_remainders(Vertex j, const Scalar* correction, double after) {
+    drop_remainders(exec_, n_, column(at_.best, j), column(at_.x, j));
+    const double dropped = measure(j);
+    if (dropped < after) return dropped;
+    copy(column(at_.best, j), column(at_.x, j));
+    add(Scalar(1), correction, column(at_.x, j));
+    return after;
   }
 
   // FGMRES for one column, each row of the residual measured by its size for the x at hand.

@@ -31,6 +31,18 @@ void add_vector(const Exec& exec, Offset n, Scalar factor, const Scalar* from, S
       exec, "mfs::add", n, KOKKOS_LAMBDA(Offset i) { to[i] += factor * from[i]; });
 }
 
+/// What is left of an entry, as a part of it, where a correction takes it away and only rounding remains.
+constexpr double kRemainder = 1e-6;
+
+/// Entries of x that were larger by 1 / kRemainder in `before` become zero.
+template <class Exec, class Scalar>
+void drop_remainders(const Exec& exec, Vertex n, const Scalar* before, Scalar* x) {
+  for_each_index(
+      exec, "mfs::drop_remainders", n, KOKKOS_LAMBDA(Offset i) {
+        if (magnitude(x[i]) <= kRemainder * magnitude(before[i])) x[i] = Scalar(0);
+      });
+}
+
 /// x *= factor
 template <class Exec, class Scalar>
 void scale_vector(const Exec& exec, Vertex n, Scalar factor, Scalar* x) {

@@ -1,0 +1,138 @@
+// Sides, joints and motions of a model file.
+#include <algorithm>
+
+#include <mfs/error.hpp>
+
+#include "dae/mechanics/motions.hpp"
+#include "dae/mechanics/rigid_interface.hpp"
+#include "dae/model/model_parts.hpp"
+
+namespace mfs::dae {
+namespace {
+
+const std::vector<int>& nodes_of(const FlexibleBody& body, const std::string& set, const JsonObject& object,
+                                 const std::string& key) {
+  const auto& sets = body.solid->mesh().node_sets;
+  const auto found = sets.find(set);
+  if (found != sets.end()) return found->second;
+  std::string known;
+  for (const auto& each : sets) known += (known.empty() ? "" : ", ") + each.first;
+  object.refuse(key, "the mesh of body '" + body.name + "' has no node set '" + set + "', only: " + known);
+}
+
+// The interface of these nodes, its origin at their mean; made when it is asked for first.
+Frame interface_of(const NodeSet& set, const std::string& name, ModelParts& parts) {
+  const auto found = parts.interfaces.find(name);
+  if (found != parts.interfaces.end()) return found->second;
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const int node : set.nodes)
+    mean += Eigen::Map<const Eigen::Vector3d>(&parts.builder.initial_q()[set.body->range.first + 3 * node]);
+  mean /= static_cast<double>(set.nodes.size());
+  const Frame frame = add_rigid_interface(parts.builder, name, set.body->range, set.nodes, mean);
+  return parts.interfaces[name] = frame;
+}
+
+Attachment rigid_side(RigidPart& body, const Eigen::Vector3d& point, const Eigen::Matrix3d& axes,
+                      const ModelParts& parts) {
+  Attachment side = attach(parts.builder, body.frame, point, axes);
+  body.points.push_back(side.point);
+  return side;
+}
+
+void read_drive(JsonObject& object, const std::string& name, const char* quantity, ModelParts& parts,
+                void (*add)(MultibodyBuilder&, const std::string&, const Attachment&, const Attachment&,
+                            const Function&),
+                const std::vector<JointKind>& kinds) {
+  const std::string joint = object.text("joint");
+  const auto found = parts.joints.find(joint);
+  if (found == parts.joints.end()) object.refuse("joint", "there is no joint '" + joint + "'");
+  if (std::find(kinds.begin(), kinds.end(), found->second.kind) == kinds.end())
+    object.refuse("joint", "'" + joint + "' does not move that way");
+  const Function function = read_function(object.object(quantity));
+  object.finish();
+  add(parts.builder, name, found->second.a, found->second.b, function);
+}
+
+void read_rotation(JsonObject& object, const std::string& name, ModelParts& parts) {
+  read_drive(object, name, "angle", parts, add_rotation, {JointKind::revolute, JointKind::cylindrical});
+}
+
+void read_translation(JsonObject& object, const std::string& name, ModelParts& parts) {
+  read_drive(object, name, "distance", parts, add_translation,
+             {JointKind::translational, JointKind::cylindrical});
+}
+
+void read_point_motion(JsonObject& object, const std::string& name, ModelParts& parts) {
+  const Attachment side =
+      read_side(object, "side", object.vector("point"), Eigen::Matrix3d::Identity(), parts);
+  const std::array<Function, 3> position = read_functions(object);
+  object.finish();
+  add_point_motion(parts.builder, name, side, position);
+}
+
+void read_node_motion(JsonObject& object, const std::string& name, ModelParts& parts) {
+  const NodeSet set = read_node_set(object, "side", parts);
+  const std::array<Function, 3> change = read_functions(object);
+  object.finish();
+  if (!change[0] && !change[1] && !change[2]) object.refuse("x", "one of x, y, z is needed");
+  const std::vector<int> coordinates = node_coordinates(set.body->range, set.nodes, object.place());
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (!change[axis]) continue;
+    std::vector<int> along;
+    for (std::size_t i = axis; i < coordinates.size(); i += 3) along.push_back(coordinates[i]);
+    add_coordinate_motion(parts.builder, name + "." + "xyz"[axis], along, change[axis]);
+  }
+}
+
+}  // namespace
+
+NodeSet read_node_set(JsonObject& object, const std::string& key, const ModelParts& parts) {
+  const std::string side = object.text(key);
+  const std::size_t colon = std::min(side.find(':'), side.size());
+  const FlexibleBody* body = parts.flexible(side.substr(0, colon));
+  if (!body || colon == side.size())
+    object.refuse(key, "'" + side + "' is no BODY:NODE_SET with a flexible body of this model");
+  return {body, nodes_of(*body, side.substr(colon + 1), object, key)};
+}
+
+Attachment read_side(JsonObject& object, const std::string& key, const Eigen::Vector3d& point,
+                     const Eigen::Matrix3d& axes, ModelParts& parts) {
+  const std::string side = object.text(key);
+  if (side == "ground") return attach(parts.builder, Frame(), point, axes);
+  if (RigidPart* body = parts.rigid(side)) return rigid_side(*body, point, axes, parts);
+  if (side.find(':') == std::string::npos)
+    object.refuse(key, "'" + side + "' is neither ground nor a rigid body of this model nor BODY:NODE_SET");
+  return attach(parts.builder, interface_of(read_node_set(object, key, parts), side, parts), point, axes);
+}
+
+void read_joint(JsonObject& object, const std::string& name, ModelParts& parts) {
+  Joint joint;
+  joint.name = name;
+  joint.kind = object.choice<JointKind>("type", {{"fixed", JointKind::fixed},
+                                                 {"revolute", JointKind::revolute},
+                                                 {"spherical", JointKind::spherical},
+                                                 {"universal", JointKind::universal},
+                                                 {"translational", JointKind::translational},
+                                                 {"cylindrical", JointKind::cylindrical}});
+  const Eigen::Vector3d point = object.vector("point");
+  Eigen::Matrix3d axes_a = Eigen::Matrix3d::Identity(), axes_b = axes_a;
+  if (joint.kind != JointKind::fixed && joint.kind != JointKind::spherical)
+    axes_a = axes_b = axes_along(object.vector("axis"));
+  if (joint.kind == JointKind::universal) axes_b = axes_along(object.vector("axis_b"));
+  joint.a = read_side(object, "a", point, axes_a, parts);
+  joint.b = read_side(object, "b", point, axes_b, parts);
+  object.finish();
+  add_joint(parts.builder, joint);
+  parts.joints[name] = joint;
+}
+
+void read_motion(JsonObject& object, const std::string& name, ModelParts& parts) {
+  using Reader = void (*)(JsonObject&, const std::string&, ModelParts&);
+  const Reader reader = object.choice<Reader>("type", {{"rotation", read_rotation},
+                                                       {"translation", read_translation},
+                                                       {"point", read_point_motion},
+                                                       {"nodes", read_node_motion}});
+  reader(object, name, parts);
+}
+
+}  // namespace mfs::dae

@@ -1,0 +1,154 @@
+#include "dae/model/json_object.hpp"
+
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+
+#include <mfs/error.hpp>
+
+namespace mfs::dae {
+namespace {
+
+// Names become those of files and columns of tables.
+constexpr const char* kNameCharacters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-";
+
+std::string kind_of(const Json& value) {
+  return value.is_number() ? "a number" : std::string("of type ") + value.type_name();
+}
+
+}  // namespace
+
+Json read_json(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw InvalidInput(path, std::string("cannot be read: ") + std::strerror(errno));
+  std::vector<std::set<std::string>> keys;  // of the objects that are open
+  const auto watch = [&](int, Json::parse_event_t event, const Json& parsed) {
+    if (event == Json::parse_event_t::object_start) keys.emplace_back();
+    if (event == Json::parse_event_t::object_end) keys.pop_back();
+    if (event == Json::parse_event_t::key && !keys.back().insert(parsed.get<std::string>()).second)
+      throw InvalidInput(path, "the key '" + parsed.get<std::string>() + "' is twice in one object");
+    return true;
+  };
+  try {
+    return Json::parse(file, watch);
+  } catch (const nlohmann::json::exception& e) {
+    const std::string what = e.what();  // "[json.exception.parse_error.101] parse error at line 3, ..."
+    throw InvalidInput(path, what.substr(what.find("] ") + 2));
+  }
+}
+
+JsonObject::JsonObject(const Json& json, std::string place) : json_(&json), place_(std::move(place)) {
+  if (!json.is_object()) throw InvalidInput(place_, "must be an object, not " + kind_of(json));
+}
+
+std::string JsonObject::place_of(const std::string& key) const {
+  return place_.empty() ? key : place_ + "." + key;
+}
+
+void JsonObject::refuse(const std::string& key, const std::string& what) const {
+  throw InvalidInput(place_of(key), what);
+}
+
+const Json& JsonObject::at(const std::string& key) {
+  asked_.insert(key);
+  const auto found = json_->find(key);
+  if (found == json_->end()) refuse(key, "is missing");
+  return *found;
+}
+
+double JsonObject::number(const std::string& key) {
+  const Json& value = at(key);
+  if (!value.is_number()) refuse(key, "must be a number, not " + kind_of(value));
+  return value.get<double>();
+}
+
+double JsonObject::positive(const std::string& key) {
+  const double value = number(key);
+  if (!(value > 0)) refuse(key, "must be positive, not " + std::to_string(value));
+  return value;
+}
+
+double JsonObject::not_negative(const std::string& key, double fallback) {
+  const double value = number(key, fallback);
+  if (!(value >= 0)) refuse(key, "must not be negative, as " + std::to_string(value));
+  return value;
+}
+
+int JsonObject::integer(const std::string& key, int least, int most) {
+  const Json& value = at(key);
+  const double number = value.is_number_integer() ? value.get<double>() : std::nan("");
+  if (!(number >= least && number <= most))
+    refuse(key, "must be an integer from " + std::to_string(least) +
+                    (most < std::numeric_limits<int>::max() ? " to " + std::to_string(most) : " up"));
+  return static_cast<int>(number);
+}
+
+bool JsonObject::flag(const std::string& key, bool fallback) {
+  if (!has(key)) return fallback;
+  const Json& value = at(key);
+  if (!value.is_boolean()) refuse(key, "must be true or false, not " + kind_of(value));
+  return value.get<bool>();
+}
+
+std::string JsonObject::text(const std::string& key) {
+  const Json& value = at(key);
+  if (!value.is_string()) refuse(key, "must be a text, not " + kind_of(value));
+  return value.get<std::string>();
+}
+
+std::vector<double> JsonObject::numbers(const std::string& key) {
+  const Json& value = at(key);
+  if (!value.is_array()) refuse(key, "must be an array of numbers, not " + kind_of(value));
+  std::vector<double> numbers;
+  for (const Json& entry : value) {
+    if (!entry.is_number()) refuse(key, "must be an array of numbers, but has one " + kind_of(entry));
+    numbers.push_back(entry.get<double>());
+  }
+  return numbers;
+}
+
+std::vector<std::string> JsonObject::texts(const std::string& key) {
+  if (!has(key)) return {};
+  const Json& value = at(key);
+  if (!value.is_array()) refuse(key, "must be an array of texts, not " + kind_of(value));
+  std::vector<std::string> texts;
+  for (const Json& entry : value) {
+    if (!entry.is_string()) refuse(key, "must be an array of texts, but has one " + kind_of(entry));
+    texts.push_back(entry.get<std::string>());
+  }
+  return texts;
+}
+
+Eigen::Vector3d JsonObject::vector(const std::string& key) {
+  const std::vector<double> values = numbers(key);
+  if (values.size() != 3) refuse(key, "must have three numbers, not " + std::to_string(values.size()));
+  return {values[0], values[1], values[2]};
+}
+
+JsonObject JsonObject::object(const std::string& key) {
+  return {at(key), place_of(key)};
+}
+
+std::vector<std::pair<std::string, JsonObject>> JsonObject::members(const std::string& key) {
+  std::vector<std::pair<std::string, JsonObject>> members;
+  if (!has(key)) return members;
+  const JsonObject parent = object(key);
+  for (const auto& item : parent.json_->items()) {
+    if (item.key().empty() || item.key().find_first_not_of(kNameCharacters) != std::string::npos)
+      parent.refuse(item.key(), "a name is made of letters, digits, _ and -");
+    members.emplace_back(item.key(), JsonObject(item.value(), parent.place_of(item.key())));
+  }
+  return members;
+}
+
+void JsonObject::finish() const {
+  for (const auto& item : json_->items()) {
+    if (asked_.count(item.key()) > 0) continue;
+    std::string known;
+    for (const std::string& key : asked_) known += (known.empty() ? "" : ", ") + key;
+    refuse(item.key(), "is not known here; known are: " + known);
+  }
+}
+
+}  // namespace mfs::dae

@@ -1,0 +1,133 @@
+#include "dae/program/commands.hpp"
+
+#include <chrono>
+#include <filesystem>
+#include <optional>
+
+#include <fmt/format.h>
+
+#include <mfs/error.hpp>
+
+#include "dae/model/model.hpp"
+#include "dae/model/model_library.hpp"
+#include "dae/output/plots.hpp"
+#include "dae/program/recorder.hpp"
+#include "dae/program/run_report.hpp"
+#include "solver/program/output_file.hpp"
+
+namespace mfs::dae {
+namespace {
+
+using program::ExitCode;
+
+void print(const std::string& text) {
+  io::OutputFile("-").write(text);
+}
+
+MultibodyModel load(const Command& command) {
+  Json json = read_json(command.model);
+  if (command.refine > 0) refine_meshes(json, command.refine);
+  const std::string folder = std::filesystem::path(command.model).parent_path().string();
+  MultibodyModel model = make_model(json, folder, command.threads);
+  model.integrator.backend = command.backend;
+  model.integrator.threads = command.threads;
+  return model;
+}
+
+Integrator make_integrator(const MultibodyModel& model) {
+  try {
+    return Integrator(*model.system, model.integrator);
+  } catch (const InvalidInput& e) {
+    throw InvalidInput("integrator", e.what());
+  }
+}
+
+void integrate(const MultibodyModel& model, const Command& command, program::ProgressDisplay& display,
+               RunResult& result) {
+  Integrator integrator = make_integrator(model);
+  Recorder recorder(model, command.folder, display);
+  const auto take_report = [&] {
+    result.report = integrator.report();
+    result.time_output = recorder.time_output();
+    result.bytes_peak = peak_memory();
+    display.clear();
+  };
+  try {
+    integrator.run(0.0, model.q0, model.v0, model.end, output_times(model), recorder);
+  } catch (...) {
+    take_report();
+    throw;
+  }
+  take_report();
+}
+
+void draw(const std::string& folder) {
+  const PlotOutcome plots = draw_plots(folder);
+  if (!plots.trouble.empty()) fmt::print(stderr, "mfs-dae: no plots: {}\n", plots.trouble);
+  std::string text;
+  for (const std::string& file : plots.files) text += fmt::format("{:<15} {}\n", "plot", file);
+  print(text);
+}
+
+}  // namespace
+
+ExitCode run_model(const Command& command) {
+  std::optional<io::OutputFile> json;
+  if (!command.json.empty()) json.emplace(command.json);
+  RunResult result;
+  result.model = command.model;
+  result.backend = command.backend;
+  result.threads = command.threads;
+  program::ProgressDisplay display;
+  try {
+    const auto start = std::chrono::steady_clock::now();
+    display.show("model", 0.0);
+    const MultibodyModel model = load(command);
+    result.model = model.name;
+    result.time_model = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    integrate(model, command, display, result);
+  } catch (...) {
+    const program::Failure failure = program::describe_current_exception();
+    result.code = failure.code;
+    result.message = failure.message;
+    if (json) json->write(run_json(result) + "\n");
+    throw;
+  }
+  if (json) json->write(run_json(result) + "\n");
+  if (command.json != "-") {
+    print(run_summary(result) + fmt::format("{:<15} {}/result.pvd\n", "ParaView", command.folder));
+    draw(command.folder);
+  }
+  return ExitCode::solved;
+}
+
+ExitCode check_model(const Command& command) {
+  const MultibodyModel model = load(command);
+  make_integrator(model);  // checks its options
+  print(fmt::format("{}: {} flexible and {} rigid bodies, {} coordinates, {} constraints, {} unknowns\n",
+                    model.name, model.flexible_bodies.size(), model.rigid_bodies.size(),
+                    model.system->coordinates(), model.system->constraints(),
+                    3 * std::int64_t{model.system->coordinates()} + model.system->constraints()));
+  return ExitCode::solved;
+}
+
+ExitCode list_models(const Command& command) {
+  std::string text;
+  for (const LibraryModel& model : model_library()) {
+    Json json = Json::parse(model.text);
+    if (command.refine > 0) refine_meshes(json, command.refine);
+    if (command.folder.empty()) {
+      text += fmt::format("{:<15} {}\n", model.name, json["description"].get<std::string>());
+      continue;
+    }
+    std::error_code error;
+    std::filesystem::create_directories(command.folder, error);
+    const std::string path = (std::filesystem::path(command.folder) / (model.name + ".json")).string();
+    io::OutputFile(path).write(command.refine > 0 ? json.dump(2) + "\n" : model.text);
+    text += path + "\n";
+  }
+  print(text);
+  return ExitCode::solved;
+}
+
+}  // namespace mfs::dae

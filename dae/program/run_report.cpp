@@ -1,0 +1,99 @@
+#include "dae/program/run_report.hpp"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <iterator>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "solver/program/summary.hpp"
+
+namespace mfs::dae {
+namespace {
+
+double time_rest(const IntegrationReport& r) {
+  return std::max(0.0, r.time_total - r.time_analysis - r.time_factor - r.time_solve - r.time_assembly);
+}
+
+}  // namespace
+
+std::string run_summary(const RunResult& result) {
+  const IntegrationReport& r = result.report;
+  fmt::memory_buffer text;
+  const auto line = [&](const char* label, const std::string& what) {
+    fmt::format_to(std::back_inserter(text), "{:<15} {}\n", label, what);
+  };
+  const auto time = [&](const char* label, double seconds) {
+    const double share = r.time_total > 0 ? 100 * seconds / r.time_total : 0.0;
+    line(label, fmt::format("{:9.3f} s {:5.1f} %", seconds, share));
+  };
+  line("model", fmt::format("{}: {} coordinates, {} constraints, Newton matrix of {} unknowns, {} entries",
+                            result.model, r.coordinates, r.constraints, r.unknowns, r.entries));
+  if (!r.redundant.empty())
+    line("left out", fmt::format("{} redundant constraints, as {}", r.redundant.size(), r.redundant.front()));
+  line("steps", fmt::format("{}; rejected {} (error {}, Newton {}, solver {})", r.steps,
+                            r.error_rejections + r.newton_rejections + r.solver_rejections,
+                            r.error_rejections, r.newton_rejections, r.solver_rejections));
+  line("Newton", fmt::format("{} iterations, {} Jacobians, {} factorizations, {} analyses",
+                             r.newton_iterations, r.jacobians, r.factorizations, r.analyses));
+  line("violation", fmt::format("{:.1e} of positions, {:.1e} of velocities, {:.1e} of accelerations",
+                                r.violation[0], r.violation[1], r.violation[2]));
+  line("memory", fmt::format("{} solver, {} whole process",
+                             program::with_unit(static_cast<double>(r.bytes_solver), "B"),
+                             program::with_unit(static_cast<double>(result.bytes_peak), "B")));
+  time("reordering", r.time_analysis);
+  time("factorization", r.time_factor);
+  time("solve", r.time_solve);
+  time("assembly", r.time_assembly);
+  time("rest", time_rest(r));
+  time("analysis", r.time_total);
+  line("beside it", fmt::format("{:.3f} s model, {:.3f} s output", result.time_model, result.time_output));
+  return fmt::to_string(text);
+}
+
+std::string run_json(const RunResult& result) {
+  const IntegrationReport& r = result.report;
+  nlohmann::ordered_json json;
+  json["name"] = result.model;
+  json["backend"] = backend_name(result.backend);
+  json["threads"] = result.threads;
+  json["coordinates"] = r.coordinates;
+  json["constraints"] = r.constraints;
+  json["unknowns"] = r.unknowns;
+  json["entries"] = r.entries;
+  json["redundant"] = r.redundant;
+  json["steps"] = r.steps;
+  json["error_rejections"] = r.error_rejections;
+  json["newton_rejections"] = r.newton_rejections;
+  json["solver_rejections"] = r.solver_rejections;
+  json["newton_iterations"] = r.newton_iterations;
+  json["jacobians"] = r.jacobians;
+  json["factorizations"] = r.factorizations;
+  json["analyses"] = r.analyses;
+  json["krylov_solves"] = r.krylov_solves;
+  json["partitions"] = r.partitions;
+  json["violation"] = {r.violation[0], r.violation[1], r.violation[2]};
+  json["bytes_solver"] = r.bytes_solver;
+  json["bytes_peak"] = result.bytes_peak;
+  json["time_model"] = result.time_model;
+  json["time_reordering"] = r.time_analysis;
+  json["time_factor"] = r.time_factor;
+  json["time_solve"] = r.time_solve;
+  json["time_assembly"] = r.time_assembly;
+  json["time_rest"] = time_rest(r);
+  json["time_total"] = r.time_total;
+  json["time_output"] = result.time_output;
+  json["status"] = program::status_word(result.code);
+  json["message"] = result.message;
+  return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+std::int64_t peak_memory() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return std::int64_t{usage.ru_maxrss} * 1024;
+}
+
+}  // namespace mfs::dae

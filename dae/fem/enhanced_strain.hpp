@@ -52,7 +52,7 @@ struct RowMoments {
 template <ElementKind kind>
 struct Enhancement {
   static constexpr int modes = 0;
-  MFS_INLINE void prepare(const double*, const PointGradients<kind>&) {}
+  MFS_INLINE void prepare(const SolidConstants&, const double*, const PointGradients<kind>&) {}
   MFS_INLINE void enhance(const SolidConstants&, double (*)[Sizes<kind>::points]) const {}
   MFS_INLINE void enhance_linear(const SolidConstants&, double (*)[Sizes<kind>::points]) const {}
 };
@@ -67,8 +67,10 @@ struct Enhancement<ElementKind::hex8> {
   double det0;
   double ratio[points];  ///< j0 / j
   double xi[3][points];
+  ModeFactors linear;  ///< int M^T D M dV of Hooke's law: one factorization serves strains, rates and tangent
 
-  MFS_INLINE void prepare(const double* nodes, const PointGradients<kind>& reference) {
+  MFS_INLINE void prepare(const SolidConstants& c, const double* nodes,
+                          const PointGradients<kind>& reference) {
     const PointGradients<kind>& cell = cell_gradients<kind>();
     double j[9][1] = {}, rows[3][3];
     for (int i = 0; i < Sizes<kind>::nodes; ++i)
@@ -91,6 +93,10 @@ struct Enhancement<ElementKind::hex8> {
       ratio[p] = det0 / reference.weight[p];  // the weights of the rule are 1
       for (int a = 0; a < 3; ++a) xi[a][p] = (p >> a & 1) != 0 ? kGauss : -kGauss;
     }
+    PointStiffness<kind> hooke;
+    hooke.same = true;
+    hooke_stiffness(c, hooke.value[0]);
+    factor(hooke, linear);
   }
 
   /// Adds the enhanced strains that leave no stress of `c`'s law in the modes; NaN where none are found.
@@ -112,17 +118,8 @@ struct Enhancement<ElementKind::hex8> {
   /// The same for Hooke's law, whatever the law of `c`.
   MFS_INLINE void enhance_linear(const SolidConstants& c, double (*strain)[points]) const {
     PointVoigt<kind> stress;
-    ModeFactors factors;
     hooke_stresses<kind>(c, strain, stress);
-    factor_linear(c, factors);
-    correct(stress, factors, strain);
-  }
-
-  MFS_INLINE void factor_linear(const SolidConstants& c, ModeFactors& factors) const {
-    PointStiffness<kind> stiffness;
-    stiffness.same = true;
-    hooke_stiffness(c, stiffness.value[0]);
-    factor(stiffness, factors);
+    correct(stress, linear, strain);
   }
 
   /// int M^T D M dV, factored.

@@ -22,7 +22,7 @@ template <ElementKind kind>
 MFS_INLINE void respond(const SolidConstants& c, const double* nodes, const double* q, const double* v,
                         Response<kind>& r) {
   reference_gradients<kind>(nodes, r.reference);
-  r.enhancement.prepare(nodes, r.reference);
+  r.enhancement.prepare(c, nodes, r.reference);
   deform<kind>(r.reference, q, r.elastic);
   r.enhancement.enhance(c, r.elastic.strain);
   elastic_stresses<kind>(c, r.elastic.strain, r.stress);
@@ -137,8 +137,7 @@ MFS_INLINE void add_viscous_rows(const SolidConstants& c, const Response<kind>& 
   }
   if constexpr (Enhancement<kind>::modes > 0) {
     const int row = t.count_q * stride;
-    ModeFactors factors;
-    r.enhancement.factor_linear(c, factors);
+    const ModeFactors& factors = r.enhancement.linear;
     by_v.couple(factors, r.enhancement, t.left + row);
     divide_modes<stride>(factors, c.beta, t.left + row, t.by_v + row);
     by_q.couple(factors, r.enhancement, t.by_q + row);
@@ -163,8 +162,8 @@ MFS_INLINE void material_rows(const SolidConstants& c, const Response<kind>& r, 
   if (c.beta > 0) add_viscous_rows<kind>(c, r, t);
   if constexpr (Enhancement<kind>::modes > 0) {
     const int row = t.count_q * stride;
-    ModeFactors factors;
-    r.enhancement.factor(stiffness, factors);
+    ModeFactors factors = r.enhancement.linear;
+    if (!stiffness.same) r.enhancement.factor(stiffness, factors);
     stress.couple(factors, r.enhancement, t.left + row);
     divide_modes<stride>(factors, 1.0, t.left + row, t.by_q + row);
     t.count_q += kModes;

@@ -54,7 +54,7 @@ void scatter_entries(const TeamMember& team, const FrontStore<Scalar, Value>& st
                      Offset end) {
   team_range(team, begin, end, [&](Offset e) {
     const double scale = store.row_scale[store.entry_row[e]] * store.column_scale[store.entry_column[e]];
-    store.factor[store.entry_target[e]] =
+    store.storage[store.entry_target[e]] =
         static_cast<Scalar>(store.matrix_values[store.entry_slot[e]] * static_cast<RealOf<Value>>(scale));
   });
 }

@@ -15,7 +15,7 @@ namespace mfs {
 /// Bytes that a factorization of `plan` takes, by purpose; the sum is exactly what it allocates.
 struct NumericBytes {
   Offset factor = 0;        // L and U
-  Offset contribution = 0;  // contribution blocks of two neighbouring depths
+  Offset contribution = 0;  // what contribution blocks need beyond the factors
   Offset other = 0;         // matrix values, scaling, pivots
   Offset solve = 0;         // vectors of a solve
   Offset total() const { return factor + contribution + other + solve; }

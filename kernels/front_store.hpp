@@ -144,8 +144,7 @@ struct FrontStore {
   Value* matrix_values;  // nnz, in the order of matrix_columns
   double* row_scale;     // n, by row of A
   double* column_scale;  // n, by column of A
-  Scalar* factor;        // factor region
-  Scalar* contribution;  // contribution region
+  Scalar* storage;       // the region of factors and contribution blocks
   Vertex* interchange;   // n: row exchanges of each block of a pivot block, as factor_panel gives them
   Vertex* local_row;     // n: local_row[pivot_begin + i] = row of the pivot block that came to place i
   Scalar* shift;         // n: what was added to the pivot at each position
@@ -156,9 +155,9 @@ struct FrontStore {
     Front<Scalar> view;
     view.pivots = pivot_begin[f + 1] - pivot_begin[f];
     view.border = static_cast<Vertex>(border_begin[f + 1] - border_begin[f]);
-    view.lower = factor + lower_begin[f];
-    view.upper = factor + upper_begin[f];
-    view.contribution = contribution + contribution_begin[f];
+    view.lower = storage + lower_begin[f];
+    view.upper = storage + upper_begin[f];
+    view.contribution = storage + contribution_begin[f];
     return view;
   }
 };

@@ -4,8 +4,7 @@ namespace mfs {
 
 NumericLayout::NumericLayout(const SymbolicPlan& plan, Offset scalar_bytes, Offset value_bytes) {
   const Offset n = plan.n;
-  factor = arena.add(plan.factor_entries * scalar_bytes);
-  contribution = arena.add(plan.contribution_entries * scalar_bytes);
+  storage = arena.add(plan.storage_entries * scalar_bytes);
   matrix_values = arena.add(plan.nnz * value_bytes);
   row_scale = arena.add(n * static_cast<Offset>(sizeof(double)));
   column_scale = arena.add(n * static_cast<Offset>(sizeof(double)));
@@ -27,8 +26,8 @@ NumericBytes numeric_bytes(const SymbolicPlan& plan, Offset scalar_bytes, Offset
   const NumericLayout numeric(plan, scalar_bytes, value_bytes);
   const LadderLayout ladder(plan.n, value_bytes, columns);
   NumericBytes bytes;
-  bytes.factor = numeric.contribution;
-  bytes.contribution = numeric.matrix_values - numeric.contribution;
+  bytes.factor = plan.factor_entries * scalar_bytes;
+  bytes.contribution = numeric.matrix_values - bytes.factor;
   bytes.other = numeric.arena.total() - numeric.matrix_values;
   bytes.solve = ladder.ends.total() + ladder.work.total() +
                 SubstitutionLayout(plan, scalar_bytes, columns).arena.total();
@@ -62,8 +61,7 @@ FrontStore<Scalar, Value> make_front_store(const SymbolicPlan& plan, const Patte
   store.matrix_values = arena.at<Value>(layout.matrix_values);
   store.row_scale = arena.at<double>(layout.row_scale);
   store.column_scale = arena.at<double>(layout.column_scale);
-  store.factor = arena.at<Scalar>(layout.factor);
-  store.contribution = arena.at<Scalar>(layout.contribution);
+  store.storage = arena.at<Scalar>(layout.storage);
   store.interchange = arena.at<Vertex>(layout.interchange);
   store.local_row = arena.at<Vertex>(layout.local_row);
   store.shift = arena.at<Scalar>(layout.shift);

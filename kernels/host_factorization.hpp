@@ -10,8 +10,7 @@ namespace mfs {
 struct NumericLayout {
   NumericLayout(const SymbolicPlan& plan, Offset scalar_bytes, Offset value_bytes);
   ArenaLayout arena;
-  Offset factor, contribution, matrix_values, row_scale, column_scale, interchange, local_row, shift, work,
-      status;
+  Offset storage, matrix_values, row_scale, column_scale, interchange, local_row, shift, work, status;
 };
 
 /// The same for the vectors of a substitution with `columns` right-hand sides.

@@ -224,8 +224,9 @@ class PlanBuilder {
     plan_.upper_begin.resize(fronts);
     plan_.contribution_begin.resize(fronts);
     Offset next = 0;
-    std::vector<Offset> contribution(plan_.num_depths + 1, 0);
+    std::vector<Offset> factors_end, contribution;  // by step
     for (Vertex k = 0; k < plan_.num_depths; ++k) {
+      contribution.push_back(0);
       for (Vertex f = plan_.depth_begin[k]; f < plan_.depth_begin[k + 1]; ++f) {
         const Offset p = plan_.pivots(f), b = plan_.border_rows(f);
         plan_.lower_begin[f] = next;
@@ -236,14 +237,29 @@ class PlanBuilder {
         plan_.nnz_factor += p * p + 2 * p * b;
         plan_.max_front = std::max(plan_.max_front, static_cast<Vertex>(p + b));
       }
+      factors_end.push_back(next);
     }
     plan_.factor_entries = next;
+    place_contributions(factors_end, contribution);
+  }
+
+  void place_contributions(const std::vector<Offset>& factors_end, const std::vector<Offset>& contribution) {
+    // Behind the factors of the step in which they are read.
+    const auto left = [&](Vertex k) { return factors_end[std::min(k + 1, plan_.num_depths - 1)]; };
+    const auto entries =
+        [&](Vertex first_left) {  // of the region, if steps first_left, first_left + 2... go left
+          Offset most = plan_.factor_entries;
+          for (Vertex k = first_left; k < plan_.num_depths; k += 2) {
+            const Offset before = k > 0 ? contribution[k - 1] : 0;
+            const Offset after = k + 1 < plan_.num_depths ? contribution[k + 1] : 0;
+            most = std::max(most, left(k) + contribution[k] + std::max(before, after));
+          }
+          return most;
+        };
+    const Vertex first_left = entries(0) <= entries(1) ? 0 : 1;
+    plan_.storage_entries = entries(first_left);
     for (Vertex k = 0; k < plan_.num_depths; ++k) {
-      plan_.contribution_entries =
-          std::max(plan_.contribution_entries, contribution[k] + contribution[k + 1]);
-    }
-    for (Vertex k = 0; k < plan_.num_depths; ++k) {
-      Offset place = k % 2 == 0 ? 0 : plan_.contribution_entries - contribution[k];
+      Offset place = k % 2 == first_left ? left(k) : plan_.storage_entries - contribution[k];
       for (Vertex f = plan_.depth_begin[k]; f < plan_.depth_begin[k + 1]; ++f) {
         plan_.contribution_begin[f] = place;
         place += aligned(static_cast<Offset>(plan_.border_rows(f)) * plan_.border_rows(f));

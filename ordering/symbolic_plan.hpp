@@ -11,14 +11,15 @@
 //              p            b                factors:        [ P ]  (p+b) x p at lower_begin[f], ld p+b
 //          +-------+-----------------+                       [ L ]
 //        p |   P   |        U        |                        U     p x b     at upper_begin[f], ld p
-//          +-------+-----------------+       contribution blocks (their own region):
+//          +-------+-----------------+       contribution block:
 //        b |   L   |        C        |                        C     b x b     at contribution_begin[f], ld b
 //          +-------+-----------------+
 //
-// A contribution block lives from its own depth to the next one. So two regions that grow towards each other
-// hold them all, even depths from the left, odd depths from the right:
+// One region holds them all. Factors lie in it in the order of their fronts, from the left. A contribution
+// block lives from its own step to the next one, so it may lie where factors of later steps will be: those of
+// one step behind the factors of that next step, those of the other at the right end, by turns.
 //
-//        | depth 4 |  depth 2  ... -->        <-- ...  depth 3 | depth 5 |
+//        | factors of steps 0 ... k+1 | C of step k |           ...           | C of step k-1 (then k+1) |
 //
 #pragma once
 
@@ -58,11 +59,11 @@ struct SymbolicPlan {
   std::vector<Vertex> depth_begin;  // num_depths + 1: step k holds the fronts of depth num_depths - 1 - k
 
   std::vector<Offset> lower_begin, upper_begin, contribution_begin;  // num_fronts, entries
-  Offset factor_entries = 0;        // length of the factor region, alignment included
-  Offset contribution_entries = 0;  // length of the contribution region
+  Offset factor_entries = 0;   // of the region: the factors, alignment included
+  Offset storage_entries = 0;  // the whole region
 
   // Original entries by front: the value in slot entry_slot[e] of the pattern goes to entry_target[e] of the
-  // factor region (every original entry lies in P, L or U of the front of the earlier of its row and column).
+  // region (every original entry lies in P, L or U of the front of the earlier of its row and column).
   // Within a front they ascend by column, and so do their targets' columns.
   std::vector<Offset> entry_begin;  // num_fronts + 1
   RawVector<Offset> entry_slot, entry_target;
@@ -80,7 +81,7 @@ struct SymbolicPlan {
   BlockFlops flops_of(Vertex f) const;
 };
 
-/// Entries to which every block of the factor and contribution regions is aligned (64 bytes of doubles).
+/// Entries to which every block of the region is aligned (64 bytes of doubles).
 constexpr Offset kBlockAlignment = 8;
 
 /// Makes the plan of `pattern` with its rows permuted by `row_order` (empty: identity) for the given tree.

@@ -27,7 +27,7 @@ __device__ void sum_children(const DeviceStore<S, Value>& store, Vertex f, int j
       if (column < 0) continue;
       const Vertex child = at.children[c];
       const Offset b = at.border_begin[child + 1] - at.border_begin[child];
-      const S* const from = at.contribution + at.contribution_begin[child] + column * b;
+      const S* const from = at.storage + at.contribution_begin[child] + column * b;
       int row[kBatch];
 #pragma unroll
       for (int k = 0; k < kBatch; ++k) row[k] = first + k * kWarp < end ? rows[first + k * kWarp] : -1;
@@ -71,7 +71,7 @@ __global__ void __launch_bounds__(kAssembleThreads)
   __syncthreads();
   for (Offset e = part.first_entry + threadIdx.x; e < part.last_entry; e += kAssembleThreads) {
     const double scale = at.row_scale[at.entry_row[e]] * at.column_scale[at.entry_column[e]];
-    at.factor[at.entry_target[e]] +=
+    at.storage[at.entry_target[e]] +=
         static_cast<S>(at.matrix_values[at.entry_slot[e]] * static_cast<RealOf<Value>>(scale));
   }
 }

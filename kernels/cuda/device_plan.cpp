@@ -152,13 +152,13 @@ class Builder {
     if (own.length() > 0 && down.length() > 0) {
       products.push_back({lower + down.begin + k * ld, lower + k + own.begin * ld,
                           lower + down.begin + own.begin * ld, down.length(), own.length(), s, rows(f),
-                          rows(f), rows(f), 0, 0});
+                          rows(f), rows(f), 0});
     }
     const Span border{std::max(right.begin, p), right.end}, pivots{down.begin, std::min(down.end, p)};
     if (border.length() > 0 && pivots.length() > 0) {
       const Offset first = static_cast<Offset>(border.begin - p) * p;
       products.push_back({lower + pivots.begin + k * ld, upper + k + first, upper + pivots.begin + first,
-                          pivots.length(), border.length(), s, rows(f), p, p, 0, 0});
+                          pivots.length(), border.length(), s, rows(f), p, p, 0});
     }
   }
 
@@ -199,7 +199,7 @@ class Builder {
       const Vertex p = plan_.pivots(f), b = plan_.border_rows(f);
       if (b == 0 || p == 0) continue;
       products.push_back({plan_.lower_begin[f] + p, plan_.upper_begin[f], plan_.contribution_begin[f], b, b,
-                          p, p + b, p, b, 0, 1});
+                          p, p + b, p, b, 0});
     }
     place_products(products, depth().update);
   }

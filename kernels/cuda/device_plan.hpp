@@ -23,13 +23,12 @@
 
 namespace mfs::cuda {
 
-/// C (m x n) -= A (m x k) B (k x n): places in the factor region, or of C in the contribution region.
+/// C (m x n) -= A (m x k) B (k x n): places in the region of the plan.
 struct ProductTask {
   Offset a, b, c;
   Vertex m, n, k;
   Vertex lda, ldb, ldc;
   Vertex first_tile;  // in its launch
-  Vertex in_contribution;
 };
 
 /// The diagonal tile of a front at its pivot k, and the strips beside it: of the block column, where `left`,

@@ -35,8 +35,7 @@ struct DeviceStages<S, V>::Layout {
     };
     FrontStore<S, V>& at = store.fronts;
     const Offset n = plan.n;
-    put(at.factor, plan.factor_entries, nullptr);
-    put(at.contribution, plan.contribution_entries, nullptr);
+    put(at.storage, plan.storage_entries, nullptr);
     put(at.matrix_values, plan.nnz, nullptr);
     put(at.row_scale, n, nullptr);
     put(at.column_scale, n, nullptr);
@@ -151,10 +150,9 @@ void DeviceStages<S, V>::launch(const Launch& what) {
       break;
     case Launch::Kind::library: {
       const ProductTask& task = lists_.products[what.tasks.begin];
-      S* const factor = store_.fronts.factor;
-      S* const c = (task.in_contribution ? store_.fronts.contribution : factor) + task.c;
-      blas_.gemm_minus<S>(task.m, task.n, task.k, factor + task.a, task.lda, factor + task.b, task.ldb, c,
-                          task.ldc);
+      S* const storage = store_.fronts.storage;
+      blas_.gemm_minus<S>(task.m, task.n, task.k, storage + task.a, task.lda, storage + task.b, task.ldb,
+                          storage + task.c, task.ldc);
       break;
     }
   }

@@ -47,8 +47,8 @@ __global__ void __launch_bounds__(Shape::threads)
       tile_place((m + Shape::rows - 1) / Shape::rows, (n + Shape::columns - 1) / Shape::columns,
                  static_cast<int>(blockIdx.x) - task.first_tile);
   const int row = place.x * Shape::rows, column = place.y * Shape::columns;
-  const S* const a = store.fronts.factor + task.a + row;
-  const S* const b = store.fronts.factor + task.b + column * ldb;
+  const S* const a = store.fronts.storage + task.a + row;
+  const S* const b = store.fronts.storage + task.b + column * ldb;
   const int rows = m - row, columns = n - column;
   constexpr int kStageEntries = Shape::lda * Shape::depth + Shape::ldb * Shape::columns;
 
@@ -85,8 +85,7 @@ __global__ void __launch_bounds__(Shape::threads)
 
   const int warp = threadIdx.x / kWarp;
   const int m0 = warp % Shape::WM * Shape::MT * 16, n0 = warp / Shape::WM * Shape::NT * 8;
-  S* const c =
-      (task.in_contribution ? store.fronts.contribution : store.fronts.factor) + task.c + row + column * ldc;
+  S* const c = store.fronts.storage + task.c + row + column * ldc;
   WarpTile<S, Shape::MT, Shape::NT> product;
   const int steps = (depth + Shape::depth - 1) / Shape::depth;
 #pragma unroll

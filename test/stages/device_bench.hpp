@@ -38,8 +38,7 @@ class DeviceBench {
   /// Factors until no front becomes strict, as often as passes() then says.
   FactorStatus factor(double tolerance, Launches launches = Launches::direct) {
     const auto& at = stages_.store().fronts;
-    stream_.fill(at.factor, kNan, plan_->factor_entries * size_of<S>());
-    stream_.fill(at.contribution, kNan, plan_->contribution_entries * size_of<S>());
+    stream_.fill(at.storage, kNan, plan_->storage_entries * size_of<S>());
     stream_.fill(at.local_row, kNan, plan_->n * size_of<Vertex>());
     stream_.fill(at.shift, kNan, plan_->n * size_of<S>());
     if (launches == Launches::recorded) graph_.record(stream_, [&] { stages_.factor(tolerance); });
@@ -64,8 +63,7 @@ class DeviceBench {
   /// As they lie in the memory of the device; contribution blocks hold what is left of them.
   FactoredFronts<Scalar> as_left() const {
     const auto& at = stages_.store().fronts;
-    const auto factor = get_as<Scalar>(at.factor, plan_->factor_entries);
-    const auto contribution = get_as<Scalar>(at.contribution, plan_->contribution_entries);
+    const auto storage = get_as<Scalar>(at.storage, plan_->storage_entries);
     const auto local_row = get_as<Vertex>(at.local_row, plan_->n);
     const auto shift = get_as<Scalar>(at.shift, plan_->n);
     const auto part = [](const auto& from, Offset begin, Offset count) {
@@ -74,9 +72,9 @@ class DeviceBench {
     FactoredFronts<Scalar> result;
     for (Vertex f = 0; f < plan_->num_fronts; ++f) {
       const Offset p = plan_->pivots(f), b = plan_->border_rows(f);
-      result.fronts.push_back({part(factor, plan_->lower_begin[f], p * (p + b)),
-                               part(factor, plan_->upper_begin[f], p * b),
-                               part(contribution, plan_->contribution_begin[f], b * b)});
+      result.fronts.push_back({part(storage, plan_->lower_begin[f], p * (p + b)),
+                               part(storage, plan_->upper_begin[f], p * b),
+                               part(storage, plan_->contribution_begin[f], b * b)});
       result.row_at.push_back(part(local_row, plan_->pivot_begin[f], p));
       result.shift.push_back(part(shift, plan_->pivot_begin[f], p));
     }

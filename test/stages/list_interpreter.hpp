@@ -5,6 +5,8 @@
 
 #include <cmath>
 #include <limits>
+#include <set>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -18,8 +20,7 @@ class ListInterpreter {
  public:
   ListInterpreter(const StageProblem<double>& problem, const cuda::DevicePlan& lists)
       : problem_(problem), plan_(*problem.plan), lists_(lists) {
-    factor_.assign(static_cast<std::size_t>(plan_.factor_entries), kNothing);
-    contribution_.assign(static_cast<std::size_t>(plan_.contribution_entries), kNothing);
+    storage_.assign(static_cast<std::size_t>(plan_.storage_entries), kNothing);
   }
 
   /// Calls after_depth(step) when all fronts of a depth are done.
@@ -40,8 +41,8 @@ class ListInterpreter {
     const auto part = [](const std::vector<double>& from, Offset begin, Offset count) {
       return std::vector<double>(from.begin() + begin, from.begin() + begin + count);
     };
-    return {part(factor_, plan_.lower_begin[f], p * (p + b)), part(factor_, plan_.upper_begin[f], p * b),
-            part(contribution_, plan_.contribution_begin[f], b * b)};
+    return {part(storage_, plan_.lower_begin[f], p * (p + b)), part(storage_, plan_.upper_begin[f], p * b),
+            part(storage_, plan_.contribution_begin[f], b * b)};
   }
 
   /// v := A^-1 v by position. A tile that needs what comes later in its list makes NaN of it.
@@ -80,9 +81,9 @@ class ListInterpreter {
   static auto& entry_of(Self& self, Vertex f, Vertex i, Vertex j) {
     const SymbolicPlan& plan = self.plan_;
     const Offset p = plan.pivots(f), b = plan.border_rows(f);
-    if (j < p) return self.factor_[plan.lower_begin[f] + i + j * (p + b)];
-    if (i < p) return self.factor_[plan.upper_begin[f] + i + (j - p) * p];
-    return self.contribution_[plan.contribution_begin[f] + i - p + (j - p) * b];
+    if (j < p) return self.storage_[plan.lower_begin[f] + i + j * (p + b)];
+    if (i < p) return self.storage_[plan.upper_begin[f] + i + (j - p) * p];
+    return self.storage_[plan.contribution_begin[f] + i - p + (j - p) * b];
   }
   double& at(Vertex f, Vertex i, Vertex j) { return entry_of(*this, f, i, j); }
   double at(Vertex f, Vertex i, Vertex j) const { return entry_of(*this, f, i, j); }
@@ -91,12 +92,11 @@ class ListInterpreter {
     for (Offset e = begin; e < end; ++e) {
       const double scale =
           problem_.row_scale[plan_.entry_row[e]] * problem_.column_scale[plan_.entry_column[e]];
-      factor_[plan_.entry_target[e]] += problem_.values[plan_.entry_slot[e]] * scale;
+      storage_[plan_.entry_target[e]] += problem_.values[plan_.entry_slot[e]] * scale;
     }
   }
   double child_entry(Vertex child, Vertex i, Vertex j) const {
-    return contribution_[plan_.contribution_begin[child] + i +
-                         static_cast<Offset>(j) * plan_.border_rows(child)];
+    return storage_[plan_.contribution_begin[child] + i + static_cast<Offset>(j) * plan_.border_rows(child)];
   }
 
   // Eliminates pivots [k, next) of a front from rows and columns up to `end`.
@@ -135,8 +135,8 @@ class ListInterpreter {
   void assemble(const cuda::AssemblyPart& part) {
     const Vertex f = part.front;
     for (Vertex j = part.begin; j < part.end; ++j) {
+      EXPECT_TRUE(assembled_.emplace(f, j).second) << "assembled twice";
       for (Vertex i = 0; i < rows(f); ++i) {
-        EXPECT_TRUE(std::isnan(at(f, i, j)) || i >= plan_.pivots(f)) << "assembled twice";
         at(f, i, j) = 0;
         for (Vertex c = plan_.child_begin[f]; c < plan_.child_begin[f + 1]; ++c) {
           const Vertex* const map = &lists_.child_row[lists_.child_row_begin[c]];
@@ -173,20 +173,20 @@ class ListInterpreter {
         solve_strip(task, block - task.first_strip);
       }
     } else {
-      const std::vector<double> factor = factor_, contribution = contribution_;
+      const std::vector<double> before = storage_;
       const Vertex height = launch.kind == Kind::wide_products ? 128 : 64;
       for (Vertex block = 0; block < launch.blocks; ++block) {
         const cuda::ProductTask& task =
             task_of(lists_.products, launch.tasks, &cuda::ProductTask::first_tile, block);
         if (launch.kind == Kind::library) {
           EXPECT_EQ(launch.tasks.count(), 1);
-          subtract_product(task, {0, task.m}, {0, task.n}, factor, contribution);
+          subtract_product(task, {0, task.m}, {0, task.n}, before);
         } else {
           const Vertex tile = block - task.first_tile, down = (task.m + height - 1) / height;
           const Vertex row = tile % down * height, column = tile / down * 64;
           EXPECT_LT(column, task.n) << "a block without work";
           subtract_product(task, {row, std::min(row + height, task.m)},
-                           {column, std::min(column + 64, task.n)}, factor, contribution);
+                           {column, std::min(column + 64, task.n)}, before);
         }
       }
     }
@@ -215,16 +215,13 @@ class ListInterpreter {
   }
 
   void subtract_product(const cuda::ProductTask& task, std::pair<Vertex, Vertex> down,
-                        std::pair<Vertex, Vertex> right, const std::vector<double>& factor,
-                        const std::vector<double>& contribution) {
-    const std::vector<double>& before = task.in_contribution ? contribution : factor;
-    std::vector<double>& c = task.in_contribution ? contribution_ : factor_;
+                        std::pair<Vertex, Vertex> right, const std::vector<double>& before) {
     for (Offset j = right.first; j < right.second; ++j) {
       for (Offset i = down.first; i < down.second; ++i) {
         double sum = before[task.c + i + j * task.ldc];
         for (Offset k = 0; k < task.k; ++k)
-          sum -= factor[task.a + i + k * task.lda] * factor[task.b + k + j * task.ldb];
-        c[task.c + i + j * task.ldc] = sum;
+          sum -= before[task.a + i + k * task.lda] * before[task.b + k + j * task.ldb];
+        storage_[task.c + i + j * task.ldc] = sum;
       }
     }
   }
@@ -264,7 +261,8 @@ class ListInterpreter {
   const StageProblem<double>& problem_;
   const SymbolicPlan& plan_;
   const cuda::DevicePlan& lists_;
-  std::vector<double> factor_, contribution_;
+  std::vector<double> storage_;
+  std::set<std::pair<Vertex, Vertex>> assembled_;  // fronts and their columns
 };
 
 }  // namespace mfs::test

@@ -136,20 +136,20 @@ TEST(PlanCounts, NoTwoLiveBlocksOverlap) {
   for (const auto& shapes : {mixed_tree(), broom(), chain()}) {
     const StageProblem<double> problem = artificial_problem(shapes, {1, 0.3, 64});
     const SymbolicPlan& plan = *problem.plan;
-    std::vector<Interval> factors;
-    for (Vertex f = 0; f < plan.num_fronts; ++f) {
-      const Offset p = plan.pivots(f), b = plan.border_rows(f);
-      factors.emplace_back(plan.lower_begin[f], plan.lower_begin[f] + p * (p + b));
-      factors.emplace_back(plan.upper_begin[f], plan.upper_begin[f] + p * b);
-    }
-    expect_disjoint(factors, plan.factor_entries);
-    for (Vertex step = 0; step < plan.num_depths; ++step) {  // with the depth below, whose blocks still live
-      std::vector<Interval> live;
+    std::vector<Interval> factors;  // so far
+    for (Vertex step = 0; step < plan.num_depths; ++step) {
+      for (Vertex f = plan.depth_begin[step]; f < plan.depth_begin[step + 1]; ++f) {
+        const Offset p = plan.pivots(f), b = plan.border_rows(f);
+        factors.emplace_back(plan.lower_begin[f], plan.lower_begin[f] + p * (p + b));
+        factors.emplace_back(plan.upper_begin[f], plan.upper_begin[f] + p * b);
+      }
+      expect_disjoint(factors, plan.factor_entries);
+      std::vector<Interval> live = factors;  // with the depth below, whose contribution blocks still live
       for (Vertex f = plan.depth_begin[std::max(step - 1, 0)]; f < plan.depth_begin[step + 1]; ++f) {
         const Offset b = plan.border_rows(f);
         live.emplace_back(plan.contribution_begin[f], plan.contribution_begin[f] + b * b);
       }
-      expect_disjoint(live, plan.contribution_entries);
+      expect_disjoint(live, plan.storage_entries);
     }
   }
 }

@@ -10,19 +10,10 @@ namespace mfs::cuda {
 
 namespace {
 
-// Before anything is taken. What the host would take is less than what the device needs: the plan's copy and
-// its lists come on top, and are missed by the arenas themselves.
-void check_device_memory(const SymbolicPlan& plan, Offset scalar_bytes, Offset value_bytes) {
-  const auto needed = static_cast<std::size_t>(numeric_bytes(plan, scalar_bytes, value_bytes).total());
-  const std::size_t available = available_device_memory();
-  if (needed > available) throw OutOfMemory(MemorySpace::device, needed, available);
-}
-
 template <class Value, class Scalar>
 std::unique_ptr<Factorization<Value>> make(std::shared_ptr<const SymbolicPlan> plan,
                                            std::shared_ptr<const Pattern> pattern) {
   Engine::use_cuda();
-  check_device_memory(*plan, sizeof(Scalar), sizeof(Value));
   return make_factors<Value, Scalar>(std::move(plan), std::move(pattern));
 }
 

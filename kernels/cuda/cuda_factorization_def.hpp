@@ -1,9 +1,9 @@
 // Definition of factors.hpp, for the files that instantiate it.
 //
-// Vectors make the way to the device once per solve, and solve, residuals and a few steps of refinement run
-// there: enough for most matrices. Where that misses the tolerance, or pivots were perturbed, the rungs of
-// the ladder (kernels/ladder.hpp) follow with vectors on the host, and only the substitutions run on the
-// device.
+// Solve, residuals and a few steps of refinement run on the device: enough for most matrices. The vectors of
+// a solve lie where contribution blocks were, if they fit there. Where that misses the tolerance, or pivots
+// were perturbed, the rungs of the ladder (kernels/ladder.hpp) follow with vectors on the host, and only the
+// substitutions run on the device.
 #pragma once
 
 #include <algorithm>
@@ -12,6 +12,7 @@
 #include "kernels/cuda/device_stages_def.hpp"
 #include "kernels/cuda/diagonal.hpp"
 #include "kernels/cuda/factors.hpp"
+#include "kernels/cuda/solve_vectors.hpp"
 #include "kernels/ladder.hpp"
 
 namespace mfs::cuda {
@@ -25,7 +26,7 @@ constexpr bool fits_shared_memory() {
          block_lu_bytes<S>() <= kMostSharedMemory && strip_bytes<S>() <= kMostSharedMemory &&
          NarrowShape::bytes<S>() <= kMostSharedMemory &&
          (!kWideProducts<S> || WideShape::bytes<S>() <= kMostSharedMemory) &&
-         substitution_bytes<S, 16>() <= kMostSharedMemory;
+         substitution_bytes<S, kSolveColumns>() <= kMostSharedMemory;
 }
 
 template <class Value, class Scalar>
@@ -45,13 +46,12 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
     const Offset n = plan().n;
     ArenaLayout layout;
     const Offset values = layout.add(plan().nnz * sizeof(Value)), row_scale = layout.add(n * sizeof(double)),
-                 column_scale = layout.add(n * sizeof(double)),
-                 errors = layout.add(kSolveColumns * sizeof(double)),
+                 column_scale = layout.add(n * sizeof(double)), error = layout.add(sizeof(double)),
                  status = layout.add(sizeof(DeviceStatus));
     host_ = std::make_unique<PinnedArena>(layout.total());
     this->hold_matrix({host_->template at<Value>(values), host_->template at<double>(row_scale),
                        host_->template at<double>(column_scale)});
-    errors_ = host_->template at<double>(errors);
+    error_ = host_->template at<double>(error);
     status_ = host_->template at<DeviceStatus>(status);
     make_room(1);
   }
@@ -94,9 +94,10 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
     if (this->status().perturbed == 0) {
       const Offset bytes = static_cast<Offset>(plan().n) * columns * static_cast<Offset>(sizeof(Value));
       stream_.to_device(b_, this->rhs(columns), bytes);
-      on_device = solve_on_device(columns, transposed, controls);
+      on_device = solve_on_device({b_, plan().n, columns}, transposed, controls);
       if (on_device.backward_error <= controls.tolerance) {
-        stream_.to_host(this->vectors().x, x_, bytes);
+        write_solution({b_, plan().n, columns});
+        stream_.to_host(this->vectors().x, b_, bytes);
         stream_.synchronize();
         return on_device;
       }
@@ -131,14 +132,12 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
                       const TransposedPattern* transposed, const SolveControls& controls, void* stream,
                       SolveOutcome& outcome) override {
     if (this->status().perturbed > 0) return false;
-    this->rhs(columns);  // room
-    const Offset n = plan().n, bytes = n * static_cast<Offset>(sizeof(Value));
+    make_vectors(solve_width(columns));
     follow(stream);
-    stream_.copy_columns(b_, bytes, b, ldb * static_cast<Offset>(sizeof(Value)), bytes, columns);
-    outcome = solve_on_device(columns, transposed, controls);
+    outcome = solve_on_device({reinterpret_cast<const V*>(b), ldb, columns}, transposed, controls);
     // A b that is not finite leaves no finite error.
     if (!(outcome.backward_error <= controls.tolerance)) return false;
-    stream_.copy_columns(x, ldx * static_cast<Offset>(sizeof(Value)), x_, bytes, bytes, columns);
+    write_solution({reinterpret_cast<V*>(x), ldx, columns});
     stream_.synchronize();
     return true;
   }
@@ -162,7 +161,9 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
   }
   /// Of device memory.
   Offset bytes() const override {
-    return stages_.bytes() + vectors_->bytes() + (transposed_ ? transposed_->bytes() : 0);
+    Offset bytes = stages_.bytes() + rhs_->bytes();
+    for (const auto& arena : {&vectors_, &transposed_}) bytes += *arena ? (*arena)->bytes() : 0;
+    return bytes;
   }
 
  private:
@@ -193,10 +194,8 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
   }
 
   bool finite(Offset count, const V* values) {
-    find_nonfinite(exec_, count, values, device_errors_);
-    stream_.to_host(errors_, device_errors_, sizeof(double));
-    stream_.synchronize();
-    return !(*errors_ > 0);
+    find_nonfinite(exec_, count, values, device_error_);
+    return !(read_error() > 0);
   }
 
   void launch_factor(double tolerance) {
@@ -212,80 +211,130 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
     graph_.launch(stream_);
   }
 
-  // Solution x_ and error of the right-hand sides in b_, refined while that halves the error.
-  SolveOutcome solve_on_device(Vertex columns, const TransposedPattern* transposed,
+  double read_error() {
+    stream_.to_host(error_, device_error_, sizeof(double));
+    stream_.synchronize();
+    return *error_;
+  }
+
+  // Solution x_ and error for b, refined while that halves the error.
+  SolveOutcome solve_on_device(const Columns<const V>& b, const TransposedPattern* transposed,
                                const SolveControls& controls) {
-    const Offset block = static_cast<Offset>(plan().n) * columns;
+    const bool flip = transposed != nullptr;
     SolveOutcome outcome;
-    substitute(b_, x_, columns, transposed != nullptr);
-    outcome.backward_error = largest_error(columns, transposed);
+    enter(b, flip);
+    substitute(b.count, flip, false);
+    outcome.backward_error = measure(b, transposed, nullptr);
     const Stopwatch refining;
     double before = std::numeric_limits<double>::max();  // a first step for every finite error
     while (outcome.backward_error > controls.tolerance && outcome.backward_error <= before / 2 &&
            outcome.refinement_steps < controls.max_steps) {
-      substitute(r_, d_, columns, transposed != nullptr);
-      add_vector(exec_, block, V(1), static_cast<const V*>(d_), x_);
+      measure(b, transposed, substitution_.v);
+      substitute(b.count, flip, true);
       before = outcome.backward_error;
-      outcome.backward_error = largest_error(columns, transposed);
+      outcome.backward_error = measure(b, transposed, nullptr);
       ++outcome.refinement_steps;
     }
     if (outcome.refinement_steps > 0) outcome.time_ladder = refining.seconds();
     return outcome;
   }
 
-  // Of all columns of x_; leaves their residuals in r_.
-  double largest_error(Vertex columns, const TransposedPattern* transposed) {
-    const RowAccess<V> rows = device_rows(transposed);
-    for (Vertex j = 0; j < columns; ++j) {
-      const Offset at = static_cast<Offset>(j) * plan().n;
-      residual(exec_, plan().n, rows, static_cast<const V*>(b_ + at), static_cast<const V*>(x_ + at), r_ + at,
-               device_errors_ + j);
-    }
-    stream_.to_host(errors_, device_errors_, columns * sizeof(double));
-    stream_.synchronize();
-    return *std::max_element(errors_, errors_ + columns);
-  }
-
   void apply_inverse(const Value* from, Value* to, Vertex columns, bool transposed) override {
     const Offset bytes = static_cast<Offset>(plan().n) * columns * static_cast<Offset>(sizeof(Value));
-    stream_.to_device(r_, from, bytes);
-    substitute(r_, d_, columns, transposed);
-    stream_.to_host(to, d_, bytes);
+    stream_.to_device(b_, from, bytes);
+    enter({b_, plan().n, columns}, transposed);
+    substitute(columns, transposed, false);
+    write_solution({b_, plan().n, columns});
+    stream_.to_host(to, b_, bytes);
     stream_.synchronize();
   }
 
-  // to = approximately A^-1 from, scaling and permutation included; device vectors.
-  void substitute(const V* from, V* to, Vertex columns, bool transposed) {
+  // How right-hand sides come into elimination order, and how solutions leave it.
+  Side side(bool of_rows) const {
     const FrontStore<S, V>& at = stages_.store().fronts;
-    const Vertex* in = transposed ? at.column_of : at.row_of;
-    const Vertex* out = transposed ? at.row_of : at.column_of;
-    const double* in_scale = transposed ? at.column_scale : at.row_scale;
-    const double* out_scale = transposed ? at.row_scale : at.column_scale;
-    gather_scaled<V>(exec_, plan().n, columns, in, in_scale, from, substitution_.v);
-    substitution_.columns = columns;
-    Graph& graph = solve_graph_[transposed][columns - 1];
-    if (!graph.recorded()) graph.record(stream_, [&] { stages_.substitute(substitution_, transposed); });
-    graph.launch(stream_);
-    scatter_scaled<V>(exec_, plan().n, columns, out, out_scale, static_cast<const S*>(substitution_.v), to);
+    return of_rows ? Side{at.row_of, at.row_scale} : Side{at.column_of, at.column_scale};
+  }
+  // Calls work with the width of the vectors for so many columns as a constant.
+  template <class Work>
+  static void with_width(Vertex columns, const Work& work) {
+    if (solve_width(columns) == 1) {
+      work(std::integral_constant<int, 1>());
+    } else {
+      work(std::integral_constant<int, kSolveColumns>());
+    }
+  }
+  static unsigned blocks(Offset threads) {
+    return static_cast<unsigned>((threads + kVectorThreads - 1) / kVectorThreads);
   }
 
+  void enter(const Columns<const V>& b, bool transposed) {
+    const Offset n = plan().n;
+    with_width(b.count, [&](auto k) {
+      enter_elimination_order<k()>
+          <<<blocks(n * k()), kVectorThreads, 0, stream_.get()>>>(n, side(!transposed), b, substitution_.v);
+    });
+  }
+
+  // x_ = approximately A^-1 (or A^-T) of what has come into elimination order, or += that.
+  void substitute(Vertex columns, bool transposed, bool add) {
+    const Vertex width = solve_width(columns);
+    Graph& graph = solve_graph_[transposed][width > 1];
+    if (!graph.recorded())
+      graph.record(stream_, [&] { stages_.substitute(substitution_, width, transposed); });
+    graph.launch(stream_);
+    const Offset n = plan().n;
+    with_width(columns, [&](auto k) {
+      leave_elimination_order<k()><<<blocks(n * k()), kVectorThreads, 0, stream_.get()>>>(
+          n, side(transposed), static_cast<const S*>(substitution_.v), add, x_);
+    });
+  }
+
+  // The backward error of x_; where r is given, what is left of b goes there in elimination order.
+  double measure(const Columns<const V>& b, const TransposedPattern* transposed, S* r) {
+    const Offset n = plan().n;
+    const RowAccess<V> rows = device_rows(transposed);
+    stream_.clear(device_error_, sizeof(double));
+    with_width(b.count, [&](auto k) {
+      constexpr int kLanes = k() == 1 ? kResidualLanes : k();
+      residual_in_elimination_order<k()><<<blocks(n * kLanes), kVectorThreads, 0, stream_.get()>>>(
+          n, rows, side(!transposed), b, static_cast<const V*>(x_), r, device_error_);
+    });
+    check_launch("residual");
+    return read_error();
+  }
+
+  void write_solution(const Columns<V>& to) {
+    const Offset n = plan().n;
+    with_width(to.count, [&](auto k) {
+      write_columns<k()><<<blocks(n), kVectorThreads, 0, stream_.get()>>>(n, static_cast<const V*>(x_), to);
+    });
+    check_launch("solution");
+  }
+
+  // Right-hand sides that come from the host have room of their own.
   void make_room(Vertex columns) override {
-    const Offset block = static_cast<Offset>(plan().n) * columns;
-    const Offset borders = static_cast<Offset>(plan().border.size()) * columns;
+    make_vectors(solve_width(columns));
+    rhs_ = std::make_unique<DeviceArena>(static_cast<Offset>(plan().n) * columns *
+                                         static_cast<Offset>(sizeof(V)));
+    b_ = rhs_->template at<V>(0);
+  }
+
+  void make_vectors(Vertex width) {
+    if (width <= width_) return;
+    const Offset block = static_cast<Offset>(plan().n) * width;
     ArenaLayout layout;
-    const Offset b = layout.add(block * sizeof(V)), x = layout.add(block * sizeof(V)),
-                 r = layout.add(block * sizeof(V)), d = layout.add(block * sizeof(V)),
-                 v = layout.add(block * sizeof(S)), y = layout.add(block * sizeof(S)),
-                 border = layout.add(borders * sizeof(S)),
-                 errors = layout.add(kSolveColumns * sizeof(double));
-    vectors_ = std::make_unique<DeviceArena>(layout.total());
-    b_ = vectors_->template at<V>(b);
-    x_ = vectors_->template at<V>(x);
-    r_ = vectors_->template at<V>(r);
-    d_ = vectors_->template at<V>(d);
-    substitution_ = {vectors_->template at<S>(v), vectors_->template at<S>(y),
-                     vectors_->template at<S>(border), columns};
-    device_errors_ = vectors_->template at<double>(errors);
+    const Offset x = layout.add(block * sizeof(V)), v = layout.add(block * sizeof(S)),
+                 y = layout.add(block * sizeof(S)),
+                 border = layout.add(static_cast<Offset>(plan().border.size()) * width * sizeof(S)),
+                 error = layout.add(sizeof(double));
+    const bool fits = layout.total() <= stages_.spare_bytes();
+    if (!fits) vectors_ = std::make_unique<DeviceArena>(layout.total());
+    char* const base = fits ? static_cast<char*>(stages_.spare()) : vectors_->template at<char>(0);
+    x_ = reinterpret_cast<V*>(base + x);
+    substitution_ = {reinterpret_cast<S*>(base + v), reinterpret_cast<S*>(base + y),
+                     reinterpret_cast<S*>(base + border)};
+    device_error_ = reinterpret_cast<double*>(base + error);
+    width_ = width;
     for (auto& graphs : solve_graph_) {
       for (Graph& graph : graphs) graph.reset();
     }
@@ -343,16 +392,17 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
   Kokkos::Cuda exec_;
   DeviceStages<S, V> stages_;
   std::unique_ptr<PinnedArena> host_;
-  double* errors_;
+  double* error_;
   DeviceStatus* status_;
   bool scales_sent_ = false, values_sent_ = false, values_here_ = true, warm_ = false;
   Event foreign_;
-  Graph graph_, solve_graph_[2][kSolveColumns];
+  Graph graph_, solve_graph_[2][2];  // by transposed, by more than one column
   double graph_tolerance_ = 0;
-  std::unique_ptr<DeviceArena> vectors_, transposed_;
+  std::unique_ptr<DeviceArena> vectors_, rhs_, transposed_;
   RowAccess<V> transposed_rows_{};
-  V *b_, *x_, *r_, *d_;
-  double* device_errors_;
+  Vertex width_ = 0;  // of the vectors
+  V *b_, *x_;
+  double* device_error_;
   typename DeviceStages<S, V>::Vectors substitution_{};
   mutable bool pivots_read_ = false;
   mutable std::vector<Vertex> local_row_;

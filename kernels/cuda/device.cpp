@@ -49,7 +49,7 @@ void set_shared_memory(const void* kernel, std::size_t bytes) {
   });
 }
 
-DeviceArena::DeviceArena(Offset bytes) : bytes_(bytes) {
+DeviceArena::DeviceArena(Offset bytes) : RawArena(bytes) {
   const cudaError_t code =
       attempt(CallKind::device_memory, [&] { return cudaMalloc(&data_, static_cast<std::size_t>(bytes)); });
   if (code == cudaErrorMemoryAllocation) {
@@ -63,7 +63,7 @@ DeviceArena::~DeviceArena() {
   cudaFree(data_);
 }
 
-PinnedArena::PinnedArena(Offset bytes) : bytes_(bytes) {
+PinnedArena::PinnedArena(Offset bytes) : RawArena(bytes) {
   const cudaError_t code =
       attempt(CallKind::host_memory, [&] { return cudaMallocHost(&data_, static_cast<std::size_t>(bytes)); });
   if (code == cudaErrorMemoryAllocation) {
@@ -84,6 +84,10 @@ Stream::~Stream() {
 }
 void Stream::synchronize() const {
   checked("cudaStreamSynchronize", [&] { return cudaStreamSynchronize(stream_); });
+}
+void Stream::drain() const noexcept {
+  cudaStreamSynchronize(stream_);
+  cudaGetLastError();
 }
 void Stream::wait_for(const Event& event) const {
   checked("cudaStreamWaitEvent", [&] { return cudaStreamWaitEvent(stream_, event.get(), 0); });

@@ -19,13 +19,11 @@ void check_launch(const char* what);
 Offset free_memory();
 void set_shared_memory(const void* kernel, std::size_t bytes);
 
-/// Device memory of one arena. Throws OutOfMemory(device).
-class DeviceArena {
+/// What both kinds of memory are once they have been taken.
+class RawArena {
  public:
-  explicit DeviceArena(Offset bytes);
-  ~DeviceArena();
-  DeviceArena(const DeviceArena&) = delete;
-  DeviceArena& operator=(const DeviceArena&) = delete;
+  RawArena(const RawArena&) = delete;
+  RawArena& operator=(const RawArena&) = delete;
 
   template <class T>
   T* at(Offset offset) const {
@@ -33,28 +31,25 @@ class DeviceArena {
   }
   Offset bytes() const { return bytes_; }
 
- private:
+ protected:
+  explicit RawArena(Offset bytes) : bytes_(bytes) {}
+  ~RawArena() = default;
   Offset bytes_;
   void* data_ = nullptr;
 };
 
+/// Device memory of one arena. Throws OutOfMemory(device).
+class DeviceArena : public RawArena {
+ public:
+  explicit DeviceArena(Offset bytes);
+  ~DeviceArena();
+};
+
 /// Page-locked host memory, which the device copies from and to without a stop. Throws std::bad_alloc.
-class PinnedArena {
+class PinnedArena : public RawArena {
  public:
   explicit PinnedArena(Offset bytes);
   ~PinnedArena();
-  PinnedArena(const PinnedArena&) = delete;
-  PinnedArena& operator=(const PinnedArena&) = delete;
-
-  template <class T>
-  T* at(Offset offset) const {
-    return reinterpret_cast<T*>(static_cast<char*>(data_) + offset);
-  }
-  Offset bytes() const { return bytes_; }
-
- private:
-  Offset bytes_;
-  void* data_ = nullptr;
 };
 
 class Event;
@@ -67,6 +62,8 @@ class Stream {
   Stream& operator=(const Stream&) = delete;
   cudaStream_t get() const { return stream_; }
   void synchronize() const;
+  /// Waits for what is in it, whatever comes of that.
+  void drain() const noexcept;
   /// What is put into this stream from now on waits for the event.
   void wait_for(const Event& event) const;
   void to_device(void* to, const void* from, Offset bytes) const;

@@ -17,6 +17,9 @@ class DeviceBlas {
   template <class S>
   void gemm_minus(int m, int n, int k, const S* a, int lda, const S* b, int ldb, S* c, int ldc) const;
 
+  /// Of device memory.
+  Offset bytes() const { return workspace_.bytes(); }
+
  private:
   struct Destroy {
     void operator()(void* handle) const;

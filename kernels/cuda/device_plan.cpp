@@ -14,8 +14,12 @@ Vertex tiles_of(Offset length, Vertex tile) {
 class Builder {
  public:
   Builder(const SymbolicPlan& plan, Vertex tile, Vertex small_rows, bool wide_products, Vertex panel,
-          Vertex panelled)
-      : plan_(plan), wide_products_(wide_products), panel_(panel), panelled_(panelled) {
+          Vertex panelled, Vertex many_tiny)
+      : plan_(plan),
+        wide_products_(wide_products),
+        panel_(panel),
+        panelled_(panelled),
+        many_tiny_(many_tiny) {
     made_.tile = tile;
     made_.small_rows = small_rows;
   }
@@ -240,12 +244,15 @@ class Builder {
   // Forward: the tiles of a front in the order in which they depend on each other, those of all fronts by
   // turns; backward: the other way round, and only pivots.
   void list_solve(Vertex step) {
-    std::vector<Vertex> fronts;
-    depth().tiny.begin = static_cast<Offset>(made_.tiny_fronts.size());
-    for (Vertex f = plan_.depth_begin[step]; f < plan_.depth_begin[step + 1]; ++f) {
-      const bool tiny = plan_.pivots(f) <= kTinyPivots && rows(f) <= kTinyRows;
-      (tiny ? made_.tiny_fronts : fronts).push_back(f);
+    std::vector<Vertex> fronts, tiny;
+    for (Vertex f = plan_.depth_begin[step]; f < plan_.depth_begin[step + 1]; ++f)
+      (plan_.pivots(f) <= kTinyPivots && rows(f) <= kTinyRows ? tiny : fronts).push_back(f);
+    if (static_cast<Vertex>(tiny.size()) < many_tiny_) {
+      fronts.insert(fronts.end(), tiny.begin(), tiny.end());
+      tiny.clear();
     }
+    depth().tiny.begin = static_cast<Offset>(made_.tiny_fronts.size());
+    made_.tiny_fronts.insert(made_.tiny_fronts.end(), tiny.begin(), tiny.end());
     depth().tiny.end = static_cast<Offset>(made_.tiny_fronts.size());
     Vertex most = 0;
     for (const Vertex f : fronts) most = std::max(most, tiles_of(plan_.pivots(f), kSolveTile));
@@ -314,7 +321,7 @@ class Builder {
 
   const SymbolicPlan& plan_;
   bool wide_products_;
-  Vertex panel_, panelled_;
+  Vertex panel_, panelled_, many_tiny_;
   std::vector<Vertex> small_, large_;
   DevicePlan made_;
 };
@@ -322,8 +329,8 @@ class Builder {
 }  // namespace
 
 DevicePlan make_device_plan(const SymbolicPlan& plan, Vertex tile, Vertex small_rows, bool wide_products,
-                            Vertex panel, Vertex panelled) {
-  return Builder(plan, tile, small_rows, wide_products, panel, panelled).build();
+                            Vertex panel, Vertex panelled, Vertex many_tiny) {
+  return Builder(plan, tile, small_rows, wide_products, panel, panelled, many_tiny).build();
 }
 
 }  // namespace mfs::cuda

@@ -108,12 +108,14 @@ constexpr Vertex kAssembleColumns = 4;
 constexpr Vertex kStrip = 128;
 constexpr Vertex kSolveTile = 64;
 
-/// Fronts with at most so many pivots and rows are solved with by one warp.
-constexpr Vertex kTinyPivots = 32, kTinyRows = 96;
+/// Fronts with at most so many pivots and rows are solved with by one warp, in depths that have many of them:
+/// a warp takes longer than a block, which matters where the device is not full.
+constexpr Vertex kTinyPivots = 32, kTinyRows = 96, kManyTiny = 2048;
 
 /// `tile` pivots per block column; fronts of up to `small_rows` rows are small; products may be cut into wide
-/// tiles; fronts of `panelled` pivots are factored by panels of `panel`, a multiple of `tile`.
+/// tiles; fronts of `panelled` pivots are factored by panels of `panel`, a multiple of
+/// `tile`; `many_tiny` tiny fronts of a depth are solved with by warps.
 DevicePlan make_device_plan(const SymbolicPlan& plan, Vertex tile, Vertex small_rows, bool wide_products,
-                            Vertex panel = kPanel, Vertex panelled = kPanelled);
+                            Vertex panel = kPanel, Vertex panelled = kPanelled, Vertex many_tiny = kManyTiny);
 
 }  // namespace mfs::cuda

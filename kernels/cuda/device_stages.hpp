@@ -24,6 +24,11 @@ struct DeviceStatus {
 enum class Kernel { largest, small_fronts, assemble, diagonal, strips, products, exchange, update, end };
 using Mark = std::function<void(Kernel, Vertex step)>;
 
+/// Columns that a solve for `columns` of them works on: a multiple of what its kernels are made for.
+constexpr Vertex solve_width(Vertex columns) {
+  return columns == 1 ? 1 : kSolveColumns;
+}
+
 /// S: numbers of the factors, V: of the matrix, both as device code calls them.
 template <class S, class V>
 class DeviceStages {
@@ -36,27 +41,36 @@ class DeviceStages {
   double* column_scale() const { return store_.fronts.column_scale; }
   const DeviceStore<S, V>& store() const { return store_; }
   DeviceStatus* status() const { return status_; }
-  Offset bytes() const { return arena_.bytes(); }
+  /// Of device memory.
+  Offset bytes() const { return arena_.bytes() + blas_.bytes(); }
+  /// What contribution blocks leave free between two factorizations: `spare_bytes` bytes.
+  void* spare() const { return store_.fronts.storage + plan_.factor_entries; }
+  Offset spare_bytes() const {
+    return (plan_.storage_entries - plan_.factor_entries) * static_cast<Offset>(sizeof(S));
+  }
 
   /// Launches assemble, factor and update of all depths for matrix_values(). `tolerance` of pivots is
   /// relative to the largest scaled entry. `mark`, where given, is called before each launch and once at the
   /// end.
   void factor(double tolerance, const Mark& mark = {});
-  /// Launches v := A'^-1 v (elimination order, scaled) for the factors; `work` as VectorLayout has it.
+  /// Launches v := A'^-1 v (elimination order, scaled) for the factors, or the transposed. All have
+  /// solve_width(...) columns side by side: v and y n rows, border one per border row of every front.
   struct Vectors {
     S *v, *y, *border;
-    Vertex columns;
   };
-  void substitute(const Vectors& vectors, bool transposed);
+  void substitute(const Vectors& vectors, Vertex width, bool transposed);
 
  private:
   struct Layout;
   DeviceStages(const SymbolicPlan& plan, const Pattern& pattern, const Stream& stream, DevicePlan lists);
   void launch_small_fronts(const std::vector<SmallLaunch>& launches);
   void join_small_fronts(const std::vector<SmallLaunch>& launches);
+  void launch_stages(double tolerance, const Mark& mark);
   void launch(const Launch& what);
   template <class Aside, class Here>
   void beside(bool has_aside, bool has_here, const Aside& aside, const Here& here);
+  template <class Work>
+  void with_sides(const Work& work);
   template <int K, bool Transposed>
   void substitute_columns(const Vectors& vectors);
 

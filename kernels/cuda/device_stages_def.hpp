@@ -9,6 +9,7 @@
 #include "kernels/cuda/small_fronts.hpp"
 #include "kernels/cuda/strips.hpp"
 #include "kernels/cuda/substitution.hpp"
+#include "kernels/cuda/tiny_substitution.hpp"
 #include "kernels/vector_ops.hpp"
 
 namespace mfs::cuda {
@@ -57,7 +58,6 @@ struct DeviceStages<S, V>::Layout {
     copy(at.entry_slot, plan.entry_slot);
     copy(at.entry_target, plan.entry_target);
     copy(at.entry_row, plan.entry_row);
-    copy(at.entry_column, plan.entry_column);
     copy(at.matrix_offsets, pattern.offsets);
     copy(at.matrix_columns, pattern.columns);
     copy(store.small_fronts, lists.small_fronts);
@@ -99,6 +99,7 @@ DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& patter
   });
   store_.fronts.n = plan.n;
   store_.fronts.max_block_size = plan.max_block_size;
+  store_.fronts.entry_column = nullptr;  // the columns of the matrix, by slot, have it
   store_.fronts.interchange = nullptr;
   store_.fronts.work = nullptr;
   status_ = arena_.at<DeviceStatus>(place);
@@ -188,6 +189,11 @@ void DeviceStages<S, V>::join_small_fronts(const std::vector<SmallLaunch>& launc
 
 template <class S, class V>
 void DeviceStages<S, V>::factor(double tolerance, const Mark& mark) {
+  with_sides([&] { launch_stages(tolerance, mark); });
+}
+
+template <class S, class V>
+void DeviceStages<S, V>::launch_stages(double tolerance, const Mark& mark) {
   store_.tolerance = tolerance;
   stream_.clear(status_, sizeof(DeviceStatus));
   stream_.clear(store_.fronts.shift, plan_.n * static_cast<Offset>(sizeof(S)));
@@ -247,57 +253,65 @@ void DeviceStages<S, V>::substitute_columns(const Vectors& at) {
   constexpr std::size_t kBytes = substitution_bytes<S, K>();
   set_shared_memory(reinterpret_cast<const void*>(&substitute_forward<Transposed, K, S, V>), kBytes);
   set_shared_memory(reinterpret_cast<const void*>(&substitute_backward<Transposed, K, S, V>), kBytes);
-  const Offset n = plan_.n, borders = static_cast<Offset>(plan_.border.size());
   constexpr int kTinyThreads = kTinyFrontsPerBlock * kWarp;
   const auto tiny_blocks = [](const DepthLaunches& depth) {
     return static_cast<unsigned>((depth.tiny.count() + kTinyFrontsPerBlock - 1) / kTinyFrontsPerBlock);
   };
-  for (Vertex first = 0; first < at.columns; first += K) {
-    const DeviceVectors<S> vectors{
-        std::min<int>(K, at.columns - first), n, borders, at.v + first * n, at.y + first * n,
-        at.border + first * borders};
-    const Offset bytes = n * vectors.columns * static_cast<Offset>(sizeof(S));
-    stream_.fill(vectors.y, kUnset, bytes);
-    for (const DepthLaunches& depth : lists_.depths) {
-      beside(
-          depth.tiny.count() > 0, depth.solve.count() > 0,
-          [&](const Stream& stream) {
-            substitute_tiny_forward<Transposed><<<tiny_blocks(depth), kTinyThreads, 0, stream.get()>>>(
-                store_, vectors, depth.tiny.begin, static_cast<int>(depth.tiny.count()));
-          },
-          [&] {
-            substitute_forward<Transposed, K>
-                <<<static_cast<unsigned>(depth.solve.count()), kSolveThreads, kBytes, stream_.get()>>>(
-                    store_, vectors, depth.solve.begin);
-          });
-    }
-    stream_.fill(vectors.v, kUnset, bytes);
-    for (auto at_depth = lists_.depths.rbegin(); at_depth != lists_.depths.rend(); ++at_depth) {
-      const DepthLaunches& depth = *at_depth;
-      beside(
-          depth.tiny.count() > 0, depth.solve_back.count() > 0,
-          [&](const Stream& stream) {
-            substitute_tiny_backward<Transposed><<<tiny_blocks(depth), kTinyThreads, 0, stream.get()>>>(
-                store_, vectors, depth.tiny.begin, static_cast<int>(depth.tiny.count()));
-          },
-          [&] {
-            substitute_backward<Transposed, K>
-                <<<static_cast<unsigned>(depth.solve_back.count()), kSolveThreads, kBytes, stream_.get()>>>(
-                    store_, vectors, depth.solve_back.begin);
-          });
-    }
+  const DeviceVectors<S> vectors{at.v, at.y, at.border};
+  const Offset bytes = static_cast<Offset>(plan_.n) * K * static_cast<Offset>(sizeof(S));
+  stream_.fill(vectors.y, kUnset, bytes);
+  for (const DepthLaunches& depth : lists_.depths) {
+    beside(
+        depth.tiny.count() > 0, depth.solve.count() > 0,
+        [&](const Stream& stream) {
+          substitute_tiny_forward<Transposed, K><<<tiny_blocks(depth), kTinyThreads, 0, stream.get()>>>(
+              store_, vectors, depth.tiny.begin, static_cast<int>(depth.tiny.count()));
+        },
+        [&] {
+          substitute_forward<Transposed, K>
+              <<<static_cast<unsigned>(depth.solve.count()), kSolveThreads, kBytes, stream_.get()>>>(
+                  store_, vectors, depth.solve.begin);
+        });
+  }
+  stream_.fill(vectors.v, kUnset, bytes);
+  for (auto at_depth = lists_.depths.rbegin(); at_depth != lists_.depths.rend(); ++at_depth) {
+    const DepthLaunches& depth = *at_depth;
+    beside(
+        depth.tiny.count() > 0, depth.solve_back.count() > 0,
+        [&](const Stream& stream) {
+          substitute_tiny_backward<Transposed, K><<<tiny_blocks(depth), kTinyThreads, 0, stream.get()>>>(
+              store_, vectors, depth.tiny.begin, static_cast<int>(depth.tiny.count()));
+        },
+        [&] {
+          substitute_backward<Transposed, K>
+              <<<static_cast<unsigned>(depth.solve_back.count()), kSolveThreads, kBytes, stream_.get()>>>(
+                  store_, vectors, depth.solve_back.begin);
+        });
   }
   check_launch("solve");
 }
 
 template <class S, class V>
-void DeviceStages<S, V>::substitute(const Vectors& vectors, bool transposed) {
-  if (transposed) {
-    vectors.columns == 1 ? substitute_columns<1, true>(vectors) : substitute_columns<4, true>(vectors);
-  } else if (vectors.columns == 1) {
-    substitute_columns<1, false>(vectors);
-  } else {
-    vectors.columns <= 4 ? substitute_columns<4, false>(vectors) : substitute_columns<16, false>(vectors);
+void DeviceStages<S, V>::substitute(const Vectors& vectors, Vertex width, bool transposed) {
+  with_sides([&] {
+    if (width == 1) {
+      transposed ? substitute_columns<1, true>(vectors) : substitute_columns<1, false>(vectors);
+    } else {
+      transposed ? substitute_columns<kSolveColumns, true>(vectors)
+                 : substitute_columns<kSolveColumns, false>(vectors);
+    }
+  });
+}
+
+// Where a call fails, what is in the side streams already must not run on beside whatever comes next.
+template <class S, class V>
+template <class Work>
+void DeviceStages<S, V>::with_sides(const Work& work) {
+  try {
+    work();
+  } catch (...) {
+    for (const Stream& side : side_) side.drain();
+    throw;
   }
 }
 

@@ -104,7 +104,7 @@ __global__ void __launch_bounds__(Shape::threads)
     if (ahead < steps) load(ahead * Shape::depth, ahead % Shape::stages);
     commit_copies();
     const S* const sa = shared + s % Shape::stages * kStageEntries;
-    product.multiply(sa + m0, Shape::lda, sa + Shape::lda * Shape::depth + n0 * Shape::ldb, 1, Shape::ldb,
+    product.multiply(sa + m0, 1, Shape::lda, sa + Shape::lda * Shape::depth + n0 * Shape::ldb, 1, Shape::ldb,
                      Shape::depth);
   }
   // The same places again, but not held in registers all the while.

@@ -68,11 +68,11 @@ struct StripRows {
       if (j >= blocks) break;
       stage(x[j], staging);
       x[j].clear();
-      x[j].multiply(staging, ld, t + block_place(j, j), 1, kBlockLd, kInverted);
+      x[j].multiply(staging, 1, ld, t + block_place(j, j), 1, kBlockLd, kInverted);
       stage(x[j], staging, true);
 #pragma unroll
       for (int k = j + 1; k < kBlocks; ++k) {
-        if (k < blocks) x[k].multiply(staging, ld, t + block_place(j, k), 1, kBlockLd, kInverted);
+        if (k < blocks) x[k].multiply(staging, 1, ld, t + block_place(j, k), 1, kBlockLd, kInverted);
       }
     }
   }

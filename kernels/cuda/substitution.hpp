@@ -1,37 +1,47 @@
-// Stage "solve" on the device, one launch per depth and direction for its tiny fronts, a warp each, and one
+// Stage "solve" on the device, for K columns at once, which lie side by side: entry (i, c) of a vector at
+// i * K + c. One launch per depth and direction for tiny fronts, a warp each (tiny_substitution.hpp), and one
 // for the others, in tiles of 64 rows of a front (of 64 columns where the factor is used transposed).
 //
 //   forward     y_i = L_ii^-1 (v_i + what the children left - sum_{j<i} L_ij y_j);  border: z = what the
-//   children
-//               left - L y
+//               children left - L y
 //   backward    v_i = U_ii^-1 (y_i - U v(border) - sum_{j>i} U_ij v_j)
 //
 // A tile needs the results of others of its front, which run at the same time: it waits, entry by entry,
 // until they are no longer kUnset, which nothing computed is. They belong to blocks with smaller numbers, so
 // none waits for one that has not begun. Each sum is made by one block in one order.
 //
+// What multiplies the vector comes in steps of 64 columns through two places in shared memory, one step
+// ahead, and the diagonal tile last. From the last entries that a tile waits for to the first that others
+// wait for takes about 2 us, for each tile of a large front: nothing is loaded on that path, and it has few
+// barriers.
+//
 // The transposed system takes U^T forward and L^T backward, and undoes the row exchanges at the end.
 #pragma once
 
+#include "kernels/cuda/async_copy.hpp"
 #include "kernels/cuda/device_store.hpp"
 #include "kernels/cuda/tile_lu.hpp"
 
 namespace mfs::cuda {
 
 constexpr int kSolveThreads = 256;
+/// Blocks on a multiprocessor that registers must not stand in the way of.
+template <int K>
+constexpr int kSolveBlocks = K == 1 ? 3 : 2;
+/// Columns of the factor that a step takes: as many as the diagonal tile has.
+constexpr int kStep = kSolveTile;
+constexpr int kStages = 2;
 
 /// Every byte of an entry whose tile has not been done: a NaN that no operation makes.
 constexpr int kUnset = 0xff;
 
-/// Vectors of one solve in elimination order; `border` holds one value per border row of every front. y is
-/// unset before the forward pass, v before the backward pass.
+/// Vectors of one solve in elimination order, K columns side by side; `border` holds a row per border row of
+/// every front. y is unset before the forward pass, v before the backward pass.
 template <class S>
 struct DeviceVectors {
-  int columns;  // at most the K of the kernel
-  Offset n, borders;
-  S* v;       // n x columns
-  S* y;       // n x columns
-  S* border;  // borders x columns
+  S* v;       // n x K
+  S* y;       // n x K
+  S* border;  // borders x K
 };
 
 /// One tile of a front in the pass that is under way.
@@ -54,413 +64,396 @@ __device__ SolveTile<S> solve_tile(const FrontStore<S, Value>& fronts, const Fro
   return tile;
 }
 
-// Columns (or rows) [begin, begin + count) of the factor beside the tile, count <= 64, seen as a 64 x 64
-// matrix B(row, k) that multiplies the vector's part at `begin`:
-//   rows contiguous   B(row, k) = base[row + k * ld]
-//   transposed        B(row, k) = base[k + row * ld]
+/// What a step multiplies: B(row, k), k < count <= 64, at base[row + k * ld], or base[k + row * ld] where the
+/// factor is used transposed.
 template <class S>
 struct Panel {
   const S* base;
   Offset ld;
+  int count;
 };
 
-template <class S, int K>
-struct TileSums {
-  // Plain: thread = row + 64 * group, group takes every fourth column. Transposed: each warp takes 8 rows,
-  // lanes run along k.
-  static constexpr int kGroups = kSolveThreads / kSolveTile;
-  static constexpr int kLoads = kSolveTile / kGroups;
-  static constexpr int kRowsPerWarp = kSolveTile / (kSolveThreads / kWarp);
+/// How a panel lies in shared memory; reads of doubles are free of bank conflicts both ways.
+template <bool Transposed>
+struct PanelPlace {
+  static constexpr int ld = kSolveTile + 4;
+  static constexpr int row = Transposed ? ld : 1, k = Transposed ? 1 : ld;
+};
+constexpr int kPanelEntries = kSolveTile * (kSolveTile + 4);
 
-  S loaded[kLoads];
-  S sum[K];                    // plain
-  S row_sum[kRowsPerWarp][K];  // transposed
+// Rows from `width` and columns from the panel's count on become zero.
+template <bool Transposed, class S>
+__device__ void fetch_panel(const Panel<S>& panel, int width, S* to) {
+  constexpr int kAlong = kSolveTile;  // entries that lie one after the other
+  constexpr int kApart = kSolveThreads / kAlong, kTimes = kSolveTile / kApart;
+  const int along = threadIdx.x % kAlong, first = threadIdx.x / kAlong;
+  const bool within = along < (Transposed ? panel.count : width);
+  const int end = Transposed ? width : panel.count;
+  const S* from = panel.base + along + first * panel.ld;
+  const unsigned address = shared_address(to + along + first * PanelPlace<Transposed>::ld);
+#pragma unroll
+  for (int i = 0; i < kTimes; ++i) {
+    const bool inside = within && first + i * kApart < end;
+    copy_async<sizeof(S)>(address + i * kApart * PanelPlace<Transposed>::ld * static_cast<int>(sizeof(S)),
+                          inside ? from + i * kApart * panel.ld : panel.base, inside);
+  }
+}
+
+/// Leading dimension of K columns in shared memory.
+template <int K>
+constexpr int kColumnsLd = K == 1 ? 1 : K + 4;
+
+/// Sums of Rows (32 or 64) x K, spread over the threads of a block: for one column four neighbouring lanes
+/// have parts of a row, for 16 columns each warp has a tile of 16 x 8.
+template <class S, int K, int Rows>
+struct TileSums {
+  static constexpr int kThreads = K == 1 ? 4 * Rows : 2 * Rows / 16 * kWarp;
+  std::conditional_t<K == 1, S, WarpTile<S, 1, 1>> sum;
+
+  __device__ static bool active() { return static_cast<int>(threadIdx.x) < kThreads; }
+  __device__ static int warp_row() { return threadIdx.x / kWarp % (Rows / 16) * 16; }
+  __device__ static int warp_column() { return threadIdx.x / kWarp / (Rows / 16) * 8; }
 
   __device__ void clear() {
-#pragma unroll
-    for (int c = 0; c < K; ++c) {
-      sum[c] = S(0);
-#pragma unroll
-      for (int r = 0; r < kRowsPerWarp; ++r) row_sum[r][c] = S(0);
+    if constexpr (K == 1) {
+      sum = S(0);
+    } else {
+      sum.clear();
     }
   }
-
-  template <bool Transposed>
-  __device__ void load(const Panel<S>& panel, int width, int count) {
-    const int t = threadIdx.x;
-    if constexpr (!Transposed) {
-      const int row = t % kSolveTile, group = t / kSolveTile;
+  /// += B x for Depth columns of B = entry(row, k) and as many rows of x.
+  template <int Depth, class Entry>
+  __device__ void multiply(const Entry& entry, const S* x) {
+    if (!active()) return;
+    if constexpr (K == 1) {
+      const int row = threadIdx.x / 4, part = threadIdx.x % 4;
 #pragma unroll
-      for (int i = 0; i < kLoads; ++i) {
-        const int k = group + i * kGroups;
-        loaded[i] = row < width && k < count ? panel.base[row + k * panel.ld] : S(0);
-      }
+      for (int k = 0; k < Depth; k += 4) sum += entry(row, k + part) * x[k + part];
     } else {
-      const int lane = t % kWarp, first = t / kWarp * kRowsPerWarp;
-#pragma unroll
-      for (int r = 0; r < kRowsPerWarp; ++r) {
-#pragma unroll
-        for (int h = 0; h < 2; ++h) {
-          const int k = lane + h * kWarp;
-          loaded[2 * r + h] = first + r < width && k < count ? panel.base[k + (first + r) * panel.ld] : S(0);
-        }
-      }
+      const int first = warp_row();
+      sum.multiply_entries([&](int row, int k) { return entry(first + row, k); }, x + warp_column(),
+                           kColumnsLd<K>, 1, Depth);
     }
   }
-
-  // x: 64 x K in shared memory, zero beyond count.
-  template <bool Transposed>
-  __device__ void multiply(const S* x) {
-    const int t = threadIdx.x;
-    if constexpr (!Transposed) {
-      const int group = t / kSolveTile;
-#pragma unroll
-      for (int i = 0; i < kLoads; ++i) {
-#pragma unroll
-        for (int c = 0; c < K; ++c) sum[c] += loaded[i] * x[(group + i * kGroups) * K + c];
-      }
+  /// Calls body(row, column, sum), once for each.
+  template <class Body>
+  __device__ void for_each(const Body& body) {
+    if (!active()) return;
+    if constexpr (K == 1) {
+      const S total = group_sum<4>(sum);
+      if (threadIdx.x % 4 == 0) body(static_cast<int>(threadIdx.x) / 4, 0, total);
     } else {
-      const int lane = t % kWarp;
-#pragma unroll
-      for (int r = 0; r < kRowsPerWarp; ++r) {
-#pragma unroll
-        for (int h = 0; h < 2; ++h) {
-#pragma unroll
-          for (int c = 0; c < K; ++c) row_sum[r][c] += loaded[2 * r + h] * x[(lane + h * kWarp) * K + c];
-        }
-      }
+      sum.for_each(
+          [&](int row, int column, S& value) { body(warp_row() + row, warp_column() + column, value); });
     }
-  }
-
-  // result (64 x K, shared memory) -= the sums; `parts` is 256 x K of work. Ends with a barrier.
-  template <bool Transposed>
-  __device__ void subtract_from(S* result, S* parts) {
-    const int t = threadIdx.x;
-    if constexpr (!Transposed) {
-#pragma unroll
-      for (int c = 0; c < K; ++c) parts[t * K + c] = sum[c];
-      __syncthreads();
-      for (int i = t; i < kSolveTile * K; i += kSolveThreads) {
-        S total = parts[i];
-#pragma unroll
-        for (int g = 1; g < kGroups; ++g) total += parts[i + g * kSolveTile * K];
-        result[i] -= total;
-      }
-    } else {
-      const int lane = t % kWarp, first = t / kWarp * kRowsPerWarp;
-#pragma unroll
-      for (int r = 0; r < kRowsPerWarp; ++r) {
-#pragma unroll
-        for (int c = 0; c < K; ++c) {
-          const S total = group_sum<kWarp>(row_sum[r][c]);
-          if (lane == 0) result[(first + r) * K + c] -= total;
-        }
-      }
-    }
-    __syncthreads();
   }
 };
 
-// Waits for an entry that another block writes.
-__device__ inline double wait_for(const double* place) {
-  long long bits;
-  do {
-    asm volatile("ld.relaxed.gpu.s64 %0, [%1];" : "=l"(bits) : "l"(place) : "memory");
-  } while (bits == -1);
-  return __longlong_as_double(bits);
+// An entry that another block may be about to write.
+__device__ inline double peek(const double* place) {
+  double value;
+  asm volatile("ld.relaxed.gpu.f64 %0, [%1];" : "=d"(value) : "l"(place) : "memory");
+  return value;
 }
-__device__ inline float wait_for(const float* place) {
-  int bits;
-  do {
-    asm volatile("ld.relaxed.gpu.s32 %0, [%1];" : "=r"(bits) : "l"(place) : "memory");
-  } while (bits == -1);
-  return __int_as_float(bits);
+__device__ inline float peek(const float* place) {
+  float value;
+  asm volatile("ld.relaxed.gpu.f32 %0, [%1];" : "=f"(value) : "l"(place) : "memory");
+  return value;
 }
 template <class Real>
-__device__ Kokkos::complex<Real> wait_for(const Kokkos::complex<Real>* place) {
+__device__ Kokkos::complex<Real> peek(const Kokkos::complex<Real>* place) {
   const Real* parts = reinterpret_cast<const Real*>(place);
-  return {wait_for(parts), wait_for(parts + 1)};
+  return {peek(parts), peek(parts + 1)};
+}
+__device__ inline bool is_unset(double value) {
+  return __double_as_longlong(value) == -1;
+}
+__device__ inline bool is_unset(float value) {
+  return __float_as_int(value) == -1;
+}
+template <class Real>
+__device__ bool is_unset(const Kokkos::complex<Real>& value) {
+  return is_unset(value.real()) || is_unset(value.imag());
 }
 
-// out(i) = base(i) + sign * sum over k in [from(i), to(i)) of entry(i, k) x(k), for rows [begin, end) of at
-// most 32, eight lanes to a row; x and out are rows of K in shared memory.
-template <int K, class S, class Entry, class Bounds>
-__device__ void multiply_block(int begin, int end, const Entry& entry, const Bounds& bounds, const S* x,
-                               const S* base, bool minus, S* out) {
-  constexpr int kLanes = kSolveThreads / kInverted;
-  const int row = begin + static_cast<int>(threadIdx.x) / kLanes, part = threadIdx.x % kLanes;
-  S sum[K];
-#pragma unroll
-  for (int c = 0; c < K; ++c) sum[c] = S(0);
-  if (row < end) {
-    const int2 span = bounds(row);
-    for (int k = span.x + part; k < span.y; k += kLanes) {
-      const S value = entry(row, k);
-#pragma unroll
-      for (int c = 0; c < K; ++c) sum[c] += value * x[k * K + c];
-    }
-  }
-#pragma unroll
-  for (int c = 0; c < K; ++c) {
-    const S total = group_sum<kLanes>(sum[c]);
-    if (row < end && part == 0) {
-      const S start = base ? base[row * K + c] : S(0);
-      out[row * K + c] = minus ? start - total : start + total;
-    }
-  }
-  __syncthreads();
-}
-
-// out := T^-1 x for the diagonal tile T, 64 x 64, whose two 32 x 32 blocks are inverted. Upper: U (or L^T),
-// from the last block on; lower: L (or U^T). T(i, j) = t[i + j * ld], or t[j + i * ld] where transposed. x is
-// lost.
-template <bool Upper, bool Transposed, bool Unit, int K, class S>
-__device__ void solve_diagonal(const S* t, S* x, S* out, int width) {
-  constexpr int ld = kSolveTile + 1;
-  const auto entry = [&](int i, int j) {
-    return Unit && i == j ? S(1) : Transposed ? t[j + i * ld] : t[i + j * ld];
-  };
-  const int middle = min(kInverted, width);
-  const int2 first = Upper && width > kInverted ? int2{middle, width} : int2{0, middle};
-  const int2 second = Upper ? int2{0, middle} : int2{middle, width};
-  const auto inverse = [&](int2 block) {
-    multiply_block<K>(
-        block.x, block.y, entry,
-        [&](int i) {
-          return Upper ? int2{i, block.y} : int2{block.x, i + 1};
-        },
-        x, static_cast<const S*>(nullptr), false, out);
-  };
-  inverse(first);
-  if (width <= kInverted) return;
-  multiply_block<K>(
-      second.x, second.y, entry, [&](int) { return first; }, out, x, true, x);
-  inverse(second);
-}
-
+/// The 64 rows of the vector that a step multiplies: asked for ahead, waited for when they are needed.
 template <class S, int K>
-constexpr std::size_t substitution_bytes() {
-  return sizeof(S) * ((kSolveTile + 1) * kSolveTile + 2 * kSolveTile * K + kSolveThreads * K);
-}
+class VectorAhead {
+ public:
+  __device__ explicit VectorAhead(const S* vector) : vector_(vector) {}
 
-// Shared memory of both passes.
-template <class S, int K>
-struct SolveShared {
-  S *diagonal, *result, *x, *parts;
-  __device__ explicit SolveShared(void* memory) {
-    diagonal = static_cast<S*>(memory);
-    result = diagonal + (kSolveTile + 1) * kSolveTile;
-    x = result + kSolveTile * K;
-    parts = x + kSolveTile * K;
+  /// place(i) for rows i = 0...63: the row of the vector, -1 for none.
+  template <class Place>
+  __device__ void look_up(const Place& place) {
+    if (!active()) return;
+#pragma unroll
+    for (int j = 0; j < kTimes; ++j) next_[j] = place(row(j));
   }
-  __device__ void load_diagonal(const SolveTile<S>& tile) {
-    const S* from = tile.front.lower + tile.begin + tile.begin * tile.ld;
-    for (int i = threadIdx.x; i < tile.width * tile.width; i += kSolveThreads) {
-      const int r = i % tile.width, c = i / tile.width;
-      diagonal[r + c * (kSolveTile + 1)] = from[r + c * tile.ld];
+  __device__ void ask() {
+    if (!active()) return;
+#pragma unroll
+    for (int j = 0; j < kTimes; ++j) {
+      at_[j] = next_[j];
+      value_[j] = at_[j] < 0 ? S(0) : peek(vector_ + at_[j] * K + column());
     }
   }
-  // x(r) := at(r, column), for r < count; zero beyond.
-  template <class At>
-  __device__ void load_x(int columns, int count, const At& at) {
-    for (int i = threadIdx.x; i < kSolveTile * K; i += kSolveThreads) {
-      const int r = i % kSolveTile, c = i / kSolveTile;
-      x[r * K + c] = r < count && c < columns ? at(r, c) : S(0);
+  __device__ void settle(S* x) {
+    if (!active()) return;
+#pragma unroll
+    for (int j = 0; j < kTimes; ++j) {
+      while (at_[j] >= 0 && is_unset(value_[j])) value_[j] = peek(vector_ + at_[j] * K + column());
+      x[row(j) * kColumnsLd<K> + column()] = value_[j];
     }
-    __syncthreads();
   }
+
+ private:
+  static constexpr int kTimes = K == 1 ? 1 : kSolveTile * K / kSolveThreads;
+  __device__ static bool active() {
+    return static_cast<int>(threadIdx.x) < kSolveTile * K;
+  }
+  __device__ static int row(int j) {
+    return (threadIdx.x + j * kSolveThreads) / K;
+  }
+  __device__ static int column() {
+    return threadIdx.x % K;
+  }
+
+  const S* vector_;
+  Offset next_[kTimes], at_[kTimes];
+  S value_[kTimes];
 };
 
+/// Shared memory of both passes.
+template <class S, int K>
+struct SolveShared {
+  static constexpr int kBlock = kSolveTile * kColumnsLd<K>;
+  S *stage, *x, *result;
+  __device__ explicit SolveShared(void* memory) {
+    stage = static_cast<S*>(memory);
+    x = stage + kStages * kPanelEntries;
+    result = x + kBlock;
+  }
+  __device__ S* panel(int step) const { return stage + step % kStages * kPanelEntries; }
+};
+template <class S, int K>
+constexpr std::size_t substitution_bytes() {
+  return sizeof(S) * (kStages * kPanelEntries + 2 * SolveShared<S, K>::kBlock);
+}
+
+/// result -= the sum over all steps of panel(step) times the rows place(step, 0...63) of the vector. Panel
+/// `steps` is the diagonal tile.
+template <bool Transposed, int K, class S, class PanelOf, class PlaceOf>
+class TileSweep {
+  using Place = PanelPlace<Transposed>;
+
+ public:
+  /// Asks for the first panel.
+  __device__ TileSweep(const SolveShared<S, K>& shared, int width, int steps, const PanelOf& panel,
+                       const PlaceOf& place)
+      : shared_(shared), width_(width), steps_(steps), panel_(panel), place_(place) {
+    fetch(0);
+  }
+
+  /// Begins and ends with a barrier.
+  __device__ void subtract_steps(const S* vector) {
+    VectorAhead<S, K> ahead(vector);
+    const auto look_up = [&](int step) {
+      if (step < steps_) ahead.look_up([&](int row) { return place_(step, row); });
+    };
+    look_up(0);
+    if (steps_ > 0) ahead.ask();
+    look_up(1);
+    TileSums<S, K, kSolveTile> sums;
+    sums.clear();
+    for (int step = 0; step < steps_; ++step) {
+      __syncthreads();  // nobody needs the panel and the rows before any more
+      fetch(step + 1);
+      ahead.settle(shared_.x);
+      wait_copies<1>();
+      __syncthreads();
+      if (step + 1 < steps_) ahead.ask();
+      look_up(step + 2);
+      sums.template multiply<kStep>(entries(step, 0, 0), shared_.x);
+    }
+    wait_copies<0>();
+    if (steps_ == 0) __syncthreads();
+    sums.for_each(
+        [&](int row, int column, const S& sum) { shared_.result[row * kColumnsLd<K> + column] -= sum; });
+    __syncthreads();
+  }
+
+  /// Calls write(row, column, value) for T^-1 result, T being the diagonal tile, whose two 32 x 32 blocks are
+  /// inverted. Upper: U (or L^T), from the last block on; lower: L (or U^T).
+  template <bool Upper, bool Unit, class Write>
+  __device__ void solve_diagonal(const Write& write) {
+    constexpr int kBegin = Upper ? 1 : 0, kEnd = 1 - kBegin;
+    S* const solved = shared_.x;
+    const auto half = [](S* block, int which) { return block + which * kInverted * kColumnsLd<K>; };
+    const auto inverse = [&](int which) {
+      const auto entry = entries(steps_, which * kInverted, which * kInverted);
+      multiply(
+          [&](int row, int k) {
+            const S value = entry(row, k);
+            return k == row && Unit ? S(1) : (Upper ? k < row : k > row) ? S(0) : value;
+          },
+          half(shared_.result, which),
+          [&](int row, int column, const S& sum) {
+            half(solved, which)[row * kColumnsLd<K> + column] = sum;
+            write(which * kInverted + row, column, sum);
+          });
+    };
+    const bool both = width_ > kInverted;
+    if (both || !Upper) inverse(kBegin);
+    if (both) {
+      __syncthreads();
+      multiply(entries(steps_, kEnd * kInverted, kBegin * kInverted), half(solved, kBegin),
+               [&](int row, int column, const S& sum) {
+                 half(shared_.result, kEnd)[row * kColumnsLd<K> + column] -= sum;
+               });
+      __syncthreads();
+    }
+    if (both || Upper) inverse(kEnd);
+  }
+
+ private:
+  __device__ void fetch(int step) {
+    fetch_panel<Transposed>(panel_(step), width_, shared_.panel(step));
+    commit_copies();
+  }
+  /// Of the panel of this step, from (row, k) on.
+  __device__ auto entries(int step, int row, int k) const {
+    const S* const at = shared_.panel(step) + row * Place::row + k * Place::k;
+    return [at](int i, int j) { return at[i * Place::row + j * Place::k]; };
+  }
+  template <class Entry, class Take>
+  __device__ static void multiply(const Entry& entry, const S* x, const Take& take) {
+    TileSums<S, K, kInverted> sums;
+    sums.clear();
+    sums.template multiply<kInverted>(entry, x);
+    sums.for_each(take);
+  }
+
+  const SolveShared<S, K>& shared_;
+  int width_, steps_;
+  const PanelOf& panel_;
+  const PlaceOf& place_;
+};
+template <bool Transposed, int K, class S, class PanelOf, class PlaceOf>
+__device__ auto tile_sweep(const SolveShared<S, K>& shared, int width, int steps, const PanelOf& panel,
+                           const PlaceOf& place) {
+  return TileSweep<Transposed, K, S, PanelOf, PlaceOf>(shared, width, steps, panel, place);
+}
+
+template <class S>
+__device__ Panel<S> diagonal_panel(const SolveTile<S>& tile) {
+  return {tile.front.lower + (tile.pivots ? tile.begin + tile.begin * tile.ld : 0), tile.ld,
+          tile.pivots ? tile.width : 0};
+}
+
+// What the children have left for a row of the front, column c.
+template <int K, class S, class Value>
+__device__ S from_children(const DeviceStore<S, Value>& store, const S* border, Offset row, int c) {
+  S sum = S(0);
+  for (Offset s = store.source_begin[row]; s < store.source_begin[row + 1]; ++s)
+    sum += border[store.source[s] * K + c];
+  return sum;
+}
+
 template <bool Transposed, int K, class S, class Value>
-__global__ void __launch_bounds__(kSolveThreads)
+__global__ void __launch_bounds__(kSolveThreads, kSolveBlocks<K>)
     substitute_forward(DeviceStore<S, Value> store, DeviceVectors<S> vectors, Offset first) {
   extern __shared__ __align__(16) unsigned char memory[];
-  SolveShared<S, K> shared(memory);
+  const SolveShared<S, K> shared(memory);
   const FrontPart part = store.solve[first + blockIdx.x];
   const SolveTile<S> tile = solve_tile(store.fronts, part);
   const Front<S>& front = tile.front;
-  const Offset pivots_at = store.fronts.pivot_begin[part.front],
-               border_at = store.fronts.border_begin[part.front];
-  if (tile.pivots) shared.load_diagonal(tile);
+  const Offset pivots_at = store.fronts.pivot_begin[part.front];
+  const int before = tile.pivots ? tile.begin : front.pivots, steps = (before + kStep - 1) / kStep;
+  const S* left = Transposed ? front.lower + tile.begin * tile.ld : front.lower + tile.begin;
+  Offset ld = tile.ld;
+  if (Transposed && !tile.pivots) {
+    ld = front.pivots;
+    left = front.upper + (tile.begin - front.pivots) * ld;
+  }
+  const auto panel = [&](int step) {
+    if (step >= steps) return diagonal_panel(tile);
+    const int k = step * kStep;
+    return Panel<S>{left + (Transposed ? k : k * ld), ld, min(kStep, before - k)};
+  };
+  const auto place = [&](int step, int row) {
+    const int k = step * kStep + row;
+    return k < before ? pivots_at + k : Offset(-1);
+  };
+  auto sweep = tile_sweep<Transposed>(shared, tile.width, steps, panel, place);
   for (int i = threadIdx.x; i < kSolveTile * K; i += kSolveThreads) {
-    const int r = i % kSolveTile, c = i / kSolveTile;
+    const int r = i / K, c = i % K;
     S value = S(0);
-    if (r < tile.width && c < vectors.columns) {
+    if (r < tile.width) {
       int row = tile.begin + r;
       if (tile.pivots) {
         if (!Transposed) row = store.fronts.local_row[pivots_at + row];
-        value = vectors.v[pivots_at + row + c * vectors.n];
+        value = vectors.v[(pivots_at + row) * K + c];
       }
-      const Offset place = store.row_begin[part.front] + row;
-      for (Offset s = store.source_begin[place]; s < store.source_begin[place + 1]; ++s)
-        value += vectors.border[store.source[s] + c * vectors.borders];
+      value += from_children<K>(store, vectors.border, store.row_begin[part.front] + row, c);
     }
-    shared.result[r * K + c] = value;
+    shared.result[r * kColumnsLd<K> + c] = value;
   }
-  TileSums<S, K> sums;
-  sums.clear();
-  const int before = tile.pivots ? tile.begin : front.pivots;
-  for (int k = 0; k < before; k += kSolveTile) {
-    const int count = min(kSolveTile, before - k);
-    Panel<S> panel;
-    if (!Transposed) {
-      panel = {front.lower + tile.begin + k * tile.ld, tile.ld};
-    } else if (tile.pivots) {
-      panel = {front.lower + k + tile.begin * tile.ld, tile.ld};
-    } else {
-      panel = {front.upper + k + static_cast<Offset>(tile.begin - front.pivots) * front.pivots, front.pivots};
-    }
-    sums.template load<Transposed>(panel, tile.width, count);
-    shared.load_x(vectors.columns, count,
-                  [&](int r, int c) { return wait_for(vectors.y + pivots_at + k + r + c * vectors.n); });
-    sums.template multiply<Transposed>(shared.x);
-    __syncthreads();
-  }
-  __syncthreads();
-  if (before > 0) sums.template subtract_from<Transposed>(shared.result, shared.parts);
-  const S* result = shared.result;
+  sweep.subtract_steps(vectors.y);
   if (tile.pivots) {
-    solve_diagonal<false, Transposed, !Transposed, K>(shared.diagonal, shared.result, shared.x, tile.width);
-    result = shared.x;
-  }
-  S* const to = tile.pivots ? vectors.y + pivots_at + tile.begin
-                            : vectors.border + border_at + tile.begin - front.pivots;
-  const Offset stride = tile.pivots ? vectors.n : vectors.borders;
-  for (int i = threadIdx.x; i < tile.width * vectors.columns; i += kSolveThreads) {
-    const int r = i % tile.width, c = i / tile.width;
-    to[r + c * stride] = result[r * K + c];
+    S* const to = vectors.y + (pivots_at + tile.begin) * K;
+    sweep.template solve_diagonal<false, !Transposed>([&](int row, int column, const S& value) {
+      if (row < tile.width) to[row * K + column] = value;
+    });
+  } else {
+    S* const to = vectors.border + (store.fronts.border_begin[part.front] + tile.begin - front.pivots) * K;
+    for (int i = threadIdx.x; i < tile.width * K; i += kSolveThreads)
+      to[i] = shared.result[i / K * kColumnsLd<K> + i % K];
   }
 }
 
 template <bool Transposed, int K, class S, class Value>
-__global__ void __launch_bounds__(kSolveThreads)
+__global__ void __launch_bounds__(kSolveThreads, kSolveBlocks<K>)
     substitute_backward(DeviceStore<S, Value> store, DeviceVectors<S> vectors, Offset first) {
   extern __shared__ __align__(16) unsigned char memory[];
-  SolveShared<S, K> shared(memory);
+  const SolveShared<S, K> shared(memory);
   const FrontPart part = store.solve[first + blockIdx.x];
   const SolveTile<S> tile = solve_tile(store.fronts, part);
   const Front<S>& front = tile.front;
-  const Offset pivots_at = store.fronts.pivot_begin[part.front],
-               border_at = store.fronts.border_begin[part.front];
+  const Offset pivots_at = store.fronts.pivot_begin[part.front];
+  const Vertex* const border_rows = store.fronts.border + store.fronts.border_begin[part.front];
   const auto row_of = [&](int pivot) {
-    return pivots_at + (Transposed ? store.fronts.local_row[pivots_at + pivot] : pivot);
+    return pivots_at + Offset(Transposed ? store.fronts.local_row[pivots_at + pivot] : pivot);
   };
-  shared.load_diagonal(tile);
+  // The border, whose rows are done, then what is right of the tile in the pivot block, last columns first.
+  const int of_border = (front.border + kStep - 1) / kStep, after = tile.begin + tile.width;
+  const int steps = of_border + (front.pivots - after + kStep - 1) / kStep;
+  const auto column_of = [&](int step) {
+    return step < of_border ? step * kStep : after + (steps - 1 - step) * kStep;
+  };
+  const auto panel = [&](int step) {
+    if (step >= steps) return diagonal_panel(tile);
+    const bool border = step < of_border;
+    const int k = column_of(step), count = min(kStep, (border ? front.border : front.pivots) - k);
+    if (Transposed)
+      return Panel<S>{front.lower + (border ? front.pivots : 0) + k + tile.begin * tile.ld, tile.ld, count};
+    const Offset ld = border ? Offset(front.pivots) : tile.ld;
+    return Panel<S>{(border ? front.upper : front.lower) + tile.begin + k * ld, ld, count};
+  };
+  const auto place = [&](int step, int row) {
+    const int k = column_of(step) + row;
+    if (step < of_border) return k < front.border ? Offset(border_rows[k]) : Offset(-1);
+    return k < front.pivots ? row_of(k) : Offset(-1);
+  };
+  auto sweep = tile_sweep<Transposed>(shared, tile.width, steps, panel, place);
   for (int i = threadIdx.x; i < kSolveTile * K; i += kSolveThreads) {
-    const int r = i % kSolveTile, c = i / kSolveTile;
-    const bool inside = r < tile.width && c < vectors.columns;
-    shared.result[r * K + c] = inside ? vectors.y[pivots_at + tile.begin + r + c * vectors.n] : S(0);
+    const int r = i / K;
+    shared.result[r * kColumnsLd<K> + i % K] =
+        r < tile.width ? vectors.y[(pivots_at + tile.begin) * K + i] : S(0);
   }
-  __syncthreads();
-  TileSums<S, K> sums;
-  sums.clear();
-  for (int k = 0; k < front.border; k += kSolveTile) {
-    const int count = min(kSolveTile, front.border - k);
-    const Panel<S> panel =
-        Transposed ? Panel<S>{front.lower + front.pivots + k + tile.begin * tile.ld, tile.ld}
-                   : Panel<S>{front.upper + tile.begin + static_cast<Offset>(k) * front.pivots, front.pivots};
-    sums.template load<Transposed>(panel, tile.width, count);
-    const Vertex* const rows = store.fronts.border + border_at + k;
-    shared.load_x(vectors.columns, count, [&](int r, int c) { return vectors.v[rows[r] + c * vectors.n]; });
-    sums.template multiply<Transposed>(shared.x);
-    __syncthreads();
-  }
-  for (int k = (front.pivots - 1) / kSolveTile * kSolveTile; k > tile.begin; k -= kSolveTile) {
-    const int count = min(kSolveTile, front.pivots - k);
-    const Panel<S> panel = Transposed ? Panel<S>{front.lower + k + tile.begin * tile.ld, tile.ld}
-                                      : Panel<S>{front.lower + tile.begin + k * tile.ld, tile.ld};
-    sums.template load<Transposed>(panel, tile.width, count);
-    shared.load_x(vectors.columns, count,
-                  [&](int r, int c) { return wait_for(vectors.v + row_of(k + r) + c * vectors.n); });
-    sums.template multiply<Transposed>(shared.x);
-    __syncthreads();
-  }
-  sums.template subtract_from<Transposed>(shared.result, shared.parts);
-  solve_diagonal<true, Transposed, Transposed, K>(shared.diagonal, shared.result, shared.x, tile.width);
-  for (int i = threadIdx.x; i < tile.width * vectors.columns; i += kSolveThreads) {
-    const int r = i % tile.width, c = i / tile.width;
-    vectors.v[row_of(tile.begin + r) + c * vectors.n] = shared.x[r * K + c];
-  }
-}
-
-/// Tiny fronts, a warp each: at most 32 pivots, so that a lane has one.
-constexpr int kTinyFrontsPerBlock = 4;
-
-template <bool Transposed, class S, class Value>
-__global__ void __launch_bounds__(kTinyFrontsPerBlock* kWarp)
-    substitute_tiny_forward(DeviceStore<S, Value> store, DeviceVectors<S> vectors, Offset first, int count) {
-  const int place = static_cast<int>(blockIdx.x) * kTinyFrontsPerBlock + threadIdx.x / kWarp;
-  if (place >= count) return;
-  const Vertex f = store.tiny_fronts[first + place];
-  const Front<S> front = store.fronts.front(f);
-  const int p = front.pivots, b = front.border, rows = p + b, lane = threadIdx.x % kWarp;
-  const Offset pivots_at = store.fronts.pivot_begin[f], border_at = store.fronts.border_begin[f];
-  const auto from_children = [&](int row, int c) {
-    S sum = S(0);
-    const Offset at = store.row_begin[f] + row;
-    for (Offset s = store.source_begin[at]; s < store.source_begin[at + 1]; ++s)
-      sum += vectors.border[store.source[s] + c * vectors.borders];
-    return sum;
-  };
-  const int own = lane < p ? (Transposed ? lane : store.fronts.local_row[pivots_at + lane]) : 0;
-  for (int c = 0; c < vectors.columns; ++c) {
-    const S v = lane < p ? vectors.v[pivots_at + own + c * vectors.n] + from_children(own, c) : S(0);
-    S y = Transposed ? S(0) : v;
-#pragma unroll 8
-    for (int k = 0; k < p; ++k) {
-      const S other = shuffle(v, k);
-      if (lane < p && (Transposed ? k <= lane : k < lane))
-        y += (Transposed ? front.lower[k + lane * rows] : front.lower[lane + k * rows]) * other;
-    }
-    if (lane < p) vectors.y[pivots_at + lane + c * vectors.n] = y;
-    for (int begin = 0; begin < b; begin += kWarp) {
-      const int row = begin + lane;
-      S z = row < b ? from_children(p + row, c) : S(0);
-#pragma unroll 8
-      for (int k = 0; k < p; ++k) {
-        const S other = shuffle(y, k);
-        if (row < b) z -= (Transposed ? front.upper[k + row * p] : front.lower[p + row + k * rows]) * other;
-      }
-      if (row < b) vectors.border[border_at + row + c * vectors.borders] = z;
-    }
-  }
-}
-
-template <bool Transposed, class S, class Value>
-__global__ void __launch_bounds__(kTinyFrontsPerBlock* kWarp)
-    substitute_tiny_backward(DeviceStore<S, Value> store, DeviceVectors<S> vectors, Offset first, int count) {
-  const int place = static_cast<int>(blockIdx.x) * kTinyFrontsPerBlock + threadIdx.x / kWarp;
-  if (place >= count) return;
-  const Vertex f = store.tiny_fronts[first + place];
-  const Front<S> front = store.fronts.front(f);
-  const int p = front.pivots, b = front.border, rows = p + b, lane = threadIdx.x % kWarp;
-  const Offset pivots_at = store.fronts.pivot_begin[f], border_at = store.fronts.border_begin[f];
-  for (int c = 0; c < vectors.columns; ++c) {
-    S sum = lane < p ? vectors.y[pivots_at + lane + c * vectors.n] : S(0);
-    for (int begin = 0; begin < b; begin += kWarp) {
-      const int count_here = min(kWarp, b - begin);
-      const S x =
-          lane < count_here ? vectors.v[store.fronts.border[border_at + begin + lane] + c * vectors.n] : S(0);
-#pragma unroll 8
-      for (int k = 0; k < count_here; ++k) {
-        const S other = shuffle(x, k);
-        const int j = begin + k;
-        if (lane < p)
-          sum -= (Transposed ? front.lower[p + j + lane * rows] : front.upper[lane + j * p]) * other;
-      }
-    }
-    S x = Transposed ? sum : S(0);
-#pragma unroll 8
-    for (int k = 0; k < p; ++k) {
-      const S other = shuffle(sum, k);
-      if (lane < p && (Transposed ? k > lane : k >= lane))
-        x += (Transposed ? front.lower[k + lane * rows] : front.lower[lane + k * rows]) * other;
-    }
-    if (lane < p) {
-      const int row = Transposed ? store.fronts.local_row[pivots_at + lane] : lane;
-      vectors.v[pivots_at + row + c * vectors.n] = x;
-    }
-  }
+  sweep.subtract_steps(vectors.v);
+  sweep.template solve_diagonal<true, Transposed>([&](int row, int column, const S& value) {
+    if (row < tile.width) vectors.v[row_of(tile.begin + row) * K + column] = value;
+  });
 }
 
 }  // namespace mfs::cuda

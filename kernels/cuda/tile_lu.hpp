@@ -244,7 +244,7 @@ __device__ void tile_lu(const Tile<S>& tile, const PivotRule& rule, const Border
         WarpTile<S, 1, 2> product;
         // Rows and columns beyond the tile are read, from memory of the tile, and not used.
         product.for_each([&](int r, int k, S& sum) { sum = -c[r + k * ld]; });
-        product.multiply(a + m + first * ld, ld, a + first + n * ld, 1, ld, kPanelColumns);
+        product.multiply(a + m + first * ld, 1, ld, a + first + n * ld, 1, ld, kPanelColumns);
         product.for_each([&](int r, int k, S& sum) {
           if (m + r < rows && n + k < rows) c[r + k * ld] = -sum;
         });

@@ -29,9 +29,14 @@ struct WarpTile {
     for_each([](int, int, S& value) { value = S(0); });
   }
 
-  /// sum += A (16 MT x depth) B (depth x 8 NT), depth a multiple of 8; B(k, n) lies at b[k * bk + n * bn]. To
-  /// subtract a product, keep the sums negated: that costs nothing in here.
-  __device__ void multiply(const S* a, int lda, const S* b, int bk, int bn, int depth) {
+  /// sum += A (16 MT x depth) B (depth x 8 NT), depth a multiple of 8; A(m, k) lies at a[m * am + k * ak],
+  /// B(k, n) at b[k * bk + n * bn]. To subtract a product, keep the sums negated: that costs nothing in here.
+  __device__ void multiply(const S* a, int am, int ak, const S* b, int bk, int bn, int depth) {
+    multiply_entries([=](int m, int k) { return a[m * am + k * ak]; }, b, bk, bn, depth);
+  }
+  /// The same where A(m, k) = a(m, k).
+  template <class Entry>
+  __device__ void multiply_entries(const Entry& a, const S* b, int bk, int bn, int depth) {
     const int lane = threadIdx.x % kWarp, g = lane / 4, t = lane % 4;
     if constexpr (std::is_same_v<S, double>) {
       for (int k = 0; k < depth; k += 8) {
@@ -39,7 +44,7 @@ struct WarpTile {
 #pragma unroll
         for (int i = 0; i < MT; ++i) {
 #pragma unroll
-          for (int v = 0; v < 4; ++v) left[i][v] = a[16 * i + g + 8 * (v % 2) + (k + t + 4 * (v / 2)) * lda];
+          for (int v = 0; v < 4; ++v) left[i][v] = a(16 * i + g + 8 * (v % 2), k + t + 4 * (v / 2));
         }
 #pragma unroll
         for (int j = 0; j < NT; ++j) {
@@ -58,7 +63,7 @@ struct WarpTile {
 #pragma unroll
         for (int i = 0; i < MT; ++i) {
 #pragma unroll
-          for (int v = 0; v < 2; ++v) left[i][v] = a[16 * i + g + 8 * v + k * lda];
+          for (int v = 0; v < 2; ++v) left[i][v] = a(16 * i + g + 8 * v, k);
         }
 #pragma unroll
         for (int j = 0; j < NT; ++j) {

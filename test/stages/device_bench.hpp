@@ -86,31 +86,57 @@ class DeviceBench {
   /// v: n x columns by position.
   Substitution<Scalar> solve(Vertex columns, const std::vector<Scalar>& v, bool transposed,
                              Launches launches = Launches::direct) {
-    const Offset block = static_cast<Offset>(v.size());
-    const Offset border = static_cast<Offset>(plan_->border.size()) * columns;
+    Substitution<Scalar> all;
+    const std::size_t n = static_cast<std::size_t>(plan_->n);
+    for (Vertex first = 0; first < columns; first += kSolveColumns) {
+      const std::vector<Scalar> block(v.begin() + first * n,
+                                      v.begin() + std::min(first + kSolveColumns, columns) * n);
+      const Substitution<Scalar> part = solve_block(block, transposed, launches);
+      all.y.insert(all.y.end(), part.y.begin(), part.y.end());
+      all.x.insert(all.x.end(), part.x.begin(), part.x.end());
+    }
+    return all;
+  }
+
+ private:
+  static constexpr int kNan = 0xff;
+
+  // Columns side by side, zeros beyond those that are given, and back.
+  Substitution<Scalar> solve_block(const std::vector<Scalar>& v, bool transposed, Launches launches) {
+    const Offset n = plan_->n, columns = static_cast<Offset>(v.size()) / n;
+    const Offset width = cuda::solve_width(static_cast<Vertex>(columns));
+    const Offset block = n * width, border = static_cast<Offset>(plan_->border.size()) * width;
+    std::vector<Scalar> beside(static_cast<std::size_t>(block));
+    for (Offset i = 0; i < n; ++i) {
+      for (Offset c = 0; c < columns; ++c) beside[i * width + c] = v[i + c * n];
+    }
     ArenaLayout layout;
     const Offset v_at = layout.add(block * size_of<S>()), y_at = layout.add(block * size_of<S>()),
                  border_at = layout.add(border * size_of<S>());
     const cuda::DeviceArena arena(layout.total());
     const typename cuda::DeviceStages<S, S>::Vectors vectors{arena.at<S>(v_at), arena.at<S>(y_at),
-                                                             arena.at<S>(border_at), columns};
+                                                             arena.at<S>(border_at)};
+    const auto launch = [&] { stages_.substitute(vectors, static_cast<Vertex>(width), transposed); };
+    put(vectors.v, beside);
+    stream_.fill(vectors.border, kNan, border * size_of<S>());
     if (launches == Launches::recorded) {
       cuda::Graph graph;
-      graph.record(stream_, [&] { stages_.substitute(vectors, transposed); });
-      put(vectors.v, v);
-      stream_.fill(vectors.border, kNan, border * size_of<S>());
+      graph.record(stream_, launch);
       graph.launch(stream_);
       stream_.synchronize();
     } else {
-      put(vectors.v, v);
-      stream_.fill(vectors.border, kNan, border * size_of<S>());
-      stages_.substitute(vectors, transposed);
+      launch();
     }
-    return {get_as<Scalar>(vectors.y, block), get_as<Scalar>(vectors.v, block)};
+    const auto columns_of = [&](const S* from) {
+      const std::vector<Scalar> found = get_as<Scalar>(from, block);
+      std::vector<Scalar> to(v.size());
+      for (Offset i = 0; i < n; ++i) {
+        for (Offset c = 0; c < columns; ++c) to[i + c * n] = found[i * width + c];
+      }
+      return to;
+    };
+    return {columns_of(vectors.y), columns_of(vectors.v)};
   }
-
- private:
-  static constexpr int kNan = 0xff;
   template <class T>
   static constexpr Offset size_of() {
     return static_cast<Offset>(sizeof(T));

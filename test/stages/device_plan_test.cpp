@@ -14,12 +14,12 @@ constexpr double kTolerance = 4000 * std::numeric_limits<double>::epsilon();
 struct Cut {
   Vertex tile, small_rows;
   bool wide;
-  Vertex panel, panelled;
+  Vertex panel, panelled, many_tiny;
 };
-const std::vector<Cut> kCuts{{128, 160, true, 512, 2048},  // as for double
-                             {64, 96, false, 512, 2048},   // as for complex<double>
-                             {16, 10, true, 32, 64},
-                             {32, 0, false, 128, 33}};
+const std::vector<Cut> kCuts{{128, 160, true, 512, 2048, 1},  // as for double
+                             {64, 96, false, 512, 2048, 10},  // as for complex<double>
+                             {16, 10, true, 32, 64, 1},
+                             {32, 0, false, 128, 33, 1000}};
 
 /// The same pattern with each diagonal entry larger than the rest of its column: pivots stay where they are.
 StageProblem<double> column_dominant(StageProblem<double> problem) {
@@ -45,8 +45,8 @@ StageProblem<double> column_dominant(StageProblem<double> problem) {
 void check(const StageProblem<double>& problem, const Cut& cut) {
   const SymbolicPlan& plan = *problem.plan;
   const std::vector<ReferenceFront<double>> reference = factor(plan, problem.scaled(), ReferenceRule());
-  const cuda::DevicePlan lists =
-      cuda::make_device_plan(plan, cut.tile, cut.small_rows, cut.wide, cut.panel, cut.panelled);
+  const cuda::DevicePlan lists = cuda::make_device_plan(plan, cut.tile, cut.small_rows, cut.wide, cut.panel,
+                                                        cut.panelled, cut.many_tiny);
   ASSERT_EQ(lists.depths.size(), static_cast<std::size_t>(plan.num_depths));
   ListInterpreter interpreter(problem, lists);
   interpreter.factor([&](Vertex step) {

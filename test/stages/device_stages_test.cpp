@@ -46,6 +46,15 @@ std::vector<FrontShape> many_fronts() {
   return shapes;
 }
 
+/// So many tiny fronts at one depth that a warp takes each.
+std::vector<FrontShape> many_tiny_fronts() {
+  std::vector<FrontShape> shapes;
+  for (Vertex k = 0; k < cuda::kManyTiny; ++k) shapes.push_back({1 + k % 4, k % 30, cuda::kManyTiny});
+  shapes[7] = {32, 64, cuda::kManyTiny};
+  shapes.push_back({70, 0, -1});
+  return shapes;
+}
+
 std::vector<StageProblem<double>> trees() {
   return {artificial_problem(mixed_tree(), {1, 1.0}),
           artificial_problem(mixed_tree(), {2, 0.2}),
@@ -97,6 +106,7 @@ TYPED_TEST(DeviceStagesTest, FactorsTrees) {
 TYPED_TEST(DeviceStagesTest, SolvesAsTheReferenceDoes) {
   this->on_device([&] {
     std::vector<StageProblem<double>> problems = trees();
+    problems.push_back(artificial_problem(many_tiny_fronts(), {8, 0.5}));
     for (const Vertex p : {1, 32, 33, 64, 65, 129}) {
       for (const Vertex b : {0, 1, 64, 65, 100})
         problems.push_back(artificial_problem(leaf_and_root(p, b), {7}));
@@ -177,13 +187,15 @@ TYPED_TEST(DeviceStagesTest, FactorsOtherValues) {
   });
 }
 
-// A zero pivot block: every pivot is replaced, whatever the border.
+// A zero pivot block: every pivot is replaced, whatever the border. Replaced by sqrt(eps) times the largest
+// entry, they leave 1 / (sqrt(eps) corner) in the border: in single precision that would drown a corner of 1,
+// and with it which of the border's pivots is the largest.
 TYPED_TEST(DeviceStagesTest, ReplacesZeroPivots) {
   this->on_device([&] {
     for (const Vertex p : {1, 2, 33, 150}) {
       for (const Vertex b : {0, 1, 70}) {
         SCOPED_TRACE(std::to_string(p) + " pivots, border " + std::to_string(b));
-        const auto problem = in_numbers_of<TypeParam>(zero_pivot_block(p, b, 64));
+        const auto problem = in_numbers_of<TypeParam>(zero_pivot_block(p, b, 64, 100.0));
         if (b > 0) {
           EXPECT_GE(check_weak(problem, default_tolerance<TypeParam>()).perturbed,
                     static_cast<unsigned long long>(p));

@@ -17,7 +17,7 @@ StageProblem<double> two_fronts(Vertex pivots, Vertex border, const std::vector<
   return matrix_problem(from_entries_summed(pivots + border, entries), tree, max_block_size);
 }
 
-StageProblem<double> zero_pivot_block(Vertex pivots, Vertex border, Vertex max_block_size) {
+StageProblem<double> zero_pivot_block(Vertex pivots, Vertex border, Vertex max_block_size, double corner) {
   Random random(static_cast<std::uint64_t>(100 * pivots + border));
   std::vector<Entry> entries;
   for (Vertex i = 0; i < pivots; ++i) {
@@ -27,7 +27,7 @@ StageProblem<double> zero_pivot_block(Vertex pivots, Vertex border, Vertex max_b
       entries.push_back({j, i, random.entry()});
     }
   }
-  for (Vertex j = pivots; j < pivots + border; ++j) entries.push_back({j, j, 1.0});
+  for (Vertex j = pivots; j < pivots + border; ++j) entries.push_back({j, j, corner});
   return two_fronts(pivots, border, entries, max_block_size);
 }
 

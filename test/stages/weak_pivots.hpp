@@ -11,7 +11,7 @@ StageProblem<double> two_fronts(Vertex pivots, Vertex border, const std::vector<
                                 Vertex max_block_size);
 
 /// Two fronts, the pivot block of the first zero, its border random.
-StageProblem<double> zero_pivot_block(Vertex pivots, Vertex border, Vertex max_block_size);
+StageProblem<double> zero_pivot_block(Vertex pivots, Vertex border, Vertex max_block_size, double corner = 1);
 
 /// Two fronts, the pivot block of the first a product of small integers of the given rank; the second has
 /// `corner` on its diagonal.

@@ -1,0 +1,126 @@
+// What a solve does with its vectors beside the substitutions, each in one pass over all K columns: into
+// elimination order and back, with scaling, and the residual with its backward error (Oettli and Prager 1964,
+// as in kernels/residual.hpp).
+//
+// Vectors of the solve itself have their K columns side by side, (i, c) at i * K + c; those of the caller are
+// columns one after the other and may have fewer.
+#pragma once
+
+#include "kernels/cuda/device_scalar.hpp"
+#include "kernels/cuda/warp_tile.hpp"
+#include "kernels/residual.hpp"
+
+namespace mfs::cuda {
+
+constexpr int kVectorThreads = 256;
+/// Lanes that share a row of the matrix where there is one column; of more, each has a lane.
+constexpr int kResidualLanes = 8;
+
+/// A caller's vectors.
+template <class V>
+struct Columns {
+  V* data;
+  Offset ld;
+  int count;
+};
+/// How one side of the system is permuted and scaled: position -> row (or column) of A, and its scale.
+struct Side {
+  const Vertex* index;
+  const double* scale;
+};
+
+/// to(position) = scale * from(index[position]); columns that the caller has not got become zero.
+template <int K, class S, class V>
+__global__ void __launch_bounds__(kVectorThreads)
+    enter_elimination_order(Offset n, Side side, Columns<const V> from, S* to) {
+  const Offset at = blockIdx.x * static_cast<Offset>(kVectorThreads) + threadIdx.x;
+  if (at >= n * K) return;
+  const Offset i = side.index[at / K], c = at % K;
+  to[at] = c < from.count ? static_cast<S>(from.data[i + c * from.ld] * static_cast<RealOf<V>>(side.scale[i]))
+                          : S(0);
+}
+
+/// x(index[position]) = scale * from(position), or += that.
+template <int K, class S, class V>
+__global__ void __launch_bounds__(kVectorThreads)
+    leave_elimination_order(Offset n, Side side, const S* from, bool add, V* x) {
+  const Offset at = blockIdx.x * static_cast<Offset>(kVectorThreads) + threadIdx.x;
+  if (at >= n * K) return;
+  const Offset i = side.index[at / K];
+  V& to = x[i * K + at % K];
+  const V value = V(from[at]) * static_cast<RealOf<V>>(side.scale[i]);
+  to = add ? to + value : value;
+}
+
+/// The caller's columns of x.
+template <int K, class V>
+__global__ void __launch_bounds__(kVectorThreads) write_columns(Offset n, const V* x, Columns<V> to) {
+  const Offset i = blockIdx.x * static_cast<Offset>(kVectorThreads) + threadIdx.x;
+  if (i >= n) return;
+#pragma unroll
+  for (int c = 0; c < K; ++c) {
+    if (c < to.count) to.data[i + c * to.ld] = x[i * K + c];
+  }
+}
+
+// The largest of all threads' values, none of them negative or NaN: as unsigned integers they have the same
+// order.
+__device__ inline void raise_to(double* largest, double value) {
+#pragma unroll
+  for (int step = kWarp / 2; step > 0; step /= 2)
+    value = fmax(value, __shfl_xor_sync(0xffffffffu, value, step));
+  if (threadIdx.x % kWarp == 0 && value > 0) {
+    atomicMax(reinterpret_cast<unsigned long long*>(largest),
+              static_cast<unsigned long long>(__double_as_longlong(value)));
+  }
+}
+
+/// *worst = the largest backward error of all columns; zero before. Where `r` is not null the rows are taken
+/// by position, and r(position) = scale * (b - A x), ready for a step of refinement.
+template <int K, class S, class V>
+__global__ void __launch_bounds__(kVectorThreads)
+    residual_in_elimination_order(Offset n, RowAccess<V> a, Side side, Columns<const V> b, const V* x, S* r,
+                                  double* worst) {
+  constexpr int kLanes = K == 1 ? kResidualLanes : K;
+  constexpr double kBeyond = 1.7976931348623157e308;
+  const double kInfinity = __longlong_as_double(0x7ff0000000000000ll);
+  const Offset place = (blockIdx.x * static_cast<Offset>(kVectorThreads) + threadIdx.x) / kLanes;
+  const int lane = threadIdx.x % kLanes, column = K == 1 ? 0 : lane;
+  double error = 0;
+  const bool inside = place < n;
+  const Offset i = inside && r ? side.index[place] : place;
+  using Sum = decltype(widened(*x));
+  Sum sum(0);
+  double size = 0;
+  if (inside) {
+    for (Offset k = a.offsets[i] + (K == 1 ? lane : 0); k < a.offsets[i + 1]; k += K == 1 ? kLanes : 1) {
+      const Sum product = widened(a.values[a.slots ? a.slots[k] : k]) *
+                          widened(x[a.columns[k] * static_cast<Offset>(K) + column]);
+      sum -= product;
+      size += magnitude(product);
+    }
+  }
+  if constexpr (K == 1) {
+    sum = group_sum<kLanes>(sum);
+    size = group_sum<kLanes>(size);
+  }
+  if (inside && column < b.count) {
+    const Sum right = widened(b.data[i + column * b.ld]);
+    sum += right;
+    size += magnitude(right);
+    const double off = magnitude(sum);
+    // A size beyond the range would make any residual look small: it counts as infinite, too. NaN compares
+    // false: written so that it counts as infinite.
+    const double ratio = off == 0 ? 0 : size <= kBeyond ? off / size : kInfinity;
+    error = ratio <= 1e300 ? ratio : kInfinity;
+    V rounded;
+    narrow(sum, rounded);
+    if (r && (K > 1 || lane == 0))
+      r[place * K + column] = static_cast<S>(rounded * static_cast<RealOf<V>>(side.scale[i]));
+  } else if (inside && r && K > 1) {
+    r[place * K + column] = S(0);
+  }
+  raise_to(worst, error);
+}
+
+}  // namespace mfs::cuda

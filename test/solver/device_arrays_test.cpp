@@ -1,0 +1,200 @@
+// Matrices, right-hand sides and solutions in the memory of the device. Needs a device; skips where there is
+// none.
+#include <algorithm>
+#include <chrono>
+#include <limits>
+#include <thread>
+
+#include "perf/device_array.hpp"
+#include "test/failure/fresh_solver.hpp"
+
+namespace mfs::test {
+namespace {
+
+using perf::check;
+using perf::DeviceArray;
+
+template <class T>
+std::vector<T> to_host(const DeviceArray<T>& from, std::size_t count) {
+  std::vector<T> to(count);
+  check(cudaMemcpy(to.data(), from.get(), count * sizeof(T), cudaMemcpyDeviceToHost), "cudaMemcpy");
+  return to;
+}
+
+/// A stream that does nothing for a while and then copies: who does not wait for it finds what was before.
+class LateStream {
+ public:
+  LateStream() { check(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "cudaStreamCreate"); }
+  ~LateStream() { cudaStreamDestroy(stream_); }
+  LateStream(const LateStream&) = delete;
+  LateStream& operator=(const LateStream&) = delete;
+
+  template <class T>
+  void copy_late(T* to, const T* from, std::size_t count) {
+    const auto sleep = [](void*) { std::this_thread::sleep_for(std::chrono::milliseconds(30)); };
+    check(cudaLaunchHostFunc(stream_, sleep, nullptr), "cudaLaunchHostFunc");
+    check(cudaMemcpyAsync(to, from, count * sizeof(T), cudaMemcpyDeviceToDevice, stream_), "cudaMemcpyAsync");
+  }
+  cudaStream_t get() const { return stream_; }
+
+ private:
+  cudaStream_t stream_ = nullptr;
+};
+
+template <class Scalar>
+class DeviceArrays : public testing::Test {
+ protected:
+  void SetUp() override {
+    const std::vector<Backend> usable = backends();
+    if (std::count(usable.begin(), usable.end(), Backend::cuda) == 0) GTEST_SKIP() << "no CUDA device";
+    options_.backend = Backend::cuda;
+    options_.threads = 2;
+  }
+
+  /// Solves plain and transposed, with gaps between the columns, which must stay as they are.
+  static void expect_solves_there(BasicSolver<Scalar>& solver, const BasicSparseMatrix<Scalar>& a,
+                                  std::int64_t nrhs, cudaStream_t stream = nullptr) {
+    SCOPED_TRACE(std::to_string(nrhs) + " columns");
+    const std::int64_t ldb = a.n + 3, ldx = a.n + 5;
+    const Scalar untouched(12345);
+    for (const bool transpose : {false, true}) {
+      const BasicSparseMatrix<Scalar> matrix = transpose ? transposed(a) : a;
+      const std::vector<Scalar> b = right_hand_sides(matrix, nrhs, ldb, 7);
+      const DeviceArray<Scalar> there(b),
+          x(std::vector<Scalar>(static_cast<std::size_t>(ldx * nrhs), untouched));
+      transpose ? solver.solve_transpose_device(there.get(), x.get(), nrhs, ldb, ldx, stream)
+                : solver.solve_device(there.get(), x.get(), nrhs, ldb, ldx, stream);
+      const std::vector<Scalar> found = to_host(x, static_cast<std::size_t>(ldx * nrhs));
+      const double error = worst_error(matrix, b, ldb, found, ldx, nrhs);
+      EXPECT_LE(error, kPromisedFor<Scalar>) << (transpose ? "transposed" : "plain");
+      EXPECT_NEAR(solver.report().backward_error, error, 0.1 * kTolerance<Scalar>);
+      for (std::int64_t i = 0; i < ldx * nrhs; ++i) {
+        if (i % ldx >= a.n) EXPECT_EQ(found[i], untouched) << "between the columns";
+      }
+    }
+  }
+
+  Options options_;
+};
+using Scalars = testing::Types<double, float, std::complex<double>, std::complex<float>>;
+TYPED_TEST_SUITE(DeviceArrays, Scalars);
+
+std::vector<SparseMatrix> matrices() {
+  return {grid_2d(30, 29), random_diagonally_dominant(300, 4, 1), random_diagonally_dominant(40, 30, 2)};
+}
+
+TYPED_TEST(DeviceArrays, AreSolvedForAsThoseOfTheHost) {
+  for (const SparseMatrix& real : matrices()) {
+    BasicSparseMatrix<TypeParam> a = in_scalar<TypeParam>(real);
+    BasicSolver<TypeParam> solver(this->options_);
+    solver.analyze(a.view());
+    solver.factor(a.view());
+    for (const double factor : {1.0, -3.0, 0.5}) {
+      for (TypeParam& value : a.values) value *= static_cast<TypeParam>(factor);
+      const DeviceArray<TypeParam> values(a.values);
+      solver.refactor_device(values.get());
+      for (const std::int64_t nrhs : {1, 2, 16, 17}) this->expect_solves_there(solver, a, nrhs);
+      expect_solves(solver, a, 3);
+    }
+  }
+}
+
+// Right-hand sides and solutions in one array.
+TYPED_TEST(DeviceArrays, MayBeOneArray) {
+  const BasicSparseMatrix<TypeParam> a = in_scalar<TypeParam>(grid_2d(30, 29));
+  BasicSolver<TypeParam> solver(this->options_);
+  solver.factor(a.view());
+  for (const std::int64_t nrhs : {1, 5}) {
+    const std::vector<TypeParam> b = right_hand_sides(a, nrhs, a.n, 3);
+    const DeviceArray<TypeParam> both(b);
+    solver.solve_device(both.get(), both.get(), nrhs);
+    EXPECT_LE(worst_error(a, b, a.n, to_host(both, b.size()), a.n, nrhs), kPromisedFor<TypeParam>);
+  }
+}
+
+// What the caller's stream has still to write is waited for.
+TYPED_TEST(DeviceArrays, FollowTheStreamOfTheCaller) {
+  BasicSparseMatrix<TypeParam> a = in_scalar<TypeParam>(grid_2d(30, 29));
+  BasicSolver<TypeParam> solver(this->options_);
+  solver.factor(a.view());
+  const TypeParam nothing(std::numeric_limits<float>::quiet_NaN());
+  LateStream stream;
+  for (const double factor : {2.0, -1.5}) {
+    for (TypeParam& value : a.values) value *= static_cast<TypeParam>(factor);
+    const DeviceArray<TypeParam> values(a.values), late(std::vector<TypeParam>(a.values.size(), nothing));
+    stream.copy_late(late.get(), values.get(), a.values.size());
+    solver.refactor_device(late.get(), stream.get());
+    const std::vector<TypeParam> b = right_hand_sides(a, 2, a.n, 5);
+    const DeviceArray<TypeParam> there(b), late_b(std::vector<TypeParam>(b.size(), nothing)),
+        x(std::vector<TypeParam>(b.size(), nothing));
+    stream.copy_late(late_b.get(), there.get(), b.size());
+    solver.solve_device(late_b.get(), x.get(), 2, 0, 0, stream.get());
+    EXPECT_LE(worst_error(a, b, a.n, to_host(x, b.size()), a.n, 2), kPromisedFor<TypeParam>);
+  }
+}
+
+// Each entry given in two parts, one at the end of its row: what is given is summed.
+TYPED_TEST(DeviceArrays, MayRepeatEntries) {
+  const BasicSparseMatrix<TypeParam> a = in_scalar<TypeParam>(random_diagonally_dominant(200, 4, 3));
+  BasicSparseMatrix<TypeParam> twice{a.n, {0}, {}, {}};
+  for (std::int64_t i = 0; i < a.n; ++i) {
+    for (const double part : {0.75, 0.25}) {
+      for (std::int64_t k = a.offsets[i]; k < a.offsets[i + 1]; ++k) {
+        twice.columns.push_back(a.columns[k]);
+        twice.values.push_back(a.values[k] * static_cast<TypeParam>(part));
+      }
+    }
+    twice.offsets.push_back(static_cast<std::int64_t>(twice.columns.size()));
+  }
+  BasicSolver<TypeParam> solver(this->options_);
+  solver.factor(twice.view());
+  for (TypeParam& value : twice.values) value *= TypeParam(4);
+  const DeviceArray<TypeParam> values(twice.values);
+  solver.refactor_device(values.get());
+  BasicSparseMatrix<TypeParam> summed = a;
+  for (TypeParam& value : summed.values) value *= TypeParam(4);
+  this->expect_solves_there(solver, summed, 3);
+}
+
+// What is wrong with them is said as of arrays of the host, and nothing is written.
+TYPED_TEST(DeviceArrays, ThatHoldNoNumbersAreRefused) {
+  const BasicSparseMatrix<TypeParam> a = in_scalar<TypeParam>(random_diagonally_dominant(100, 4, 5));
+  BasicSolver<TypeParam> solver(this->options_);
+  solver.factor(a.view());
+  const TypeParam bad(std::numeric_limits<float>::infinity());
+  std::vector<TypeParam> b = right_hand_sides(a, 2, a.n, 5);
+  b[static_cast<std::size_t>(a.n + 7)] = bad;
+  const DeviceArray<TypeParam> there(b), x(std::vector<TypeParam>(b.size(), TypeParam(1)));
+  expect_invalid([&] { solver.solve_device(there.get(), x.get(), 2); }, "b", 7, 1);
+  EXPECT_EQ(to_host(x, b.size()), std::vector<TypeParam>(b.size(), TypeParam(1)));
+  BasicSparseMatrix<TypeParam> wrong = a;
+  wrong.values[static_cast<std::size_t>(a.offsets[9])] = bad;
+  const DeviceArray<TypeParam> values(wrong.values);
+  expect_invalid([&] { solver.refactor_device(values.get()); }, "values", 9, a.columns[a.offsets[9]]);
+  solver.factor(a.view());
+  this->expect_solves_there(solver, a, 2);
+}
+
+// Single precision factors, double precision solutions.
+TEST(DeviceArraysOfDoubles, AreRefinedOnTheDeviceForFactorsOfSinglePrecision) {
+  const std::vector<Backend> usable = backends();
+  if (std::count(usable.begin(), usable.end(), Backend::cuda) == 0) GTEST_SKIP() << "no CUDA device";
+  Options options;
+  options.backend = Backend::cuda;
+  options.factor.precision = Precision::single;
+  for (const SparseMatrix& a : matrices()) {
+    Solver solver(options);
+    solver.factor(a.view());
+    for (const std::int64_t nrhs : {1, 16}) {
+      const std::vector<double> b = right_hand_sides(a, nrhs, a.n, 11);
+      const DeviceArray<double> there(b), x(b);
+      solver.solve_device(there.get(), x.get(), nrhs);
+      EXPECT_LE(worst_error(a, b, a.n, to_host(x, b.size()), a.n, nrhs), kPromised);
+      EXPECT_TRUE(solver.report().single_precision);
+      EXPECT_GT(solver.report().refinement_steps, 0);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace mfs::test

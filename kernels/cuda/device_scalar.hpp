@@ -24,6 +24,17 @@ struct DeviceScalarTrait<std::complex<Real>> {
 template <class Scalar>
 using DeviceScalar = typename DeviceScalarTrait<Scalar>::type;
 
+/// The value itself, or a NaN whose other bits say nothing: operations hand those on, and some bits are
+/// marks.
+template <class Real>
+__device__ std::enable_if_t<std::is_floating_point_v<Real>, Real> without_payload(Real value) {
+  return value == value ? value : static_cast<Real>(__longlong_as_double(0x7ff8000000000000ll));
+}
+template <class Real>
+__device__ Kokkos::complex<Real> without_payload(const Kokkos::complex<Real>& value) {
+  return {without_payload(value.real()), without_payload(value.imag())};
+}
+
 /// The value of another lane of the warp.
 template <class Real>
 __device__ std::enable_if_t<std::is_floating_point_v<Real>, Real> shuffle(Real value, int lane) {

@@ -29,15 +29,16 @@ struct Side {
   const double* scale;
 };
 
-/// to(position) = scale * from(index[position]); columns that the caller has not got become zero.
+/// to(position) = scale * from(index[position]); columns that the caller has not got become zero. A NaN of
+/// the caller must not look like the substitutions' kUnset.
 template <int K, class S, class V>
 __global__ void __launch_bounds__(kVectorThreads)
     enter_elimination_order(Offset n, Side side, Columns<const V> from, S* to) {
   const Offset at = blockIdx.x * static_cast<Offset>(kVectorThreads) + threadIdx.x;
   if (at >= n * K) return;
   const Offset i = side.index[at / K], c = at % K;
-  to[at] = c < from.count ? static_cast<S>(from.data[i + c * from.ld] * static_cast<RealOf<V>>(side.scale[i]))
-                          : S(0);
+  const V value = c < from.count ? from.data[i + c * from.ld] * static_cast<RealOf<V>>(side.scale[i]) : V(0);
+  to[at] = without_payload(static_cast<S>(value));
 }
 
 /// x(index[position]) = scale * from(position), or += that.

@@ -2,6 +2,7 @@
 // none.
 #include <algorithm>
 #include <chrono>
+#include <cstring>
 #include <limits>
 #include <thread>
 
@@ -156,17 +157,22 @@ TYPED_TEST(DeviceArrays, MayRepeatEntries) {
   this->expect_solves_there(solver, summed, 3);
 }
 
-// What is wrong with them is said as of arrays of the host, and nothing is written.
+// What is wrong with them is said as of arrays of the host, and nothing is written. All bits set is what
+// marks an entry of a substitution that has not been done.
 TYPED_TEST(DeviceArrays, ThatHoldNoNumbersAreRefused) {
   const BasicSparseMatrix<TypeParam> a = in_scalar<TypeParam>(random_diagonally_dominant(100, 4, 5));
   BasicSolver<TypeParam> solver(this->options_);
   solver.factor(a.view());
   const TypeParam bad(std::numeric_limits<float>::infinity());
-  std::vector<TypeParam> b = right_hand_sides(a, 2, a.n, 5);
-  b[static_cast<std::size_t>(a.n + 7)] = bad;
-  const DeviceArray<TypeParam> there(b), x(std::vector<TypeParam>(b.size(), TypeParam(1)));
-  expect_invalid([&] { solver.solve_device(there.get(), x.get(), 2); }, "b", 7, 1);
-  EXPECT_EQ(to_host(x, b.size()), std::vector<TypeParam>(b.size(), TypeParam(1)));
+  TypeParam all_bits_set;
+  std::memset(&all_bits_set, 0xff, sizeof(all_bits_set));
+  for (const TypeParam number : {bad, all_bits_set}) {
+    std::vector<TypeParam> b = right_hand_sides(a, 2, a.n, 5);
+    std::memcpy(&b[static_cast<std::size_t>(a.n + 7)], &number, sizeof(number));
+    const DeviceArray<TypeParam> there(b), x(std::vector<TypeParam>(b.size(), TypeParam(1)));
+    expect_invalid([&] { solver.solve_device(there.get(), x.get(), 2); }, "b", 7, 1);
+    EXPECT_EQ(to_host(x, b.size()), std::vector<TypeParam>(b.size(), TypeParam(1)));
+  }
   BasicSparseMatrix<TypeParam> wrong = a;
   wrong.values[static_cast<std::size_t>(a.offsets[9])] = bad;
   const DeviceArray<TypeParam> values(wrong.values);

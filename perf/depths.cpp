@@ -87,11 +87,11 @@ void measure(const std::string& name) {
   stream.to_device(stages.row_scale(), analysis.matched.row_scale.data(), bytes(analysis.plan->n));
   stream.to_device(stages.column_scale(), analysis.matched.column_scale.data(), bytes(analysis.plan->n));
   constexpr double kTolerance = 1.5e-8;
-  stages.factor(kTolerance);
-  stages.factor(kTolerance);
+  stages.factor(kTolerance, true);
+  stages.factor(kTolerance, true);
   stream.synchronize();
   std::vector<Launch> launches;
-  stages.factor(kTolerance, [&](Kernel kernel, Vertex step) {
+  stages.factor(kTolerance, false, [&](Kernel kernel, Vertex step) {
     launches.push_back({kernel, step});
     launches.back().begin->record(stream);
   });

@@ -51,22 +51,17 @@ __global__ void __launch_bounds__(kAssembleThreads)
   const Vertex f = part.front;
   const Front<S> front = at.front(f);
   const int p = front.pivots, rows = front.rows(), columns = part.end - part.begin;
-  const int pieces = (rows + kAssembleRows - 1) / kAssembleRows;
+  S* block = front.lower;
+  Offset ld = rows;
+  if (part.begin >= p) {
+    const bool pivots = part.first_row < p;
+    ld = pivots ? p : front.border;
+    block = (pivots ? front.upper : front.contribution) - p * ld - part.first_row;
+  }
+  const int pieces = (part.last_row - part.first_row + kAssembleRows - 1) / kAssembleRows;
   for (int task = threadIdx.x / kWarp; task < columns * pieces; task += kAssembleThreads / kWarp) {
-    const int j = part.begin + task % columns, begin = task / columns * kAssembleRows;
-    const int end = min(begin + kAssembleRows, rows);
-    if (j < p) {
-      sum_children(store, f, j, begin, end, front.lower + j * static_cast<Offset>(rows) + begin);
-    } else {
-      const int middle = max(begin, min(end, p));
-      if (begin < middle) {
-        sum_children(store, f, j, begin, middle, front.upper + (j - p) * static_cast<Offset>(p) + begin);
-      }
-      if (middle < end) {
-        sum_children(store, f, j, middle, end,
-                     front.contribution + (j - p) * static_cast<Offset>(front.border) + middle - p);
-      }
-    }
+    const int j = part.begin + task % columns, begin = part.first_row + task / columns * kAssembleRows;
+    sum_children(store, f, j, begin, min(begin + kAssembleRows, part.last_row), block + j * ld + begin);
   }
   __syncthreads();
   for (Offset e = part.first_entry + threadIdx.x; e < part.last_entry; e += kAssembleThreads) {

@@ -74,11 +74,14 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
     this->forget_factors();
     pivots_read_ = false;
     send_matrix();
-    do {
+    for (;;) {
       launch_factor(tolerance);
       stream_.to_host(status_, stages_.status(), sizeof(DeviceStatus));
       stream_.synchronize();
-    } while (status_->found_strict > 0);
+      if (status_->found_strict == 0) break;
+      if (look_ahead_) graph_.reset();
+      look_ahead_ = false;  // a front that is strict stays so
+    }
     FactorStatus status = status_->pivots;
     status.getrf = plan().flops.getrf;
     status.trsm = plan().flops.trsm;
@@ -200,12 +203,12 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
 
   void launch_factor(double tolerance) {
     if (!warm_) {
-      stages_.factor(tolerance);
+      stages_.factor(tolerance, look_ahead_);
       warm_ = true;
       return;
     }
     if (!graph_.recorded() || tolerance != graph_tolerance_) {
-      graph_.record(stream_, [&] { stages_.factor(tolerance); });
+      graph_.record(stream_, [&] { stages_.factor(tolerance, look_ahead_); });
       graph_tolerance_ = tolerance;
     }
     graph_.launch(stream_);
@@ -394,7 +397,7 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
   std::unique_ptr<PinnedArena> host_;
   double* error_;
   DeviceStatus* status_;
-  bool scales_sent_ = false, values_sent_ = false, values_here_ = true, warm_ = false;
+  bool scales_sent_ = false, values_sent_ = false, values_here_ = true, warm_ = false, look_ahead_ = true;
   Event foreign_;
   Graph graph_, solve_graph_[2][2];  // by transposed, by more than one column
   double graph_tolerance_ = 0;

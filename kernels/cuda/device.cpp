@@ -76,8 +76,14 @@ PinnedArena::~PinnedArena() {
   cudaFreeHost(data_);
 }
 
-Stream::Stream() {
-  checked("cudaStreamCreate", [&] { return cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking); });
+Stream::Stream(Priority priority) {
+  checked("cudaStreamCreate", [&] {
+    int least = 0, greatest = 0;
+    const cudaError_t status = cudaDeviceGetStreamPriorityRange(&least, &greatest);
+    if (status != cudaSuccess) return status;
+    return cudaStreamCreateWithPriority(&stream_, cudaStreamNonBlocking,
+                                        priority == Priority::low ? least : greatest);
+  });
 }
 Stream::~Stream() {
   cudaStreamDestroy(stream_);

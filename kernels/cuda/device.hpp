@@ -56,7 +56,9 @@ class Event;
 
 class Stream {
  public:
-  Stream();
+  /// Blocks of a stream of low priority begin when no others wait.
+  enum class Priority { low, high };
+  explicit Stream(Priority priority = Priority::high);
   ~Stream();
   Stream(const Stream&) = delete;
   Stream& operator=(const Stream&) = delete;
@@ -94,6 +96,37 @@ class Event {
 
  private:
   cudaEvent_t event_ = nullptr;
+};
+
+/// A stream for what may run beside another one, when that leaves room.
+class SideStream {
+ public:
+  SideStream() : stream_(Stream::Priority::low) {}
+  const Stream& stream() const { return stream_; }
+  /// The stream, which from now on waits for what is in `main`.
+  const Stream& begin_after(const Stream& main) {
+    fork_.record(main);
+    stream_.wait_for(fork_);
+    busy_ = true;
+    return stream_;
+  }
+  /// `main` waits for what has begun.
+  void join(const Stream& main) {
+    if (!busy_) return;
+    joined_.record(stream_);
+    main.wait_for(joined_);
+    busy_ = false;
+  }
+  /// After a failure.
+  void drain() noexcept {
+    stream_.drain();
+    busy_ = false;
+  }
+
+ private:
+  Stream stream_;
+  Event fork_, joined_;
+  bool busy_ = false;
 };
 
 /// Launches recorded once and replayed.

@@ -70,15 +70,35 @@ class Builder {
   void list_assembly() {
     depth().assemble.begin = static_cast<Offset>(made_.assemble.size());
     for (const Vertex f : large_) {
+      const Vertex p = plan_.pivots(f);
       Offset entry = plan_.entry_begin[f];
-      for (Vertex begin = 0; begin < rows(f); begin += kAssembleColumns) {
-        const Vertex end = std::min(begin + kAssembleColumns, rows(f));
-        const Offset first = entry;
-        while (entry < plan_.entry_begin[f + 1] && column_of_entry(f, entry) < end) ++entry;
-        made_.assemble.push_back({f, begin, end, first, entry});
-      }
+      assemble_block(f, {0, rows(f)}, {0, p}, entry);
+      assemble_block(f, {0, p}, {p, rows(f)}, entry);
     }
-    depth().assemble.end = static_cast<Offset>(made_.assemble.size());
+    depth().assemble.end = depth().assemble_contribution.begin = static_cast<Offset>(made_.assemble.size());
+    for (const Vertex f : large_) {
+      const Span border{plan_.pivots(f), rows(f)};
+      Offset none = plan_.entry_begin[f + 1];
+      assemble_block(f, border, border, none);
+    }
+    depth().assemble_contribution.end = static_cast<Offset>(made_.assemble.size());
+  }
+
+  struct Span {
+    Vertex begin, end;
+    Vertex length() const { return end - begin; }
+  };
+
+  // `entry`: the front's first original entry that has not been listed.
+  void assemble_block(Vertex f, Span down, Span right, Offset& entry) {
+    if (down.length() == 0) return;
+    const Vertex columns = std::max(kAssembleColumns, kAssembleEntries / down.length());
+    for (Vertex begin = right.begin; begin < right.end; begin += columns) {
+      const Vertex end = std::min(begin + columns, right.end);
+      const Offset first = entry;
+      while (entry < plan_.entry_begin[f + 1] && column_of_entry(f, entry) < end) ++entry;
+      made_.assemble.push_back({f, begin, end, down.begin, down.end, first, entry});
+    }
   }
 
   // Of the front; the entries of a front ascend by it.
@@ -101,7 +121,7 @@ class Builder {
         add_products(f, k, next, {next, rows(f)}, {next, next + right}, products);
       }
       place_tiles(tiles);
-      place_products(products, depth().factor);
+      place_products(products, depth().factor, Order::next);
       finish_panels(k);
     }
     list_exchanges();
@@ -114,38 +134,42 @@ class Builder {
     return panelled(f) ? std::min(k / panel_ * panel_ + panel_, plan_.pivots(f)) : rows(f);
   }
 
-  // What is right of the panels that end with the tile at k: their block row, then all below it.
+  // What is right of the panels that end with the tile at k: what the next panels need, then the rest.
   void finish_panels(Vertex k) {
     std::vector<Vertex> ended;
     for (const Vertex f : large_) {
-      const bool active = panelled(f) && plan_.pivots(f) > k;
-      if (active && tile_end(f, k) == panel_end(f, k) && panel_end(f, k) < rows(f)) ended.push_back(f);
+      if (panelled(f) && plan_.pivots(f) > k && tile_end(f, k) == panel_end(f, k)) ended.push_back(f);
     }
-    if (ended.empty()) return;
+    const auto end = [&](Vertex f) { return panel_end(f, k); };
+    const auto next_end = [&](Vertex f) { return std::min(end(f) + panel_, plan_.pivots(f)); };
+    finish_columns(ended, k, Order::joined, [&](Vertex f) { return Span{end(f), next_end(f)}; });
+    finish_columns(ended, k, Order::aside, [&](Vertex f) { return Span{next_end(f), rows(f)}; });
+  }
+
+  // Columns columns(f) right of the panels: their block row, then all below it.
+  template <class ColumnsOf>
+  void finish_columns(const std::vector<Vertex>& fronts, Vertex k, Order order, const ColumnsOf& columns) {
     const Vertex begin = k / panel_ * panel_;
     for (Vertex tile = begin; tile <= k; tile += made_.tile) {
       std::vector<StepTask> tiles;
       std::vector<ProductTask> products;
-      for (const Vertex f : ended) {
-        const Vertex next = tile_end(f, tile), end = panel_end(f, k);
-        tiles.push_back({f, tile, 0, end - next, rows(f) - next, 0});
-        add_products(f, tile, next, {next, end}, {end, rows(f)}, products);
+      for (const Vertex f : fronts) {
+        const Vertex next = tile_end(f, tile);
+        const Span right = columns(f);
+        if (right.length() == 0) continue;
+        tiles.push_back({f, tile, 0, right.begin - next, right.end - next, 0});
+        add_products(f, tile, next, {next, panel_end(f, k)}, right, products);
       }
-      place_strips(tiles);
-      place_products(products, depth().factor);
+      if (!tiles.empty()) place_strips(tiles, order);
+      place_products(products, depth().factor, order);
     }
     std::vector<ProductTask> products;
-    for (const Vertex f : ended) {
+    for (const Vertex f : fronts) {
       const Vertex end = panel_end(f, k);
-      add_products(f, begin, end, {end, rows(f)}, {end, rows(f)}, products);
+      add_products(f, begin, end, {end, rows(f)}, columns(f), products);
     }
-    place_products(products, depth().factor);
+    place_products(products, depth().factor, order);
   }
-
-  struct Span {
-    Vertex begin, end;
-    Vertex length() const { return end - begin; }
-  };
 
   // Pivots [k, next) from `rows` and `columns` of P, L and U; what would be C is left out.
   void add_products(Vertex f, Vertex k, Vertex next, Span down, Span right,
@@ -168,14 +192,14 @@ class Builder {
 
   void place_tiles(const std::vector<StepTask>& tiles) {
     const Offset begin = static_cast<Offset>(made_.steps.size());
-    place_strips(tiles);
+    place_strips(tiles, Order::next);
     depth().factor.insert(depth().factor.end() - 1, {Launch::Kind::diagonal,
                                                      {begin, begin + static_cast<Offset>(tiles.size())},
                                                      static_cast<Vertex>(tiles.size())});
   }
 
-  void place_strips(const std::vector<StepTask>& tiles) {
-    Launch launch{Launch::Kind::strips, {static_cast<Offset>(made_.steps.size()), 0}, 0};
+  void place_strips(const std::vector<StepTask>& tiles, Order order) {
+    Launch launch{Launch::Kind::strips, {static_cast<Offset>(made_.steps.size()), 0}, 0, order};
     for (StepTask task : tiles) {
       task.first_strip = launch.blocks;
       const Vertex below = task.left ? rows(task.front) - tile_end(task.front, task.k) : 0;
@@ -205,12 +229,12 @@ class Builder {
       products.push_back({plan_.lower_begin[f] + p, plan_.upper_begin[f], plan_.contribution_begin[f], b, b,
                           p, p + b, p, b, 0});
     }
-    place_products(products, depth().update);
+    place_products(products, depth().update, Order::next);
   }
 
   // The largest products one by one to the library, the others in one launch; larger tiles use the card
   // better once there are enough of them.
-  void place_products(const std::vector<ProductTask>& products, std::vector<Launch>& launches) {
+  void place_products(const std::vector<ProductTask>& products, std::vector<Launch>& launches, Order order) {
     constexpr Vertex kNarrow = 64, kWide = 128, kEnough = 2 * 132;
     constexpr Offset kLibraryEntries = Offset(1) << 20;
     constexpr Vertex kLibraryDepth = 256;
@@ -223,7 +247,7 @@ class Builder {
     Offset wide = 0;
     for (const ProductTask& task : products) wide += for_library(task) ? 0 : tiles(task, kWide);
     const bool use_wide = wide_products_ && wide >= kEnough;
-    Launch launch{use_wide ? Launch::Kind::wide_products : Launch::Kind::products, {}, 0};
+    Launch launch{use_wide ? Launch::Kind::wide_products : Launch::Kind::products, {}, 0, order};
     launch.tasks.begin = static_cast<Offset>(made_.products.size());
     for (ProductTask task : products) {
       if (for_library(task)) continue;
@@ -236,7 +260,7 @@ class Builder {
     for (const ProductTask& task : products) {
       if (!for_library(task)) continue;
       const Offset place = static_cast<Offset>(made_.products.size());
-      launches.push_back({Launch::Kind::library, {place, place + 1}, 1});
+      launches.push_back({Launch::Kind::library, {place, place + 1}, 1, order});
       made_.products.push_back(task);
     }
   }

@@ -14,7 +14,8 @@
 //
 // In a front with many pivots, kPanel of them are factored first, without what is right of them, which is
 // then solved for and updated at once: products of that depth run faster by half. The largest go to the
-// library.
+// library. What the next panel needs comes first; the rest is updated beside the next panel's tiles, whose
+// chain of short launches cannot fill the device (look-ahead).
 #pragma once
 
 #include <vector>
@@ -39,9 +40,11 @@ struct StepTask {
   Vertex first_strip;  // in its launch
 };
 
-/// Columns [begin, end) of a front, and the original entries that lie in them.
+/// Rows [first_row, last_row) of columns [begin, end) of a front, all in one of its blocks, and the original
+/// entries that lie there.
 struct AssemblyPart {
   Vertex front, begin, end;
+  Vertex first_row, last_row;
   Offset first_entry, last_entry;
 };
 
@@ -55,12 +58,17 @@ struct Range {
   Offset count() const { return end - begin; }
 };
 
+/// Launches of a depth follow each other; but those with Order::aside may run beside the ones after them, up
+/// to the next with Order::joined, as long as no front is strict.
+enum class Order { next, aside, joined };
+
 /// One launch for all its tasks, or for Kind::library one call of the library for its one task.
 struct Launch {
   enum class Kind { diagonal, strips, products, wide_products, library };
   Kind kind;
   Range tasks;
   Vertex blocks = 0;
+  Order order = Order::next;
 };
 
 struct SmallLaunch {
@@ -73,7 +81,8 @@ constexpr Vertex kSmallStep = 32, kMostSmallLaunches = 5;
 
 struct DepthLaunches {
   std::vector<SmallLaunch> small;
-  Range assemble;
+  Range assemble;               // P, L and U
+  Range assemble_contribution;  // C, which is needed for `update` only
   std::vector<Launch> factor;
   Range exchange;  // block rows left of later panels
   std::vector<Launch> update;
@@ -103,8 +112,9 @@ struct DevicePlan {
 /// Pivots that are factored before what is right of them, in fronts that have at least kPanelled.
 constexpr Vertex kPanel = 512, kPanelled = 2048;
 
-/// Columns that a block assembles, rows of a strip, of a tile of the solve.
-constexpr Vertex kAssembleColumns = 4;
+/// Entries that a block assembles, if that is more than kAssembleColumns columns.
+constexpr Vertex kAssembleEntries = 2048, kAssembleColumns = 4;
+/// Rows of a strip, of a tile of the solve.
 constexpr Vertex kStrip = 128;
 constexpr Vertex kSolveTile = 64;
 

@@ -42,7 +42,7 @@ class DeviceStages {
   const DeviceStore<S, V>& store() const { return store_; }
   DeviceStatus* status() const { return status_; }
   /// Of device memory.
-  Offset bytes() const { return arena_.bytes() + blas_.bytes(); }
+  Offset bytes() const { return arena_.bytes() + blas_.bytes() + blas_ahead_.bytes(); }
   /// What contribution blocks leave free between two factorizations: `spare_bytes` bytes.
   void* spare() const { return store_.fronts.storage + plan_.factor_entries; }
   Offset spare_bytes() const {
@@ -50,9 +50,10 @@ class DeviceStages {
   }
 
   /// Launches assemble, factor and update of all depths for matrix_values(). `tolerance` of pivots is
-  /// relative to the largest scaled entry. `mark`, where given, is called before each launch and once at the
-  /// end.
-  void factor(double tolerance, const Mark& mark = {});
+  /// relative to the largest scaled entry. `look_ahead`: large fronts are updated beside their next panel,
+  /// which is only right while no front is strict: those exchange rows that the update works on. `mark`,
+  /// where given, is called before each launch, one after the other then, and once at the end.
+  void factor(double tolerance, bool look_ahead, const Mark& mark = {});
   /// Launches v := A'^-1 v (elimination order, scaled) for the factors, or the transposed. All have
   /// solve_width(...) columns side by side: v and y n rows, border one per border row of every front.
   struct Vectors {
@@ -65,8 +66,9 @@ class DeviceStages {
   DeviceStages(const SymbolicPlan& plan, const Pattern& pattern, const Stream& stream, DevicePlan lists);
   void launch_small_fronts(const std::vector<SmallLaunch>& launches);
   void join_small_fronts(const std::vector<SmallLaunch>& launches);
-  void launch_stages(double tolerance, const Mark& mark);
-  void launch(const Launch& what);
+  void launch_stages(double tolerance, bool look_ahead, const Mark& mark);
+  void launch(const Launch& what, const Stream& stream, const DeviceBlas& blas);
+  void assemble(const Range& parts, const Stream& stream);
   template <class Aside, class Here>
   void beside(bool has_aside, bool has_here, const Aside& aside, const Here& here);
   template <class Work>
@@ -78,8 +80,9 @@ class DeviceStages {
   const Stream& stream_;
   Stream side_[kMostSmallLaunches];
   Event fork_, joined_[kMostSmallLaunches];
+  SideStream assembly_, ahead_;
   Kokkos::Cuda exec_;
-  DeviceBlas blas_;
+  DeviceBlas blas_, blas_ahead_;
   DevicePlan lists_;
   DeviceArena arena_;
   DeviceStore<S, V> store_;

@@ -87,6 +87,7 @@ DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& patter
       stream_(stream),
       exec_(stream.get()),
       blas_(stream),
+      blas_ahead_(ahead_.stream()),
       lists_(std::move(lists)),
       arena_(Layout(plan, pattern, lists_).arena.total()) {
   Offset place = 0;
@@ -124,36 +125,35 @@ DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& patter
 }
 
 template <class S, class V>
-void DeviceStages<S, V>::launch(const Launch& what) {
+void DeviceStages<S, V>::launch(const Launch& what, const Stream& stream, const DeviceBlas& blas) {
   const unsigned blocks = static_cast<unsigned>(what.blocks);
   const int count = static_cast<int>(what.tasks.count());
   switch (what.kind) {
     case Launch::Kind::diagonal:
-      factor_diagonal_tiles<<<blocks, kTileThreads, block_lu_bytes<S>(), stream_.get()>>>(store_,
-                                                                                          what.tasks.begin);
+      factor_diagonal_tiles<<<blocks, kTileThreads, block_lu_bytes<S>(), stream.get()>>>(store_,
+                                                                                         what.tasks.begin);
       break;
     case Launch::Kind::strips:
       if (blocks > 0) {
-        solve_strips<<<blocks, kStripThreads, strip_bytes<S>(), stream_.get()>>>(store_, what.tasks.begin,
-                                                                                 count);
+        solve_strips<<<blocks, kStripThreads, strip_bytes<S>(), stream.get()>>>(store_, what.tasks.begin,
+                                                                                count);
       }
       break;
     case Launch::Kind::products:
-      subtract_products<NarrowShape>
-          <<<blocks, NarrowShape::threads, NarrowShape::bytes<S>(), stream_.get()>>>(store_, what.tasks.begin,
-                                                                                     count);
+      subtract_products<NarrowShape><<<blocks, NarrowShape::threads, NarrowShape::bytes<S>(), stream.get()>>>(
+          store_, what.tasks.begin, count);
       break;
     case Launch::Kind::wide_products:
       if constexpr (kWideProducts<S>) {
-        subtract_products<WideShape><<<blocks, WideShape::threads, WideShape::bytes<S>(), stream_.get()>>>(
+        subtract_products<WideShape><<<blocks, WideShape::threads, WideShape::bytes<S>(), stream.get()>>>(
             store_, what.tasks.begin, count);
       }
       break;
     case Launch::Kind::library: {
       const ProductTask& task = lists_.products[what.tasks.begin];
       S* const storage = store_.fronts.storage;
-      blas_.gemm_minus<S>(task.m, task.n, task.k, storage + task.a, task.lda, storage + task.b, task.ldb,
-                          storage + task.c, task.ldc);
+      blas.gemm_minus<S>(task.m, task.n, task.k, storage + task.a, task.lda, storage + task.b, task.ldb,
+                         storage + task.c, task.ldc);
       break;
     }
   }
@@ -188,12 +188,12 @@ void DeviceStages<S, V>::join_small_fronts(const std::vector<SmallLaunch>& launc
 }
 
 template <class S, class V>
-void DeviceStages<S, V>::factor(double tolerance, const Mark& mark) {
-  with_sides([&] { launch_stages(tolerance, mark); });
+void DeviceStages<S, V>::factor(double tolerance, bool look_ahead, const Mark& mark) {
+  with_sides([&] { launch_stages(tolerance, look_ahead && !mark, mark); });
 }
 
 template <class S, class V>
-void DeviceStages<S, V>::launch_stages(double tolerance, const Mark& mark) {
+void DeviceStages<S, V>::launch_stages(double tolerance, bool look_ahead, const Mark& mark) {
   store_.tolerance = tolerance;
   stream_.clear(status_, sizeof(DeviceStatus));
   stream_.clear(store_.fronts.shift, plan_.n * static_cast<Offset>(sizeof(S)));
@@ -208,28 +208,40 @@ void DeviceStages<S, V>::launch_stages(double tolerance, const Mark& mark) {
     launch_small_fronts(depth.small);
     if (mark) join_small_fronts(depth.small);  // else their time would show as that of what they run beside
     next(Kernel::assemble);
-    if (depth.assemble.count() > 0) {
-      assemble_fronts<<<static_cast<unsigned>(depth.assemble.count()), kAssembleThreads, 0, stream_.get()>>>(
-          store_, depth.assemble.begin);
-    }
+    assemble(depth.assemble_contribution, look_ahead ? assembly_.begin_after(stream_) : stream_);
+    assemble(depth.assemble, stream_);
     for (const Launch& part : depth.factor) {
       next(part.kind == Launch::Kind::diagonal ? Kernel::diagonal
            : part.kind == Launch::Kind::strips ? Kernel::strips
                                                : Kernel::products);
-      launch(part);
+      if (part.order == Order::joined) ahead_.join(stream_);
+      if (look_ahead && part.order == Order::aside) {
+        launch(part, ahead_.begin_after(stream_), blas_ahead_);
+      } else {
+        launch(part, stream_, blas_);
+      }
     }
+    ahead_.join(stream_);
     next(Kernel::exchange);
     if (depth.exchange.count() > 0) {
       exchange_block_rows<<<static_cast<unsigned>(depth.exchange.count()), kTileThreads,
                             sizeof(S) * kTile<S> * 32, stream_.get()>>>(store_, depth.exchange.begin);
     }
+    assembly_.join(stream_);
     next(Kernel::update);
-    for (const Launch& part : depth.update) launch(part);
+    for (const Launch& part : depth.update) launch(part, stream_, blas_);
     join_small_fronts(depth.small);
     ++step;
   }
   next(Kernel::end);
   check_launch("factor");
+}
+
+template <class S, class V>
+void DeviceStages<S, V>::assemble(const Range& parts, const Stream& stream) {
+  if (parts.count() == 0) return;
+  assemble_fronts<<<static_cast<unsigned>(parts.count()), kAssembleThreads, 0, stream.get()>>>(store_,
+                                                                                               parts.begin);
 }
 
 // Launches `aside` in another stream while `here` runs, where there are both.
@@ -311,6 +323,8 @@ void DeviceStages<S, V>::with_sides(const Work& work) {
     work();
   } catch (...) {
     for (const Stream& side : side_) side.drain();
+    assembly_.drain();
+    ahead_.drain();
     throw;
   }
 }

@@ -41,12 +41,18 @@ class DeviceBench {
     stream_.fill(at.storage, kNan, plan_->storage_entries * size_of<S>());
     stream_.fill(at.local_row, kNan, plan_->n * size_of<Vertex>());
     stream_.fill(at.shift, kNan, plan_->n * size_of<S>());
-    if (launches == Launches::recorded) graph_.record(stream_, [&] { stages_.factor(tolerance); });
     for (passes_ = 0;;) {
-      launches == Launches::recorded ? graph_.launch(stream_) : stages_.factor(tolerance);
+      const auto launch = [&] { stages_.factor(tolerance, look_ahead_); };
+      if (launches == Launches::recorded) {
+        graph_.record(stream_, launch);
+        graph_.launch(stream_);
+      } else {
+        launch();
+      }
       ++passes_;
       const cuda::DeviceStatus status = get(stages_.status(), 1)[0];
       if (status.found_strict == 0 || passes_ > plan_->num_fronts) return status_ = status.pivots;
+      look_ahead_ = false;
     }
   }
   int passes() const { return passes_; }

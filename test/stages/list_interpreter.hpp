@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <set>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -18,8 +19,11 @@ namespace mfs::test {
 
 class ListInterpreter {
  public:
-  ListInterpreter(const StageProblem<double>& problem, const cuda::DevicePlan& lists)
-      : problem_(problem), plan_(*problem.plan), lists_(lists) {
+  /// When what may run beside other launches runs.
+  enum class Aside { at_once, late };
+
+  ListInterpreter(const StageProblem<double>& problem, const cuda::DevicePlan& lists, Aside aside)
+      : problem_(problem), plan_(*problem.plan), lists_(lists), aside_(aside) {
     storage_.assign(static_cast<std::size_t>(plan_.storage_entries), kNothing);
   }
 
@@ -30,7 +34,26 @@ class ListInterpreter {
       const cuda::DepthLaunches& depth = lists_.depths[step];
       factor_small(depth);
       for (Offset i = depth.assemble.begin; i < depth.assemble.end; ++i) assemble(lists_.assemble[i]);
-      for (const cuda::Launch& launch : depth.factor) run(launch);
+      const auto assemble_contribution = [&] {
+        const cuda::Range& parts = depth.assemble_contribution;
+        for (Offset i = parts.begin; i < parts.end; ++i) assemble(lists_.assemble[i]);
+      };
+      if (aside_ == Aside::at_once) assemble_contribution();
+      std::vector<cuda::Launch> late;
+      const auto join = [&] {
+        for (const cuda::Launch& launch : late) run(launch);
+        late.clear();
+      };
+      for (const cuda::Launch& launch : depth.factor) {
+        if (launch.order == cuda::Order::joined) join();
+        if (launch.order == cuda::Order::aside && aside_ == Aside::late) {
+          late.push_back(launch);
+        } else {
+          run(launch);
+        }
+      }
+      join();
+      if (aside_ == Aside::late) assemble_contribution();
       for (const cuda::Launch& launch : depth.update) run(launch);
       after_depth(static_cast<Vertex>(step));
     }
@@ -133,10 +156,11 @@ class ListInterpreter {
   }
 
   void assemble(const cuda::AssemblyPart& part) {
-    const Vertex f = part.front;
+    const Vertex f = part.front, p = plan_.pivots(f);
+    EXPECT_TRUE(part.end <= p || (part.begin >= p && (part.last_row <= p || part.first_row >= p)));
     for (Vertex j = part.begin; j < part.end; ++j) {
-      EXPECT_TRUE(assembled_.emplace(f, j).second) << "assembled twice";
-      for (Vertex i = 0; i < rows(f); ++i) {
+      EXPECT_TRUE(assembled_.emplace(f, j, part.first_row).second) << "assembled twice";
+      for (Vertex i = part.first_row; i < part.last_row; ++i) {
         at(f, i, j) = 0;
         for (Vertex c = plan_.child_begin[f]; c < plan_.child_begin[f + 1]; ++c) {
           const Vertex* const map = &lists_.child_row[lists_.child_row_begin[c]];
@@ -262,7 +286,8 @@ class ListInterpreter {
   const SymbolicPlan& plan_;
   const cuda::DevicePlan& lists_;
   std::vector<double> storage_;
-  std::set<std::pair<Vertex, Vertex>> assembled_;  // fronts and their columns
+  Aside aside_;
+  std::set<std::tuple<Vertex, Vertex, Vertex>> assembled_;  // fronts, their columns and first rows
 };
 
 }  // namespace mfs::test

@@ -153,8 +153,9 @@ void Graph::abandon(const Stream& stream) {
 void Graph::end(const Stream& stream) {
   cudaGraph_t graph = nullptr;
   checked("cudaStreamEndCapture", [&] { return cudaStreamEndCapture(stream.get(), &graph); });
-  const cudaError_t code =
-      attempt(CallKind::runtime, [&] { return cudaGraphInstantiate(&executable_, graph, 0); });
+  const cudaError_t code = attempt(CallKind::runtime, [&] {
+    return cudaGraphInstantiate(&executable_, graph, cudaGraphInstantiateFlagUseNodePriority);
+  });
   cudaGraphDestroy(graph);
   check(code, "cudaGraphInstantiate");
 }

@@ -172,6 +172,7 @@ class DeviceBench {
   cuda::DeviceStages<S, S> stages_;
   cuda::Graph graph_;
   int passes_ = 0;
+  bool look_ahead_ = true;
   FactorStatus status_{};
 };
 

@@ -10,6 +10,8 @@
 #include <cerrno>
 #include <cstring>
 
+#include "plot_script.hpp"
+
 extern char** environ;
 
 namespace mfs::dae {
@@ -59,7 +61,7 @@ std::vector<std::string> lines_of(const std::string& text) {
 
 PlotOutcome draw_plots(const std::string& folder) {
   // Debian's Python is the one that has Debian's matplotlib; another may come first on the PATH.
-  const Outcome outcome = run({"/usr/bin/python3", MFS_PLOT_RESULTS, folder});
+  const Outcome outcome = run({"/usr/bin/python3", kPlotScript, folder});
   std::vector<std::string> lines = lines_of(outcome.text);
   if (outcome.code == 0) return {std::move(lines), ""};
   return {{}, lines.empty() ? "plot_results failed" : lines.back()};

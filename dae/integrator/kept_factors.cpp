@@ -29,6 +29,12 @@ constexpr double kKrylovTolerance = 1e-8;
 /// tables in docs/performance.md 75 to 81 (elas3d:20, elas3d:40) on a host of 16 cores, 103 to 115 on an
 /// H200.
 constexpr double kFlopsPerEntry = 100.0;
+/// The same for an entry of the matrix, by which FGMRES multiplies on one core of the host (Debian's
+/// Trilinos): about 1.5 ns, in which a core does some 30 flops of a factorization, 16 cores 300 and an H200
+/// 15 000.
+double flops_per_matrix_entry(Backend backend) {
+  return backend == Backend::serial ? 30.0 : backend == Backend::openmp ? 300.0 : 15000.0;
+}
 
 /// FGMRES is not begun where fewer steps are worth a factorization.
 constexpr double kFewSteps = 3.0;
@@ -70,9 +76,10 @@ RCP<Factory> make_fgmres(const IntegratorOptions& options) {
 
 class KeptSolve : public Thyra::LinearOpWithSolveBase<double> {
  public:
-  KeptSolve(RCP<const Factory> direct, RCP<const Factory> krylov, LinearSolves& solves)
+  KeptSolve(RCP<const Factory> direct, RCP<const Factory> krylov, Backend backend, LinearSolves& solves)
       : direct_(std::move(direct)),
         krylov_(std::move(krylov)),
+        backend_(backend),
         factors_(direct_->createOp()),
         solves_(solves) {}
 
@@ -116,7 +123,7 @@ class KeptSolve : public Thyra::LinearOpWithSolveBase<double> {
   Thyra::SolveStatus<double> solveImpl(
       const Thyra::EOpTransp transpose, const Vectors& b, const Ptr<Vectors>& x,
       const Ptr<const Thyra::SolveCriteria<double>> /*criteria*/) const override {
-    if (iterating_ && !iterate(b, x)) {
+    if (iterating_ && (krylov_spent_ >= krylov_budget_ || !iterate(b, x))) {
       iterating_ = false;
       factor();
     }
@@ -162,7 +169,9 @@ class KeptSolve : public Thyra::LinearOpWithSolveBase<double> {
     solves_.time_analysis += analysis;
     solves_.time_factor += seconds - analysis;
     solves_.bytes = report.bytes_used;
-    krylov_budget_ = report.flops.total() / (kFlopsPerEntry * static_cast<double>(report.nnz_factor));
+    krylov_budget_ =
+        report.flops.total() / (kFlopsPerEntry * static_cast<double>(report.nnz_factor) +
+                                flops_per_matrix_entry(backend_) * static_cast<double>(report.nnz));
   }
 
   bool iterate(const Vectors& b, const Ptr<Vectors>& x) const {
@@ -176,6 +185,7 @@ class KeptSolve : public Thyra::LinearOpWithSolveBase<double> {
   }
 
   RCP<const Factory> direct_, krylov_;
+  Backend backend_;
   RCP<Thyra::LinearOpWithSolveBase<double>> factors_, iterative_;
   LinearSolves& solves_;
   RCP<const Source> source_;
@@ -188,11 +198,14 @@ class KeptSolve : public Thyra::LinearOpWithSolveBase<double> {
 class KeptFactorsFactory : public Factory {
  public:
   KeptFactorsFactory(const IntegratorOptions& options, LinearSolves& solves)
-      : direct_(make_mfs(options)), krylov_(make_fgmres(options)), solves_(solves) {}
+      : direct_(make_mfs(options)),
+        krylov_(make_fgmres(options)),
+        backend_(options.backend),
+        solves_(solves) {}
 
   bool isCompatible(const Source& source) const override { return direct_->isCompatible(source); }
   RCP<Thyra::LinearOpWithSolveBase<double>> createOp() const override {
-    return rcp(new KeptSolve(direct_, krylov_, solves_));
+    return rcp(new KeptSolve(direct_, krylov_, backend_, solves_));
   }
   void initializeOp(const RCP<const Source>& source, Thyra::LinearOpWithSolveBase<double>* op,
                     const Thyra::ESupportSolveUse /*use*/) const override {
@@ -218,6 +231,7 @@ class KeptFactorsFactory : public Factory {
 
  private:
   RCP<const Factory> direct_, krylov_;
+  Backend backend_;
   LinearSolves& solves_;
   RCP<Teuchos::ParameterList> parameters_;
 };

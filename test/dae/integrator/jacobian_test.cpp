@@ -90,6 +90,7 @@ TEST(Jacobian, IsSolvedOnTheFactorsOfAnOlderOneWhereThatIsCheaper) {
     options.rtol = options.atol_position = options.atol_velocity = 1e-5;
     options.krylov_steps = krylov_steps;
     options.threads = 1;
+    options.backend = Backend::serial;
     Integrator integrator(system, options);
     Observer nobody;
     std::vector<double> q0(Bundle::kMasses);

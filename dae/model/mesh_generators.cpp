@@ -1,15 +1,13 @@
 #include "dae/model/mesh_generators.hpp"
 
 #include <cmath>
+#include <initializer_list>
+#include <utility>
 
 #include "dae/fem/generators.hpp"
 
 namespace mfs::dae {
 namespace {
-
-void read_length(JsonObject& object, const char* key, double& value) {
-  if (object.has(key)) value = object.positive(key);
-}
 
 Mesh read_box(JsonObject& object, int refine, ElementKind kind) {
   const Eigen::Vector3d size = object.vector("size"), divisions = object.vector("divisions");
@@ -23,43 +21,49 @@ Mesh read_box(JsonObject& object, int refine, ElementKind kind) {
   return box_mesh({size[0], size[1], size[2]}, cells, kind);
 }
 
+template <class Shape>
+using Lengths = std::initializer_list<std::pair<const char*, double Shape::*>>;
+
+// A shape whose lengths are as the object says where it names them.
+template <class Shape>
+Shape read_shape(JsonObject& object, Lengths<Shape> lengths) {
+  Shape shape;
+  for (const auto& [key, length] : lengths) {
+    if (object.has(key)) shape.*length = object.positive(key);
+  }
+  return shape;
+}
+
 Mesh read_bell_crank(JsonObject& object, int refine, ElementKind kind) {
-  BellCrankShape shape;
-  read_length(object, "arm1", shape.arm1);
-  read_length(object, "arm2", shape.arm2);
-  read_length(object, "angle", shape.angle);
-  read_length(object, "hub_radius", shape.hub_radius);
-  read_length(object, "hub_hole", shape.hub_hole);
-  read_length(object, "end_radius", shape.end_radius);
-  read_length(object, "end_hole", shape.end_hole);
-  read_length(object, "thickness", shape.thickness);
-  return bell_crank_mesh(refine, kind, shape);
+  using Shape = BellCrankShape;
+  const Lengths<Shape> lengths{{"arm1", &Shape::arm1},         {"arm2", &Shape::arm2},
+                               {"angle", &Shape::angle},       {"hub_radius", &Shape::hub_radius},
+                               {"hub_hole", &Shape::hub_hole}, {"end_radius", &Shape::end_radius},
+                               {"end_hole", &Shape::end_hole}, {"thickness", &Shape::thickness}};
+  return bell_crank_mesh(refine, kind, read_shape(object, lengths));
 }
 
 Mesh read_connecting_rod(JsonObject& object, int refine, ElementKind kind) {
-  ConnectingRodShape shape;
-  read_length(object, "length", shape.length);
-  read_length(object, "big_radius", shape.big_radius);
-  read_length(object, "big_hole", shape.big_hole);
-  read_length(object, "small_radius", shape.small_radius);
-  read_length(object, "small_hole", shape.small_hole);
-  read_length(object, "thickness", shape.thickness);
-  return connecting_rod_mesh(refine, kind, shape);
+  using Shape = ConnectingRodShape;
+  const Lengths<Shape> lengths{{"length", &Shape::length},         {"big_radius", &Shape::big_radius},
+                               {"big_hole", &Shape::big_hole},     {"small_radius", &Shape::small_radius},
+                               {"small_hole", &Shape::small_hole}, {"thickness", &Shape::thickness}};
+  return connecting_rod_mesh(refine, kind, read_shape(object, lengths));
 }
 
 Mesh read_control_arm(JsonObject& object, int refine, ElementKind kind) {
-  ControlArmShape shape;
-  read_length(object, "reach", shape.reach);
-  read_length(object, "shock", shape.shock);
-  read_length(object, "spread", shape.spread);
-  read_length(object, "bushing_radius", shape.bushing_radius);
-  read_length(object, "bushing_hole", shape.bushing_hole);
-  read_length(object, "shock_radius", shape.shock_radius);
-  read_length(object, "shock_hole", shape.shock_hole);
-  read_length(object, "ball_radius", shape.ball_radius);
-  read_length(object, "ball_hole", shape.ball_hole);
-  read_length(object, "thickness", shape.thickness);
-  return control_arm_mesh(refine, kind, shape);
+  using Shape = ControlArmShape;
+  const Lengths<Shape> lengths{{"reach", &Shape::reach},
+                               {"shock", &Shape::shock},
+                               {"spread", &Shape::spread},
+                               {"bushing_radius", &Shape::bushing_radius},
+                               {"bushing_hole", &Shape::bushing_hole},
+                               {"shock_radius", &Shape::shock_radius},
+                               {"shock_hole", &Shape::shock_hole},
+                               {"ball_radius", &Shape::ball_radius},
+                               {"ball_hole", &Shape::ball_hole},
+                               {"thickness", &Shape::thickness}};
+  return control_arm_mesh(refine, kind, read_shape(object, lengths));
 }
 
 }  // namespace

@@ -39,10 +39,6 @@ double flops_per_matrix_entry(Backend backend) {
 /// FGMRES is not begun where fewer steps are worth a factorization.
 constexpr double kFewSteps = 3.0;
 
-std::string name(Backend backend) {
-  return backend == Backend::serial ? "serial" : backend == Backend::openmp ? "openmp" : "cuda";
-}
-
 RCP<Factory> make_strategy(const std::string& type, const Teuchos::ParameterList& parameters) {
   Stratimikos::DefaultLinearSolverBuilder builder;
   Thyra::enableMFS(builder);
@@ -56,7 +52,7 @@ RCP<Factory> make_strategy(const std::string& type, const Teuchos::ParameterList
 
 RCP<Factory> make_mfs(const IntegratorOptions& options) {
   Teuchos::ParameterList parameters;
-  parameters.set("Backend", name(options.backend));
+  parameters.set("Backend", std::string(backend_name(options.backend)));
   parameters.set("Threads", options.threads);
   return make_strategy("MFS", parameters);
 }

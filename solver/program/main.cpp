@@ -1,23 +1,17 @@
 // mfs: the solver on the command line. This file is the command line; commands.hpp is what it leads to.
-#include <csignal>
-#include <cstdio>
-#include <map>
 #include <string>
 
 #include <CLI/CLI.hpp>
 
 #include <mfs/error.hpp>
-#include <mfs/version.hpp>
 
+#include "solver/program/command_line.hpp"
 #include "solver/program/commands.hpp"
 
 namespace {
 
 using mfs::program::Command;
 using mfs::program::ExitCode;
-
-const std::map<std::string, mfs::Backend> kBackends{
-    {"serial", mfs::Backend::serial}, {"openmp", mfs::Backend::openmp}, {"cuda", mfs::Backend::cuda}};
 
 constexpr const char* kExitCodes =
     "Exit codes: 0 solved, 2 usage, 3 invalid input (or output that cannot be written), 4 singular,\n"
@@ -49,9 +43,7 @@ CLI::Validator bench_case() {
 }
 
 void add_analysis_options(CLI::App& app, Command& command) {
-  app.add_option("--threads", command.request.options.threads, "threads of every phase; by default all cores")
-      ->type_name("T")
-      ->check(CLI::Range(1, 512));
+  mfs::program::add_threads(app, command.request.options.threads);
   app.add_option("--max-block", command.request.options.analysis.max_block_size,
                  "widest block of a pivot block")
       ->type_name("B")
@@ -71,11 +63,7 @@ void add_solve_options(CLI::App& app, Command& command) {
       ->check(CLI::Range(std::int64_t{1}, std::int64_t{2147483647}));
   app.add_flag("--transpose", request.transpose, "solve A^T x = b");
   add_analysis_options(app, command);
-  app.add_option_function<std::string>(
-         "--backend", [&request](const std::string& name) { request.options.backend = kBackends.at(name); },
-         "serial, openmp (default) or cuda")
-      ->type_name("NAME")
-      ->check(CLI::IsMember({"serial", "openmp", "cuda"}).description(""));
+  mfs::program::add_backend(app, request.options.backend, "serial, openmp (default) or cuda");
   app.add_option("--refactor", request.refactor, "factor again K times and report the least time")
       ->type_name("K")
       ->check(CLI::Range(0, 1000000));
@@ -98,14 +86,11 @@ void add_solve_options(CLI::App& app, Command& command) {
   app.add_option("--dump", request.options.dump_prefix,
                  "leave a system that fails in PREFIX_A.mtx and PREFIX_b.mtx")
       ->type_name("PREFIX");
-  app.add_option("--json", command.json, "write a JSON object per matrix there ('-': standard output)")
-      ->type_name("FILE|-");
+  mfs::program::add_json(app, command.json, "write a JSON object per matrix there ('-': standard output)");
   app.add_option("-o", request.output, "write X as a Matrix Market array file")->type_name("X.mtx");
 }
 
 void add_commands(CLI::App& app, Command& command) {
-  app.require_subcommand(1);
-  app.set_version_flag("--version", std::string("mfs ") + mfs::version());
   app.footer(kExitCodes);
 
   CLI::App* solve = app.add_subcommand("solve", "Solve A x = b for a Matrix Market file, plain or gzip");
@@ -139,29 +124,11 @@ ExitCode run(const CLI::App& app, const Command& command) {
   return mfs::program::run_info();
 }
 
-int parse_and_run(int argc, char** argv) {
-  CLI::App app{"MFS: sparse direct solver, multifrontal LU over breadth-first nested dissection"};
-  Command command;
-  add_commands(app, command);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& e) {
-    if (e.get_exit_code() == 0) return app.exit(e);  // --help, --version
-    std::fprintf(stderr, "mfs: %s (mfs --help tells more)\n", e.what());
-    return static_cast<int>(ExitCode::usage);
-  }
-  return static_cast<int>(run(app, command));
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::signal(SIGPIPE, SIG_IGN);  // a reader that went away is an error of writing, and reported as one
-  try {
-    return parse_and_run(argc, argv);
-  } catch (...) {
-    const mfs::program::Failure failure = mfs::program::describe_current_exception();
-    std::fprintf(stderr, "mfs: %s\n", failure.message.c_str());
-    return static_cast<int>(failure.code);
-  }
+  CLI::App app{"MFS: sparse direct solver, multifrontal LU over breadth-first nested dissection"};
+  Command command;
+  add_commands(app, command);
+  return mfs::program::run_program("mfs", app, argc, argv, [&] { return run(app, command); });
 }

@@ -1,0 +1,57 @@
+#include "solver/program/command_line.hpp"
+
+#include <csignal>
+#include <cstdio>
+#include <utility>
+#include <vector>
+
+#include <mfs/version.hpp>
+
+namespace mfs::program {
+namespace {
+
+const std::vector<std::pair<std::string, Backend>> kBackends{
+    {"serial", Backend::serial}, {"openmp", Backend::openmp}, {"cuda", Backend::cuda}};
+
+}  // namespace
+
+void add_backend(CLI::App& app, Backend& backend, const std::string& what) {
+  const auto take = [&backend](const std::string& name) {
+    for (const auto& [known, value] : kBackends)
+      if (name == known) backend = value;
+  };
+  app.add_option_function<std::string>("--backend", take, what)
+      ->type_name("NAME")
+      ->check(CLI::IsMember(kBackends).description(""));
+}
+
+void add_threads(CLI::App& app, int& threads) {
+  app.add_option("--threads", threads, "threads of every phase; by default all cores")
+      ->type_name("T")
+      ->check(CLI::Range(1, 512));
+}
+
+void add_json(CLI::App& app, std::string& path, const std::string& what) {
+  app.add_option("--json", path, what)->type_name("FILE|-");
+}
+
+int run_program(const std::string& name, CLI::App& app, int argc, char** argv,
+                const std::function<ExitCode()>& run) {
+  std::signal(SIGPIPE, SIG_IGN);  // a reader that went away is an error of writing, and reported as one
+  try {
+    app.require_subcommand(1);
+    app.set_version_flag("--version", name + " " + version());
+    app.parse(argc, argv);
+    return static_cast<int>(run());
+  } catch (const CLI::ParseError& e) {
+    if (e.get_exit_code() == 0) return app.exit(e);  // --help, --version
+    std::fprintf(stderr, "%s: %s (%s --help tells more)\n", name.c_str(), e.what(), name.c_str());
+    return static_cast<int>(ExitCode::usage);
+  } catch (...) {
+    const Failure failure = describe_current_exception();
+    std::fprintf(stderr, "%s: %s\n", name.c_str(), failure.message.c_str());
+    return static_cast<int>(failure.code);
+  }
+}
+
+}  // namespace mfs::program

@@ -1,5 +1,7 @@
 #include "solver/option_checks.hpp"
 
+#include <string>
+
 #include <mfs/error.hpp>
 
 #include "kernels/engine.hpp"
@@ -8,14 +10,14 @@
 namespace mfs {
 
 void check_options(const Options& options) {
-  const auto refuse = [](const char* name, const char* what) { throw InvalidInput(name, what); };
+  const auto refuse = [](const char* name, const std::string& what) { throw InvalidInput(name, what); };
   if (options.analysis.max_block_size < 1) refuse("max_block_size", "must be at least 1");
   if (options.analysis.leaf_size < 1) refuse("leaf_size", "must be at least 1");
   if (options.analysis.separator_trials < 1) refuse("separator_trials", "must be at least 1");
   if (options.analysis.separator_refinement < 1) refuse("separator_refinement", "must be at least 1");
   if (!(options.analysis.dense_row > 0)) refuse("dense_row", "must be positive");
   if (options.threads < 0) refuse("threads", "must not be negative");
-  if (options.threads > kMostThreads) refuse("threads", "must be at most 512");
+  if (options.threads > kMostThreads) refuse("threads", "must be at most " + std::to_string(kMostThreads));
   if (!(options.factor.pivot_tolerance >= 0 && options.factor.pivot_tolerance < 1)) {
     refuse("pivot_tolerance", "must be in [0, 1)");
   }

@@ -7,6 +7,8 @@
 
 #include <mfs/version.hpp>
 
+#include "kernels/engine.hpp"
+
 namespace mfs::program {
 namespace {
 
@@ -28,7 +30,7 @@ void add_backend(CLI::App& app, Backend& backend, const std::string& what) {
 void add_threads(CLI::App& app, int& threads) {
   app.add_option("--threads", threads, "threads of every phase; by default all cores")
       ->type_name("T")
-      ->check(CLI::Range(1, 512));
+      ->check(CLI::Range(1, kMostThreads));
 }
 
 void add_json(CLI::App& app, std::string& path, const std::string& what) {

@@ -9,6 +9,8 @@
 
 #include <mfs/error.hpp>
 
+#include "solver/program/comma_list.hpp"
+
 namespace mfs::perf {
 namespace {
 
@@ -332,11 +334,8 @@ const std::vector<std::string>& family_names() {
 
 FamilyMatrix make_family(const std::string& name, std::int64_t size) {
   const auto& names = family_names();
-  if (std::find(names.begin(), names.end(), name) == names.end()) {
-    std::string known;
-    for (const std::string& other : names) known += (known.empty() ? "" : ", ") + other;
-    throw InvalidInput("family", "'" + name + "' is none of: " + known);
-  }
+  if (std::find(names.begin(), names.end(), name) == names.end())
+    throw InvalidInput("family", "'" + name + "' is none of: " + comma_list(names));
   const bool fits =
       size >= 1 && unknowns(name, static_cast<double>(size)) <= std::numeric_limits<std::int32_t>::max();
   if (!fits)

@@ -6,6 +6,7 @@
 #include "dae/mechanics/motions.hpp"
 #include "dae/mechanics/rigid_interface.hpp"
 #include "dae/model/model_parts.hpp"
+#include "solver/program/comma_list.hpp"
 
 namespace mfs::dae {
 namespace {
@@ -15,9 +16,8 @@ const std::vector<int>& nodes_of(const FlexibleBody& body, const std::string& se
   const auto& sets = body.solid->mesh().node_sets;
   const auto found = sets.find(set);
   if (found != sets.end()) return found->second;
-  std::string known;
-  for (const auto& each : sets) known += (known.empty() ? "" : ", ") + each.first;
-  object.refuse(key, "the mesh of body '" + body.name + "' has no node set '" + set + "', only: " + known);
+  object.refuse(key, "the mesh of body '" + body.name + "' has no node set '" + set +
+                         "', only: " + comma_list(sets, key_of));
 }
 
 // The interface of these nodes, its origin at their mean; made when it is asked for first.

@@ -143,12 +143,9 @@ std::vector<std::pair<std::string, JsonObject>> JsonObject::members(const std::s
 }
 
 void JsonObject::finish() const {
-  for (const auto& item : json_->items()) {
-    if (asked_.count(item.key()) > 0) continue;
-    std::string known;
-    for (const std::string& key : asked_) known += (known.empty() ? "" : ", ") + key;
-    refuse(item.key(), "is not known here; known are: " + known);
-  }
+  for (const auto& item : json_->items())
+    if (asked_.count(item.key()) == 0)
+      refuse(item.key(), "is not known here; known are: " + comma_list(asked_));
 }
 
 }  // namespace mfs::dae

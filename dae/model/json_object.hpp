@@ -13,6 +13,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "solver/program/comma_list.hpp"
+
 namespace mfs::dae {
 
 /// Keeps the order of the file.
@@ -56,9 +58,7 @@ class JsonObject {
     const std::string word = text(key);
     const auto found = values.find(word);
     if (found != values.end()) return found->second;
-    std::string known;
-    for (const auto& value : values) known += (known.empty() ? "" : ", ") + value.first;
-    refuse(key, "'" + word + "' is none of: " + known);
+    refuse(key, "'" + word + "' is none of: " + comma_list(values, key_of));
   }
 
   [[noreturn]] void refuse(const std::string& key, const std::string& what) const;

@@ -12,6 +12,7 @@
 #include <mfs/solver.hpp>
 
 #include "perf/families.hpp"
+#include "solver/program/comma_list.hpp"
 #include "solver/program/json_report.hpp"
 #include "solver/program/matrix_market.hpp"
 #include "solver/program/output_file.hpp"
@@ -88,11 +89,8 @@ BenchCase parse_bench_case(const std::string& text) {
   const std::size_t colon = text.find(':');
   const std::string family = text.substr(0, colon);
   const auto& names = perf::family_names();
-  if (colon == std::string::npos || std::find(names.begin(), names.end(), family) == names.end()) {
-    std::string known;
-    for (const std::string& name : names) known += (known.empty() ? "" : ", ") + name;
-    throw InvalidInput(text, "not FAMILY:SIZE with a family of: " + known);
-  }
+  if (colon == std::string::npos || std::find(names.begin(), names.end(), family) == names.end())
+    throw InvalidInput(text, "not FAMILY:SIZE with a family of: " + comma_list(names));
   BenchCase wanted{family, 0};
   const char* end = text.data() + text.size();
   const auto [stop, error] = std::from_chars(text.data() + colon + 1, end, wanted.size);

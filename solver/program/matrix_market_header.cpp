@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "solver/program/comma_list.hpp"
 #include "solver/program/line_scanner.hpp"
 
 namespace mfs::io {
@@ -24,12 +25,10 @@ Value choose(const char* what, std::string_view word,
              const std::array<std::pair<const char*, Value>, N>& choices) {
   if (word.empty()) throw TextError(std::string("the banner names no ") + what);
   const std::string wanted = lower_case(word);
-  std::string known;
-  for (const auto& [name, value] : choices) {
+  for (const auto& [name, value] : choices)
     if (wanted == name) return value;
-    known += (known.empty() ? "" : ", ") + std::string(name);
-  }
-  throw TextError(std::string("the banner's ") + what + " " + quoted(word) + " is none of: " + known);
+  throw TextError(std::string("the banner's ") + what + " " + quoted(word) +
+                  " is none of: " + comma_list(choices, key_of));
 }
 
 constexpr std::array kFormats{std::pair{"coordinate", Format::coordinate}, std::pair{"array", Format::array}};

@@ -8,6 +8,8 @@
 
 #include <mfs/version.hpp>
 
+#include "solver/program/comma_list.hpp"
+
 namespace mfs::program {
 namespace {
 
@@ -124,10 +126,7 @@ std::string analysis_summary(const CaseResult& r) {
 }
 
 std::string usable_backends() {
-  std::string names;
-  for (const Backend backend : backends())
-    names += (names.empty() ? "" : ", ") + std::string(backend_name(backend));
-  return names;
+  return comma_list(backends(), backend_name);
 }
 
 std::string library_summary() {

@@ -17,9 +17,9 @@ std::function<std::unique_ptr<Candidate>(const System&)> load_cudss(const std::s
 #include <cuda_runtime.h>
 
 #include <algorithm>
-#include <chrono>
 #include <limits>
 
+#include "ordering/stopwatch.hpp"
 #include "perf/cudss_library.hpp"
 #include "perf/device_array.hpp"
 
@@ -71,13 +71,12 @@ class CudssCandidate final : public Candidate {
   CudssCandidate& operator=(const CudssCandidate&) = delete;
 
   AnalysisTime analyze() override {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch reordering_watch;
     execute(CUDSS_PHASE_REORDERING, 1, "reordering");
-    const auto between = std::chrono::steady_clock::now();
+    const double reordering = reordering_watch.seconds();
+    const Stopwatch symbolic_watch;
     execute(CUDSS_PHASE_SYMBOLIC_FACTORIZATION, 1, "symbolic factorization");
-    const auto end = std::chrono::steady_clock::now();
-    return {std::chrono::duration<double>(between - start).count(),
-            std::chrono::duration<double>(end - between).count()};
+    return {reordering, symbolic_watch.seconds()};
   }
   void factor() override { execute(CUDSS_PHASE_FACTORIZATION, 1, "factorization"); }
   void refactor() override { execute(CUDSS_PHASE_REFACTORIZATION, 1, "refactorization"); }

@@ -1,7 +1,6 @@
 #include "perf/measure.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -9,6 +8,7 @@
 
 #include <mfs/mfs.hpp>
 
+#include "ordering/stopwatch.hpp"
 #include "perf/device_info.hpp"
 
 namespace mfs::perf {
@@ -19,9 +19,9 @@ constexpr int kMostRefinements = 4;
 
 template <class Call>
 double seconds(const Call& call) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   call();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return watch.seconds();
 }
 
 struct Times {

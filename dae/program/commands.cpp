@@ -1,6 +1,5 @@
 #include "dae/program/commands.hpp"
 
-#include <chrono>
 #include <filesystem>
 #include <optional>
 
@@ -13,6 +12,7 @@
 #include "dae/output/plots.hpp"
 #include "dae/program/recorder.hpp"
 #include "dae/program/run_report.hpp"
+#include "ordering/stopwatch.hpp"
 #include "solver/program/output_file.hpp"
 
 namespace mfs::dae {
@@ -80,11 +80,11 @@ ExitCode run_model(const Command& command) {
   result.threads = command.threads;
   program::ProgressDisplay display;
   try {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     display.show("model", 0.0);
     const MultibodyModel model = load(command);
     result.model = model.name;
-    result.time_model = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    result.time_model = watch.seconds();
     integrate(model, command, display, result);
   } catch (...) {
     const program::Failure failure = program::describe_current_exception();

@@ -1,6 +1,5 @@
 #include "dae/program/recorder.hpp"
 
-#include <chrono>
 #include <filesystem>
 
 #include <fmt/format.h>
@@ -9,6 +8,7 @@
 
 #include "dae/fem/nodal_stress.hpp"
 #include "dae/program/measure.hpp"
+#include "ordering/stopwatch.hpp"
 
 namespace mfs::dae {
 namespace {
@@ -35,10 +35,6 @@ std::vector<std::string> series_columns(const MultibodyModel& model) {
 const std::vector<std::string> kStepColumns{"t [s]",          "h [s]",      "order",    "newton",
                                             "factorizations", "rejections", "residual", "wall [s]"};
 
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
 }  // namespace
 
 Recorder::Recorder(const MultibodyModel& model, const std::string& folder, program::ProgressDisplay& display)
@@ -59,7 +55,7 @@ void Recorder::step(const StepReport& step, const State& state) {
 }
 
 void Recorder::output(const State& state) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   std::vector<double> row{state.t};
   for (std::size_t i = 0; i < model_.flexible_bodies.size(); ++i) {
     const FlexibleBody& body = model_.flexible_bodies[i];
@@ -73,7 +69,7 @@ void Recorder::output(const State& state) {
   for (const MeasuredJoint& joint : model_.joints) row.push_back(joint_force(joint, state));
   time_series_.add_row(row);
   ++outputs_;
-  time_output_ += seconds_since(start);
+  time_output_ += watch.seconds();
 }
 
 std::string Recorder::grid_file(const std::string& body) const {

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <chrono>
 #include <complex>
 #include <cstdint>
 #include <cstring>
@@ -21,21 +20,12 @@
 #include <mfs/solver.hpp>
 #include <mfs/version.hpp>
 
+#include "ordering/stopwatch.hpp"
 #include "solver/program/backward_error.hpp"
 #include "solver/program/summary.hpp"
 
 namespace mfs::program {
 namespace {
-
-class Stopwatch {
- public:
-  double seconds() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 // Known before a large file is read.
 void check_backend(Backend wanted) {

@@ -3,6 +3,7 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <exception>
@@ -19,8 +20,8 @@ namespace {
 
 using Kind = LocalStructure::Kind;
 
-constexpr Block kConstraintBlocks[] = {Block::position_q, Block::velocity_q, Block::acceleration_q,
-                                       Block::acceleration_v};
+constexpr std::array<Block, 4> kConstraintBlocks{Block::position_q, Block::velocity_q, Block::acceleration_q,
+                                                 Block::acceleration_v};
 
 /// Keeps the first of the exceptions that elements throw, first in the order of the sum.
 class FirstFailure {
@@ -278,7 +279,7 @@ void Multibody::add_tangent(ElementId id, const StateView& state, Tangent& tange
   if (nc == 0) return;
   const double* const constraint_blocks[] = {local.position_q, local.velocity_q, local.acceleration_q,
                                              local.acceleration_v};
-  for (std::size_t i = 0; i < 4; ++i)
+  for (std::size_t i = 0; i < kConstraintBlocks.size(); ++i)
     if (blocks.has(kConstraintBlocks[i]))
       set_constraint_block(kConstraintBlocks[i], id, constraint_blocks[i], tangent);
 }

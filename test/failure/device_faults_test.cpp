@@ -7,6 +7,7 @@
 #include "kernels/cuda/device.hpp"
 #include "kernels/cuda/faults.hpp"
 #include "test/failure/fresh_solver.hpp"
+#include "test/solver/on_device.hpp"
 
 namespace mfs::test {
 namespace {
@@ -91,14 +92,8 @@ void expect_survives(const Options& options, const System& system, long n) {
   expect_solves(solver, system.next, kColumns);
 }
 
-class DeviceFaults : public testing::Test {
+class DeviceFaults : public OnDevice {
  protected:
-  void SetUp() override {
-    const std::vector<Backend> usable = backends();
-    if (std::count(usable.begin(), usable.end(), Backend::cuda) == 0) GTEST_SKIP() << "no CUDA device";
-    options_.backend = Backend::cuda;
-    options_.threads = 2;
-  }
   void TearDown() override { cuda::planned_fault = nullptr; }
 
   /// Calls of a use in which nothing fails.
@@ -111,8 +106,6 @@ class DeviceFaults : public testing::Test {
     cuda::planned_fault = nullptr;
     return never.calls;
   }
-
-  Options options_;
 };
 
 TEST_F(DeviceFaults, EveryCallThatFailsIsToldAndForgotten) {

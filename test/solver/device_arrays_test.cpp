@@ -8,6 +8,7 @@
 
 #include "perf/device_array.hpp"
 #include "test/failure/fresh_solver.hpp"
+#include "test/solver/on_device.hpp"
 
 namespace mfs::test {
 namespace {
@@ -43,15 +44,8 @@ class LateStream {
 };
 
 template <class Scalar>
-class DeviceArrays : public testing::Test {
+class DeviceArrays : public OnDevice {
  protected:
-  void SetUp() override {
-    const std::vector<Backend> usable = backends();
-    if (std::count(usable.begin(), usable.end(), Backend::cuda) == 0) GTEST_SKIP() << "no CUDA device";
-    options_.backend = Backend::cuda;
-    options_.threads = 2;
-  }
-
   /// Solves plain and transposed, with gaps between the columns, which must stay as they are.
   static void expect_solves_there(BasicSolver<Scalar>& solver, const BasicSparseMatrix<Scalar>& a,
                                   std::int64_t nrhs, cudaStream_t stream = nullptr) {
@@ -74,8 +68,6 @@ class DeviceArrays : public testing::Test {
       }
     }
   }
-
-  Options options_;
 };
 using Scalars = testing::Types<double, float, std::complex<double>, std::complex<float>>;
 TYPED_TEST_SUITE(DeviceArrays, Scalars);
@@ -165,7 +157,7 @@ TYPED_TEST(DeviceArrays, ThatHoldNoNumbersAreRefused) {
   solver.factor(a.view());
   const TypeParam bad(std::numeric_limits<float>::infinity());
   TypeParam all_bits_set;
-  std::memset(&all_bits_set, 0xff, sizeof(all_bits_set));
+  std::memset(static_cast<void*>(&all_bits_set), 0xff, sizeof(all_bits_set));
   for (const TypeParam number : {bad, all_bits_set}) {
     std::vector<TypeParam> b = right_hand_sides(a, 2, a.n, 5);
     std::memcpy(&b[static_cast<std::size_t>(a.n + 7)], &number, sizeof(number));
@@ -182,14 +174,11 @@ TYPED_TEST(DeviceArrays, ThatHoldNoNumbersAreRefused) {
 }
 
 // Single precision factors, double precision solutions.
-TEST(DeviceArraysOfDoubles, AreRefinedOnTheDeviceForFactorsOfSinglePrecision) {
-  const std::vector<Backend> usable = backends();
-  if (std::count(usable.begin(), usable.end(), Backend::cuda) == 0) GTEST_SKIP() << "no CUDA device";
-  Options options;
-  options.backend = Backend::cuda;
-  options.factor.precision = Precision::single;
+using DeviceArraysOfDoubles = OnDevice;
+TEST_F(DeviceArraysOfDoubles, AreRefinedOnTheDeviceForFactorsOfSinglePrecision) {
+  options_.factor.precision = Precision::single;
   for (const SparseMatrix& a : matrices()) {
-    Solver solver(options);
+    Solver solver(options_);
     solver.factor(a.view());
     for (const std::int64_t nrhs : {1, 16}) {
       const std::vector<double> b = right_hand_sides(a, nrhs, a.n, 11);

@@ -1,4 +1,4 @@
-# cmake --install: libmfs, its headers, the program, the adapter, and what find_package(mfs) and pkg-config read.
+# cmake --install: libmfs, its headers, the programs, the adapter, and what find_package(mfs) and pkg-config read.
 include(CMakePackageConfigHelpers)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/mfs)
 
@@ -8,8 +8,13 @@ install(DIRECTORY ordering/include/mfs solver/include/mfs DESTINATION ${CMAKE_IN
   FILES_MATCHING PATTERN "*.hpp")
 
 file(RELATIVE_PATH prefix_from_bin "/${CMAKE_INSTALL_BINDIR}" "/${CMAKE_INSTALL_LIBDIR}")
-set_target_properties(mfs_program PROPERTIES INSTALL_RPATH "$ORIGIN/${prefix_from_bin}")
-install(TARGETS mfs_program)
+set(programs mfs_program)
+if(TARGET mfs_dae)
+  list(APPEND programs mfs_dae)
+  install(PROGRAMS dae/output/plot_results DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/mfs)
+endif()
+set_target_properties(${programs} PROPERTIES INSTALL_RPATH "$ORIGIN/${prefix_from_bin}")
+install(TARGETS ${programs})
 
 if(TARGET mfs_amesos2)
   install(TARGETS mfs_amesos2 EXPORT mfs-amesos2-targets)

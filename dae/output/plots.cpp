@@ -9,6 +9,8 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
+#include <system_error>
 
 #include "plot_script.hpp"
 
@@ -60,8 +62,12 @@ std::vector<std::string> lines_of(const std::string& text) {
 }  // namespace
 
 PlotOutcome draw_plots(const std::string& folder) {
+  std::error_code error;
+  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
+  if (error) return {{}, "/proc/self/exe: " + error.message()};
+  const std::string script = (program.parent_path() / kPlotScript).string();
   // Debian's Python is the one that has Debian's matplotlib; another may come first on the PATH.
-  const Outcome outcome = run({"/usr/bin/python3", kPlotScript, folder});
+  const Outcome outcome = run({"/usr/bin/python3", script, folder});
   std::vector<std::string> lines = lines_of(outcome.text);
   if (outcome.code == 0) return {std::move(lines), ""};
   return {{}, lines.empty() ? "plot_results failed" : lines.back()};

@@ -1,4 +1,5 @@
-// Plots of a folder of results, drawn by dae/output/plot_results, a Python program that needs matplotlib.
+// Plots of a folder of results, drawn by plot_results, a Python program that needs matplotlib. It is
+// installed in libexec and found from where the running program lies, so an installed tree may be moved.
 #pragma once
 
 #include <string>

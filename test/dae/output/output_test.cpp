@@ -175,6 +175,21 @@ TEST(Plots, AreDrawnWhereMatplotlibIs) {
   for (const std::string& file : plots.files) EXPECT_EQ(text_of(file).substr(1, 3), "PNG") << file;
 }
 
+// It has no extent by which a picture could be scaled.
+TEST(Plots, OfASinglePoint) {
+  const TemporaryFolder folder;
+  CsvTable(folder.path("time_series.csv"), {"t [s]"}).add_row({0});
+  VtkCells cells;
+  const std::int32_t first[] = {0};
+  cells.add(VtkCell::vertex, first, 1);
+  mfs::dae::write_vtu(folder.path("point.vtu"), {1, 2, 3}, cells, {});
+  mfs::dae::PvdFile(folder.path("result.pvd")).add(0, 0, "point.vtu");
+  const mfs::dae::PlotOutcome plots = mfs::dae::draw_plots(folder.path(""));
+  if (plots.trouble.find("needs matplotlib") != std::string::npos) GTEST_SKIP() << plots.trouble;
+  EXPECT_EQ(plots.trouble, "");
+  EXPECT_EQ(plots.files.size(), 1U);
+}
+
 TEST(Plots, TroubleIsSaidInOneLine) {
   const TemporaryFolder folder;
   folder.write("steps.csv", "t [s],h [s]\nnonsense,1\n");

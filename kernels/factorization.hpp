@@ -28,6 +28,7 @@ NumericBytes numeric_bytes(const SymbolicPlan& plan, Offset scalar_bytes, Offset
 struct SolveControls {
   double tolerance = 1e-12;  // componentwise backward error
   int max_steps = 10;        // of refinement; 0: none, and no FGMRES either
+  double row_floor = 0;      // SolveOptions::row_floor
 };
 
 struct SolveOutcome {

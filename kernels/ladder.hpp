@@ -222,13 +222,21 @@ class AccuracyLadder : public Factorization<Value> {
       apply_best_inverse(from, to, count, transposed != nullptr);
     };
     const auto residual = [&](const Value* b, const Value* x, Value* r, double* size) {
+      RowFloor floor;
+      if (controls.row_floor > 0 && b) floor = row_floor(controls.row_floor, x, transposed != nullptr);
       double error = 0;
-      mfs::residual(exec_, plan_->n, matrix_rows(transposed), b, x, r, &error, size);
+      mfs::residual(exec_, plan_->n, matrix_rows(transposed), b, x, r, &error, size, floor);
       return error;
     };
     Refinement<Exec, Value, decltype(inverse), decltype(residual)> refinement(
         exec_, plan_->n, columns, controls, at_, inverse, residual);
     refinement.run(krylov_space_, outcome);
+  }
+
+  RowFloor row_floor(double part, const Value* x, bool transposed) const {
+    double largest = 0;
+    largest_unscaled(exec_, plan_->n, transposed ? matrix_.row_scale : matrix_.column_scale, x, &largest);
+    return {part * largest, transposed ? matrix_.column_scale : matrix_.row_scale};
   }
 
   // Whether A is singular, by the solutions for a right-hand side that is in nobody's range by chance. Keeps

@@ -1,7 +1,9 @@
 // Residual and componentwise backward error of A X = B (or A^T X = B), in the caller's numbering, by plain
 // loops over the rows of the original matrix, summed in double precision (Oettli and Prager 1964):
 //
-//   error = max_i |b - A x|_i / (|A| |x| + |b|)_i        0/0 counts as 0; anything not finite as infinity
+//   error = max_i |b - A x|_i / (|A| |x| + |b| + f)_i    0/0 counts as 0; anything not finite as infinity
+//
+// f is zero but where the caller asked for a floor under rows that hold rounding only.
 #pragma once
 
 #include <cmath>
@@ -23,12 +25,18 @@ struct RowAccess {
   const Scalar* values;
 };
 
+/// f_i = amount / scale[i]; none where amount is 0.
+struct RowFloor {
+  double amount = 0;
+  const double* scale = nullptr;
+};
+
 /// r = b - A x for one column (b null: r = -A x); *worst = its backward error, a place in the memory of Exec.
-/// Where `size_of_row` is not null, size_of_row[i] = (|A| |x| + |b|)_i, or 1 where that is no divisor (zero,
-/// subnormal, infinite).
+/// Where `size_of_row` is not null, size_of_row[i] = (|A| |x| + |b| + f)_i, or 1 where that is no divisor
+/// (zero, subnormal, infinite).
 template <class Exec, class Scalar>
 void residual(const Exec& exec, Vertex n, const RowAccess<Scalar>& a, const Scalar* b, const Scalar* x,
-              Scalar* r, double* worst, double* size_of_row = nullptr) {
+              Scalar* r, double* worst, double* size_of_row = nullptr, const RowFloor& floor = {}) {
   using Limits = std::numeric_limits<RealOf<Scalar>>;
   const double smallest = Limits::min(), largest = Limits::max(), infinity = Limits::infinity();
   const double beyond = std::numeric_limits<double>::max();
@@ -37,7 +45,7 @@ void residual(const Exec& exec, Vertex n, const RowAccess<Scalar>& a, const Scal
       KOKKOS_LAMBDA(Offset i, double& most) {
         using Sum = decltype(widened(x[i]));
         Sum sum = b ? widened(b[i]) : Sum(0);
-        double size = magnitude(sum);
+        double size = magnitude(sum) + (floor.amount > 0 ? floor.amount / floor.scale[i] : 0);
         for (Offset k = a.offsets[i]; k < a.offsets[i + 1]; ++k) {
           const auto product = widened(a.values[a.slots ? a.slots[k] : k]) * widened(x[a.columns[k]]);
           sum -= product;

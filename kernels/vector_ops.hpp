@@ -122,6 +122,18 @@ auto maximum_at(double* place) {
   return Kokkos::Max<double, Space>(Kokkos::View<double, Space>(place));
 }
 
+/// *largest = largest |x_i| / scale[i].
+template <class Exec, class Scalar>
+void largest_unscaled(const Exec& exec, Vertex n, const double* scale, const Scalar* x, double* largest) {
+  Kokkos::parallel_reduce(
+      "mfs::largest_unscaled", Kokkos::RangePolicy<Exec, Kokkos::IndexType<Offset>>(exec, 0, n),
+      KOKKOS_LAMBDA(Offset i, double& most) {
+        const double size = magnitude(x[i]) / scale[i];
+        if (size > most) most = size;
+      },
+      maximum_at<Exec>(largest));
+}
+
 /// *found = 1 if an entry is NaN or infinite, else 0 or less.
 template <class Exec, class Scalar>
 void find_nonfinite(const Exec& exec, Offset count, const Scalar* x, double* found) {

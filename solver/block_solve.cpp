@@ -41,7 +41,8 @@ BlockSolve<Scalar>::BlockSolve(const Options& options, Phases& phases, MatrixFac
       phases_(phases),
       factors_(factors),
       report_(report),
-      controls_{tolerance_of<Scalar>(options.solve), options.solve.max_refinement_steps} {}
+      controls_{tolerance_of<Scalar>(options.solve), options.solve.max_refinement_steps,
+                options.solve.row_floor} {}
 
 template <class Scalar>
 void BlockSolve<Scalar>::solve(Columns<Scalar> all) {

@@ -23,6 +23,8 @@ void check_options(const Options& options) {
   }
   if (options.factor.max_reanalyses < 0) refuse("max_reanalyses", "must not be negative");
   if (!(options.solve.tolerance >= 0)) refuse("tolerance", "must not be negative");
+  if (!(options.solve.row_floor >= 0 && options.solve.row_floor <= 1))
+    refuse("row_floor", "must be in [0, 1]");
   if (options.solve.max_refinement_steps < 0) refuse("max_refinement_steps", "must not be negative");
   check_backend(options.backend);
 }

@@ -36,6 +36,10 @@ double flops_per_matrix_entry(Backend backend) {
   return backend == Backend::serial ? 30.0 : backend == Backend::openmp ? 300.0 : 15000.0;
 }
 
+/// What is tiny in a correction of Newton's method needs no accuracy of its own, and what a planar mechanism
+/// has across its plane is rounding: with MFS' tolerance, rows of the scaled system are solved to 1e-14.
+constexpr double kRowFloor = 0.01;
+
 /// FGMRES is not begun where fewer steps are worth a factorization.
 constexpr double kFewSteps = 3.0;
 
@@ -54,6 +58,7 @@ RCP<Factory> make_mfs(const IntegratorOptions& options) {
   Teuchos::ParameterList parameters;
   parameters.set("Backend", std::string(backend_name(options.backend)));
   parameters.set("Threads", options.threads);
+  parameters.set("RowFloor", kRowFloor);
   return make_strategy("MFS", parameters);
 }
 

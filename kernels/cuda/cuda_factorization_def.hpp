@@ -227,15 +227,15 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
     SolveOutcome outcome;
     enter(b, flip);
     substitute(b.count, flip, false);
-    outcome.backward_error = measure(b, transposed, nullptr);
+    outcome.backward_error = measure(b, transposed, controls.row_floor, nullptr);
     const Stopwatch refining;
     double before = std::numeric_limits<double>::max();  // a first step for every finite error
     while (outcome.backward_error > controls.tolerance && outcome.backward_error <= before / 2 &&
            outcome.refinement_steps < controls.max_steps) {
-      measure(b, transposed, substitution_.v);
+      measure(b, transposed, controls.row_floor, substitution_.v);
       substitute(b.count, flip, true);
       before = outcome.backward_error;
-      outcome.backward_error = measure(b, transposed, nullptr);
+      outcome.backward_error = measure(b, transposed, controls.row_floor, nullptr);
       ++outcome.refinement_steps;
     }
     if (outcome.refinement_steps > 0) outcome.time_ladder = refining.seconds();
@@ -293,14 +293,20 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
   }
 
   // The backward error of x_; where r is given, what is left of b goes there in elimination order.
-  double measure(const Columns<const V>& b, const TransposedPattern* transposed, S* r) {
+  double measure(const Columns<const V>& b, const TransposedPattern* transposed, double row_floor, S* r) {
     const Offset n = plan().n;
     const RowAccess<V> rows = device_rows(transposed);
-    stream_.clear(device_error_, sizeof(double));
+    stream_.clear(device_error_, (1 + kSolveColumns) * sizeof(double));
+    const RowFloors floors{row_floor, device_error_ + 1};
     with_width(b.count, [&](auto k) {
+      if (row_floor > 0) {
+        largest_unscaled_unknowns<k()>
+            <<<std::min(blocks(n * k()), kMostReducingBlocks), kVectorThreads, 0, stream_.get()>>>(
+                n, side(transposed != nullptr).scale, static_cast<const V*>(x_), device_error_ + 1);
+      }
       constexpr int kLanes = k() == 1 ? kResidualLanes : k();
       residual_in_elimination_order<k()><<<blocks(n * kLanes), kVectorThreads, 0, stream_.get()>>>(
-          n, rows, side(!transposed), b, static_cast<const V*>(x_), r, device_error_);
+          n, rows, side(!transposed), b, static_cast<const V*>(x_), r, floors, device_error_);
     });
     check_launch("residual");
     return read_error();
@@ -329,7 +335,7 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
     const Offset x = layout.add(block * sizeof(V)), v = layout.add(block * sizeof(S)),
                  y = layout.add(block * sizeof(S)),
                  border = layout.add(static_cast<Offset>(plan().border.size()) * width * sizeof(S)),
-                 error = layout.add(sizeof(double));
+                 error = layout.add((1 + kSolveColumns) * sizeof(double));
     const bool fits = layout.total() <= stages_.spare_bytes();
     if (!fits) vectors_ = std::make_unique<DeviceArena>(layout.total());
     char* const base = fits ? static_cast<char*>(stages_.spare()) : vectors_->template at<char>(0);
@@ -405,7 +411,7 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
   RowAccess<V> transposed_rows_{};
   Vertex width_ = 0;  // of the vectors
   V *b_, *x_;
-  double* device_error_;
+  double* device_error_;  // and what the rows of each column count at least
   typename DeviceStages<S, V>::Vectors substitution_{};
   mutable bool pivots_read_ = false;
   mutable std::vector<Vertex> local_row_;

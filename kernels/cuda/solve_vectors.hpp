@@ -15,6 +15,8 @@ namespace mfs::cuda {
 constexpr int kVectorThreads = 256;
 /// Lanes that share a row of the matrix where there is one column; of more, each has a lane.
 constexpr int kResidualLanes = 8;
+/// Blocks that a reduction over a vector is shared by.
+constexpr unsigned kMostReducingBlocks = 1024;
 
 /// A caller's vectors.
 template <class V>
@@ -64,24 +66,49 @@ __global__ void __launch_bounds__(kVectorThreads) write_columns(Offset n, const 
   }
 }
 
-// The largest of all threads' values, none of them negative or NaN: as unsigned integers they have the same
-// order.
+// Numbers that are not negative have the same order as unsigned integers.
+__device__ inline unsigned long long order_of(double value) {
+  return static_cast<unsigned long long>(__double_as_longlong(value));
+}
+
+// The largest of all threads' values, none of them negative or NaN.
 __device__ inline void raise_to(double* largest, double value) {
 #pragma unroll
   for (int step = kWarp / 2; step > 0; step /= 2)
     value = fmax(value, __shfl_xor_sync(0xffffffffu, value, step));
   if (threadIdx.x % kWarp == 0 && value > 0) {
-    atomicMax(reinterpret_cast<unsigned long long*>(largest),
-              static_cast<unsigned long long>(__double_as_longlong(value)));
+    atomicMax(reinterpret_cast<unsigned long long*>(largest), order_of(value));
   }
 }
+
+/// largest[c] = the largest |x(i, c)| / scale[i]; zero before. Any number of blocks.
+template <int K, class V>
+__global__ void __launch_bounds__(kVectorThreads)
+    largest_unscaled_unknowns(Offset n, const double* scale, const V* x, double* largest) {
+  static_assert(kVectorThreads % K == 0);
+  const Offset stride = static_cast<Offset>(gridDim.x) * kVectorThreads;
+  double most = 0;
+  for (Offset at = blockIdx.x * static_cast<Offset>(kVectorThreads) + threadIdx.x; at < n * K; at += stride)
+    most = fmax(most, magnitude(x[at]) / scale[at / K]);
+  if constexpr (K == 1) {
+    raise_to(largest, most);
+  } else if (most > 0) {
+    atomicMax(reinterpret_cast<unsigned long long*>(largest + threadIdx.x % K), order_of(most));
+  }
+}
+
+/// What the rows of column c count at least: part * largest[c] / scale of the row; nothing where part is 0.
+struct RowFloors {
+  double part;
+  const double* largest;
+};
 
 /// *worst = the largest backward error of all columns; zero before. Where `r` is not null the rows are taken
 /// by position, and r(position) = scale * (b - A x), ready for a step of refinement.
 template <int K, class S, class V>
 __global__ void __launch_bounds__(kVectorThreads)
     residual_in_elimination_order(Offset n, RowAccess<V> a, Side side, Columns<const V> b, const V* x, S* r,
-                                  double* worst) {
+                                  RowFloors floors, double* worst) {
   constexpr int kLanes = K == 1 ? kResidualLanes : K;
   constexpr double kBeyond = 1.7976931348623157e308;
   const double kInfinity = __longlong_as_double(0x7ff0000000000000ll);
@@ -109,6 +136,7 @@ __global__ void __launch_bounds__(kVectorThreads)
     const Sum right = widened(b.data[i + column * b.ld]);
     sum += right;
     size += magnitude(right);
+    if (floors.part > 0) size += floors.part * floors.largest[column] / side.scale[i];
     const double off = magnitude(sum);
     // A size beyond the range would make any residual look small: it counts as infinite, too. NaN compares
     // false: written so that it counts as infinite.

@@ -244,6 +244,7 @@ TEST(Amesos2Parameters, EveryNameOfTheDocumentation) {
     list.set("MaxReanalyses", 2);
     list.set("Tolerance", 1e-13);
     list.set("MaxRefinementSteps", 5);
+    list.set("RowFloor", 0.5);
     list.set("DumpPrefix", "");
     list.set("Verbosity", 0);
   };
@@ -273,6 +274,7 @@ TEST(Amesos2Parameters, WrongOnesAreRefused) {
   refused([](auto& list) { list.set("Tolerance", -1e-12); });
   refused([](auto& list) { list.set("Tolerance", std::nan("")); });
   refused([](auto& list) { list.set("PivotTolerance", 2.0); });
+  refused([](auto& list) { list.set("RowFloor", 2.0); });
   refused([](auto& list) { list.set("Threads", -1); });
   refused([](auto& list) { list.set("Threads", 2.0); });
   refused([](auto& list) { list.set("MaxBlockSize", 0); });

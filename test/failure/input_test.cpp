@@ -199,6 +199,9 @@ TEST(Input, OptionsOutOfRange) {
   for (const double tolerance : {-1e-9, kNan}) {
     refused("tolerance", [=](Options& o) { o.solve.tolerance = tolerance; });
   }
+  for (const double part : {-1e-9, 1.01, kNan}) {
+    refused("row_floor", [=](Options& o) { o.solve.row_floor = part; });
+  }
   refused("max_refinement_steps", [](Options& o) { o.solve.max_refinement_steps = -1; });
 }
 

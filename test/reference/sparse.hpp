@@ -113,13 +113,15 @@ std::vector<Scalar> multiply(const BasicSparseMatrix<Scalar>& a, const std::vect
   return b;
 }
 
-/// max_i |b - A x|_i / (|A| |x| + |b|)_i, 0/0 taken as 0, anything that is not a number as infinity.
+/// max_i |b - A x|_i / ((|A| |x| + |b|)_i + floor), 0/0 taken as 0, anything that is not a number as
+/// infinity.
 template <class Scalar>
-double backward_error(const BasicSparseMatrix<Scalar>& a, const Scalar* b, const Scalar* x) {
+double backward_error(const BasicSparseMatrix<Scalar>& a, const Scalar* b, const Scalar* x,
+                      double floor = 0) {
   double worst = 0;
   for (std::int64_t i = 0; i < a.n; ++i) {
     Wide<Scalar> residual = b[i];
-    long double size = std::abs(residual);
+    long double size = std::abs(residual) + floor;
     for (std::int64_t k = a.offsets[i]; k < a.offsets[i + 1]; ++k) {
       const Wide<Scalar> product = Wide<Scalar>(a.values[k]) * Wide<Scalar>(x[a.columns[k]]);
       residual -= product;

@@ -112,6 +112,40 @@ TEST(Accuracy, NearlySingularMatrices) {
   }
 }
 
+// What the report says is the error of this formula, with factors that leave one to be seen.
+TEST(Accuracy, RowFloorRaisesWhatRowsAreMeasuredBy) {
+  const SparseMatrix a = random_diagonally_dominant(150, 4, 5), at = transposed(a);
+  for (const Backend backend : backends()) {
+    for (const double part : {0.0, 0.5}) {
+      Options options = with_threads(2);
+      options.backend = backend;
+      options.analysis.scaling = false;
+      options.factor.precision = Precision::single;
+      options.solve = {1.0, 0, part};
+      Solver solver(options);
+      solver.factor(a.view());
+      for (const bool transpose : {false, true}) {
+        for (const std::int64_t nrhs : {1, 3}) {
+          SCOPED_TRACE(std::to_string(nrhs) + (transpose ? " transposed" : ""));
+          const SparseMatrix& m = transpose ? at : a;
+          const std::vector<double> sizes{1e6, 1e-6};
+          const std::vector<double> b = right_hand_sides(m, nrhs, m.n, 11, sizes);
+          std::vector<double> x(b.size());
+          (solver.*(transpose ? &Solver::solve_transpose : &Solver::solve))(b.data(), x.data(), nrhs, 0, 0);
+          double worst = 0;
+          for (std::int64_t j = 0; j < nrhs; ++j) {
+            const double* const solution = x.data() + j * m.n;
+            double largest = 0;
+            for (std::int64_t i = 0; i < m.n; ++i) largest = std::max(largest, std::abs(solution[i]));
+            worst = std::max(worst, backward_error(m, b.data() + j * m.n, solution, part * largest));
+          }
+          EXPECT_NEAR(solver.report().backward_error, worst, 1e-6 * worst);
+        }
+      }
+    }
+  }
+}
+
 // Products that overflow or vanish must not pass for a small residual.
 TEST(Accuracy, EntriesAtTheEndsOfTheRange) {
   for (const double size : {1e-308, 1e-300, 1e300, 1.7e308}) {

@@ -30,8 +30,8 @@ std::vector<StageProblem<double>> problems() {
 }
 
 std::unique_ptr<Factorization<double>> factorization(const StageProblem<double>& problem, HostSpace space,
-                                                     int threads) {
-  auto made = make_factorization<double>(space, false, problem.plan, problem.pattern, threads);
+                                                     int threads, bool narrow = false) {
+  auto made = make_factorization<double>(space, narrow, problem.plan, problem.pattern, threads);
   std::copy(problem.values.begin(), problem.values.end(), made->matrix_values());
   std::copy(problem.row_scale.begin(), problem.row_scale.end(), made->row_scale());
   std::copy(problem.column_scale.begin(), problem.column_scale.end(), made->column_scale());
@@ -88,6 +88,45 @@ TEST(Factorization, SolvesAsTheReferenceDoes) {
     std::vector<double> first = run(problem, HostSpace::openmp, 2).solutions;
     first.resize(n);
     EXPECT_LT(difference(first, x), 1e-10);
+  }
+}
+
+/// max_i |b - A x|_i / (|A| |x| + |b| + f)_i with f_i = part * max_j |x_j / c_j| / r_i.
+double floored_error(const SparseMatrix& a, const double* b, const double* x, double part,
+                     const std::vector<double>& r, const std::vector<double>& c) {
+  double largest = 0, worst = 0;
+  for (std::int64_t j = 0; j < a.n; ++j) largest = std::max(largest, std::abs(x[j] / c[j]));
+  for (std::int64_t i = 0; i < a.n; ++i) {
+    long double residual = b[i], size = std::abs(b[i]) + part * largest / r[i];
+    for (std::int64_t k = a.offsets[i]; k < a.offsets[i + 1]; ++k) {
+      residual -= static_cast<long double>(a.values[k]) * x[a.columns[k]];
+      size += std::abs(static_cast<long double>(a.values[k]) * x[a.columns[k]]);
+    }
+    worst = std::max(worst, static_cast<double>(std::abs(residual) / size));
+  }
+  return worst;
+}
+
+// With factors of single precision and no refinement there is an error to be seen.
+TEST(Factorization, MeasuresRowsByTheirFloor) {
+  for (const StageProblem<double>& problem : problems()) {
+    const SparseMatrix a{problem.plan->n, problem.pattern->offsets, problem.pattern->columns, problem.values};
+    in_engine(2, [&] {
+      const auto numeric = factorization(problem, HostSpace::openmp, 2, true);
+      numeric->factor(1e-4, {});
+      for (const bool transpose : {false, true}) {
+        const TransposedPattern pattern = mfs::transpose(*problem.pattern, 1);
+        std::vector<double> b = Random(5).vector(a.n);
+        b[0] *= 1e6;
+        std::copy(b.begin(), b.end(), numeric->rhs(1));
+        const SolveOutcome outcome = numeric->solve(1, transpose ? &pattern : nullptr, {1.0, 0, 0.25});
+        const std::vector<double>&r = transpose ? problem.column_scale : problem.row_scale,
+              &c = transpose ? problem.row_scale : problem.column_scale;
+        const double expected =
+            floored_error(transpose ? transposed(a) : a, b.data(), numeric->solution(), 0.25, r, c);
+        EXPECT_NEAR(outcome.backward_error, expected, 1e-6 * expected);
+      }
+    });
   }
 }
 

@@ -107,7 +107,7 @@ struct Report {
   int refinement_steps = 0;
   int krylov_steps = 0;               ///< of FGMRES, where refinement stalled
   std::int64_t corrected_pivots = 0;  ///< perturbed pivots taken back by an exact low-rank correction
-  double backward_error = 0;          ///< componentwise, the worst of the last solve's right-hand sides
+  double backward_error = 0;          ///< componentwise (SolveOptions), the worst of the last solve's columns
 };
 
 }  // namespace mfs

@@ -98,9 +98,7 @@ TEST_P(DaeModels, RunAndLeaveWhatTheySay) {
 
 // Equation (9) of Jung and Bae (Multibody System Dynamics 2017): the largest difference of a result, relative
 // to its largest value.
-using DaeBackends = DaeModels;
-
-TEST_P(DaeBackends, Agree) {
+TEST_P(DaeModels, BackendsAgree) {
   run("openmp");
   run("serial");
   const Table openmp = read_table(folder_.path("openmp/time_series.csv")),
@@ -119,7 +117,5 @@ TEST_P(DaeBackends, Agree) {
 
 INSTANTIATE_TEST_SUITE_P(OfTheLibrary, DaeModels,
                          testing::Values("crank_piston", "suspension", "bell_crank"));
-// Steps of the planar crank_piston hang on rounding (docs/design.md, section 10).
-INSTANTIATE_TEST_SUITE_P(OfTheLibrary, DaeBackends, testing::Values("suspension", "bell_crank"));
 
 }  // namespace

@@ -45,7 +45,7 @@ MFS_INLINE InverseStretch inverse_stretch(const double* strain) {
 MFS_INLINE void neo_hookean_stress(const SolidConstants& c, const double* strain, double* stress) {
   const InverseStretch s = inverse_stretch(strain);
   for (int k = 0; k < 6; ++k)
-    stress[k] = (k < 3 ? c.mu : 0.0) + (c.lambda * s.log_j - c.mu) * s.inverse[kVoigt[k][0]][kVoigt[k][1]];
+    stress[k] = (k < 3 ? c.mu : 0.0) + (c.lambda * s.log_j - c.mu) * s.inverse[voigt(k, 0)][voigt(k, 1)];
 }
 
 MFS_INLINE void neo_hookean_stiffness(const SolidConstants& c, const double* strain, double* d) {
@@ -53,23 +53,23 @@ MFS_INLINE void neo_hookean_stiffness(const SolidConstants& c, const double* str
   const double mu = c.mu - c.lambda * s.log_j;
   for (int k = 0; k < 6; ++k)
     for (int l = 0; l < 6; ++l) {
-      const int a = kVoigt[k][0], b = kVoigt[k][1], e = kVoigt[l][0], f = kVoigt[l][1];
+      const int a = voigt(k, 0), b = voigt(k, 1), e = voigt(l, 0), f = voigt(l, 1);
       d[6 * k + l] = c.lambda * s.inverse[a][b] * s.inverse[e][f] +
                      mu * (s.inverse[a][e] * s.inverse[b][f] + s.inverse[a][f] * s.inverse[b][e]);
     }
 }
 
-/// Voigt components of all points: [component][point].
-template <ElementKind kind>
+/// Voigt components of the points: [component][point].
+template <ElementKind kind, class Held = AllPoints<kind>>
 struct PointVoigt {
-  alignas(64) double value[6][Sizes<kind>::points];
+  alignas(64) double value[6][Held::count];
 };
 
 // stress (+)= factor * law(strain) at every point.
-template <ElementKind kind, class Law>
-MFS_INLINE void at_points(const double (*strain)[Sizes<kind>::points], const Law& law,
-                          PointVoigt<kind>& stress) {
-  for (int p = 0; p < Sizes<kind>::points; ++p) {
+template <ElementKind kind, class Held, class Law>
+MFS_INLINE void at_points(const double (*strain)[Held::count], const Law& law,
+                          PointVoigt<kind, Held>& stress) {
+  for (int p = 0; p < Held::count; ++p) {
     double e[6], s[6];
     for (int k = 0; k < 6; ++k) e[k] = strain[k][p];
     law(e, s);
@@ -77,35 +77,35 @@ MFS_INLINE void at_points(const double (*strain)[Sizes<kind>::points], const Law
   }
 }
 
-template <ElementKind kind>
-MFS_INLINE void hooke_stresses(const SolidConstants& c, const double (*strain)[Sizes<kind>::points],
-                               PointVoigt<kind>& stress) {
+template <ElementKind kind, class Held>
+MFS_INLINE void hooke_stresses(const SolidConstants& c, const double (*strain)[Held::count],
+                               PointVoigt<kind, Held>& stress) {
   at_points<kind>(
       strain, [&](const double* e, double* s) { hooke_stress(c, e, s); }, stress);
 }
 
-template <ElementKind kind>
-MFS_INLINE void elastic_stresses(const SolidConstants& c, const double (*strain)[Sizes<kind>::points],
-                                 PointVoigt<kind>& stress) {
+template <ElementKind kind, class Held>
+MFS_INLINE void elastic_stresses(const SolidConstants& c, const double (*strain)[Held::count],
+                                 PointVoigt<kind, Held>& stress) {
   if (c.law == MaterialLaw::st_venant_kirchhoff) return hooke_stresses<kind>(c, strain, stress);
   at_points<kind>(
       strain, [&](const double* e, double* s) { neo_hookean_stress(c, e, s); }, stress);
 }
 
 /// The stiffness at every point, [point][36]; one for all where the law is linear.
-template <ElementKind kind>
+template <ElementKind kind, class Held = AllPoints<kind>>
 struct PointStiffness {
   bool same;
-  alignas(64) double value[Sizes<kind>::points][36];
+  alignas(64) double value[Held::count][36];
   MFS_INLINE const double* at(int p) const { return value[same ? 0 : p]; }
 };
 
-template <ElementKind kind>
-MFS_INLINE void stiffnesses(const SolidConstants& c, const double (*strain)[Sizes<kind>::points],
-                            PointStiffness<kind>& out) {
+template <ElementKind kind, class Held>
+MFS_INLINE void stiffnesses(const SolidConstants& c, const double (*strain)[Held::count],
+                            PointStiffness<kind, Held>& out) {
   out.same = c.law == MaterialLaw::st_venant_kirchhoff;
   if (out.same) return hooke_stiffness(c, out.value[0]);
-  for (int p = 0; p < Sizes<kind>::points; ++p) {
+  for (int p = 0; p < Held::count; ++p) {
     double e[6];
     for (int k = 0; k < 6; ++k) e[k] = strain[k][p];
     neo_hookean_stiffness(c, e, out.value[p]);

@@ -1,7 +1,10 @@
-// Quantities at all integration points of one element, the point as the last index: the loops over points and
+// Quantities at the integration points of one element, the point as the last index: the loops over points and
 // over columns are what the compiler turns into wide instructions. Sizes are known at compile time.
 // Everything here is inlined into the three functions of solid_kernels.cpp that are compiled for several
-// processor levels.
+// processor levels, and into the kernels of a device (cuda/solid_force.cpp): one source for both. A thread of
+// the host holds all points of an element. On a device each lane of a warp holds one, and the lanes of an
+// element add up what is summed over its points. `Held` says which it is: Held::count points are here, number
+// Held::point(p) of the element is the p-th of them, and Held::sum(x) is x of all who hold some.
 #pragma once
 
 #include <cmath>
@@ -10,7 +13,11 @@
 #include "dae/fem/shape.hpp"
 #include "dae/fem/solid_kernels.hpp"
 
+#ifdef __CUDACC__
+#define MFS_INLINE __host__ __device__ __forceinline__
+#else
 #define MFS_INLINE [[gnu::always_inline]] inline
+#endif
 
 namespace mfs::dae {
 
@@ -23,18 +30,28 @@ struct Sizes {
   static constexpr int node_stride = (nodes + 7) / 8 * 8;  ///< of rows over nodes
 };
 
-/// dN_i / dX_a as gradient[a][i][point], and the integration weight times det(dX/dxi).
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+/// One thread holds all points of an element.
 template <ElementKind kind>
+struct AllPoints {
+  static constexpr int count = Sizes<kind>::points;
+  MFS_INLINE static int point(int p) { return p; }
+  MFS_INLINE static double sum(double x) { return x; }
+};
+
+/// dN_i / dX_a as gradient[a][i][point], and the integration weight times det(dX/dxi).
+template <ElementKind kind, class Held = AllPoints<kind>>
 struct PointGradients {
-  alignas(64) double gradient[3][Sizes<kind>::nodes][Sizes<kind>::points];
-  alignas(64) double weight[Sizes<kind>::points];
+  alignas(64) double gradient[3][Sizes<kind>::nodes][Held::count];
+  alignas(64) double weight[Held::count];
 };
 
 /// F (or F'), f[3 c + a][point] = dx_c / dX_a; and the strain (or its rate) that belongs to it.
-template <ElementKind kind>
+template <ElementKind kind, class Held = AllPoints<kind>>
 struct Deformation {
-  alignas(64) double f[9][Sizes<kind>::points];
-  alignas(64) double strain[6][Sizes<kind>::points];
+  alignas(64) double f[9][Held::count];
+  alignas(64) double strain[6][Held::count];
 };
 
 /// Gradients on the reference cell in the layout of PointGradients, and the weights of the rule.
@@ -56,10 +73,9 @@ const PointGradients<kind>& cell_gradients() {
 }
 
 // sum[3 c + a][point] = sum over the nodes of x_i[c] * gradient[a][i][point].
-template <ElementKind kind>
-MFS_INLINE void nodal_sum(const PointGradients<kind>& g, const double* x,
-                          double (*sum)[Sizes<kind>::points]) {
-  constexpr int points = Sizes<kind>::points;
+template <ElementKind kind, class Held>
+MFS_INLINE void nodal_sum(const PointGradients<kind, Held>& g, const double* x, double (*sum)[Held::count]) {
+  constexpr int points = Held::count;
   for (int c = 0; c < 3; ++c)
     for (int a = 0; a < 3; ++a) {
       double total[points] = {};
@@ -83,10 +99,11 @@ MFS_INLINE double adjugate_at(const Matrix& m, int r, int c, int p) {
   return m[3 * c1 + r1][p] * m[3 * c2 + r2][p] - m[3 * c1 + r2][p] * m[3 * c2 + r1][p];
 }
 
-template <ElementKind kind>
-MFS_INLINE void reference_gradients(const double* nodes, PointGradients<kind>& out) {
-  constexpr int points = Sizes<kind>::points;
-  const PointGradients<kind>& cell = cell_gradients<kind>();
+/// Gradients of an element whose nodes lie at `nodes`, from those on the reference cell.
+template <ElementKind kind, class Held>
+MFS_INLINE void reference_gradients(const PointGradients<kind, Held>& cell, const double* nodes,
+                                    PointGradients<kind, Held>& out) {
+  constexpr int points = Held::count;
   alignas(64) double j[9][points], inverse[9][points];
   nodal_sum<kind>(cell, nodes, j);
   for (int p = 0; p < points; ++p) {
@@ -103,33 +120,37 @@ MFS_INLINE void reference_gradients(const double* nodes, PointGradients<kind>& o
                                 cell.gradient[2][i][p] * inverse[6 + a][p];
 }
 
-// Two indices of each Voigt component.
-constexpr int kVoigt[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {1, 2}, {0, 2}};
+// The first or second index (which = 0 or 1) of a Voigt component. A function, because code of a device sees
+// no arrays of the host.
+MFS_INLINE int voigt(int component, int which) {
+  static constexpr int indices[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {1, 2}, {0, 2}};
+  return indices[component][which];
+}
 
 /// Green strain; NaN where the element is turned inside out.
-template <ElementKind kind>
-MFS_INLINE void deform(const PointGradients<kind>& g, const double* q, Deformation<kind>& out) {
+template <ElementKind kind, class Held>
+MFS_INLINE void deform(const PointGradients<kind, Held>& g, const double* q, Deformation<kind, Held>& out) {
   nodal_sum<kind>(g, q, out.f);
   for (int k = 0; k < 6; ++k) {
-    const int a = kVoigt[k][0], b = kVoigt[k][1];
-    for (int p = 0; p < Sizes<kind>::points; ++p) {
+    const int a = voigt(k, 0), b = voigt(k, 1);
+    for (int p = 0; p < Held::count; ++p) {
       const double product =
           out.f[a][p] * out.f[b][p] + out.f[3 + a][p] * out.f[3 + b][p] + out.f[6 + a][p] * out.f[6 + b][p];
-      const double sound = determinant_at(out.f, p) > 0 ? 0.0 : std::numeric_limits<double>::quiet_NaN();
+      const double sound = determinant_at(out.f, p) > 0 ? 0.0 : kNaN;
       out.strain[k][p] = (k < 3 ? 0.5 * (product - 1) : product) + sound;
     }
   }
 }
 
 /// F' and E' = sym(F^T F').
-template <ElementKind kind>
-MFS_INLINE void deform_rate(const PointGradients<kind>& g, const double* v, const Deformation<kind>& elastic,
-                            Deformation<kind>& out) {
+template <ElementKind kind, class Held>
+MFS_INLINE void deform_rate(const PointGradients<kind, Held>& g, const double* v,
+                            const Deformation<kind, Held>& elastic, Deformation<kind, Held>& out) {
   nodal_sum<kind>(g, v, out.f);
   for (int k = 0; k < 6; ++k) {
-    const int a = kVoigt[k][0], b = kVoigt[k][1];
+    const int a = voigt(k, 0), b = voigt(k, 1);
     const double share = k < 3 ? 0.5 : 1.0;
-    for (int p = 0; p < Sizes<kind>::points; ++p) {
+    for (int p = 0; p < Held::count; ++p) {
       double sum = 0;
       for (int c = 0; c < 9; c += 3)
         sum += elastic.f[c + a][p] * out.f[c + b][p] + out.f[c + a][p] * elastic.f[c + b][p];
@@ -151,7 +172,7 @@ MFS_INLINE void strain_rows(const PointGradients<kind>& g, const Deformation<kin
         f[a][3 * i + c] = d.f[3 * c + a][p];
       }
   for (int k = 0; k < 6; ++k) {
-    const int a = kVoigt[k][0], b = kVoigt[k][1];
+    const int a = voigt(k, 0), b = voigt(k, 1);
     if (a == b)
       for (int n = 0; n < stride; ++n) rows[k * stride + n] = f[a][n] * gradient[a][n];
     else

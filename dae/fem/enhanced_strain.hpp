@@ -1,19 +1,23 @@
 // The enhanced strains of hex8 (see solid_kernels.hpp); nothing for the other elements.
 //
 // A mode is a constant tensor times one coordinate of the cell. The tensors are the symmetric products of the
-// rows of J0^-1, in Voigt form basis[pair]; mode m is basis[kModePair[m]] * xi[kModeAxis[m]] * j0 / j.
+// rows of J0^-1, in Voigt form basis[pair]; mode m is basis[mode_pair(m)] * xi[mode_axis(m)] * j0 / j.
 // Integrals of a mode with anything need the moments of that thing with the three coordinates only.
 #pragma once
-
-#include <algorithm>
 
 #include "dae/fem/constitutive.hpp"
 
 namespace mfs::dae {
 
 constexpr int kModes = 9;
-constexpr int kModePair[kModes] = {0, 1, 2, 3, 3, 4, 4, 5, 5};
-constexpr int kModeAxis[kModes] = {0, 1, 2, 0, 1, 1, 2, 0, 2};
+MFS_INLINE int mode_pair(int mode) {
+  static constexpr int pair[kModes] = {0, 1, 2, 3, 3, 4, 4, 5, 5};
+  return pair[mode];
+}
+MFS_INLINE int mode_axis(int mode) {
+  static constexpr int axis[kModes] = {0, 1, 2, 0, 1, 1, 2, 0, 2};
+  return axis[mode];
+}
 
 /// L D L^T of the 9 x 9 matrix of the modes, L with unit diagonal below it, D on it.
 struct ModeFactors {
@@ -49,18 +53,20 @@ struct RowMoments {
   alignas(64) double value[3][6 * Sizes<kind>::stride] = {};
 };
 
-template <ElementKind kind>
+template <ElementKind kind, class Held = AllPoints<kind>>
 struct Enhancement {
   static constexpr int modes = 0;
-  MFS_INLINE void prepare(const SolidConstants&, const double*, const PointGradients<kind>&) {}
-  MFS_INLINE void enhance(const SolidConstants&, double (*)[Sizes<kind>::points]) const {}
-  MFS_INLINE void enhance_linear(const SolidConstants&, double (*)[Sizes<kind>::points]) const {}
+  using Gradients = PointGradients<kind, Held>;
+  MFS_INLINE void prepare(const SolidConstants&, const double*, const Gradients&, const Gradients&) {}
+  MFS_INLINE void enhance(const SolidConstants&, double (*)[Held::count]) const {}
+  MFS_INLINE void enhance_linear(const SolidConstants&, double (*)[Held::count]) const {}
 };
 
-template <>
-struct Enhancement<ElementKind::hex8> {
+template <class Held>
+struct Enhancement<ElementKind::hex8, Held> {
   static constexpr ElementKind kind = ElementKind::hex8;
-  static constexpr int modes = kModes, points = Sizes<kind>::points, stride = Sizes<kind>::stride;
+  static constexpr int modes = kModes, points = Held::count, stride = Sizes<kind>::stride;
+  using Gradients = PointGradients<kind, Held>;
   static constexpr int kMostNewtonSteps = 30;
 
   double basis[6][6];
@@ -69,31 +75,31 @@ struct Enhancement<ElementKind::hex8> {
   double xi[3][points];
   ModeFactors linear;  ///< int M^T D M dV of Hooke's law: one factorization serves strains, rates and tangent
 
-  MFS_INLINE void prepare(const SolidConstants& c, const double* nodes,
-                          const PointGradients<kind>& reference) {
-    const PointGradients<kind>& cell = cell_gradients<kind>();
+  MFS_INLINE void prepare(const SolidConstants& c, const double* nodes, const Gradients& cell,
+                          const Gradients& reference) {
     double j[9][1] = {}, rows[3][3];
     for (int i = 0; i < Sizes<kind>::nodes; ++i)
       for (int a = 0; a < 3; ++a) {
         double slope = 0;  // of shape function i at the centre: the mean over the points
-        for (int p = 0; p < points; ++p) slope += cell.gradient[a][i][p] / points;
+        for (int p = 0; p < points; ++p) slope += cell.gradient[a][i][p] / Sizes<kind>::points;
         for (int c = 0; c < 3; ++c) j[3 * c + a][0] += nodes[3 * i + c] * slope;
       }
+    for (auto& entry : j) entry[0] = Held::sum(entry[0]);
     det0 = determinant_at(j, 0);
     const double scale = std::cbrt(det0) / det0;  // rows of J0^-1 without a unit
     for (int r = 0; r < 3; ++r)
       for (int c = 0; c < 3; ++c) rows[r][c] = scale * adjugate_at(j, r, c, 0);
     for (int pair = 0; pair < 6; ++pair)
       for (int k = 0; k < 6; ++k) {
-        const double *first = rows[kVoigt[pair][0]], *second = rows[kVoigt[pair][1]];
-        const int a = kVoigt[k][0], b = kVoigt[k][1];
+        const double *first = rows[voigt(pair, 0)], *second = rows[voigt(pair, 1)];
+        const int a = voigt(k, 0), b = voigt(k, 1);
         basis[pair][k] = k < 3 ? first[a] * second[a] : first[a] * second[b] + first[b] * second[a];
       }
     for (int p = 0; p < points; ++p) {
       ratio[p] = det0 / reference.weight[p];  // the weights of the rule are 1
-      for (int a = 0; a < 3; ++a) xi[a][p] = (p >> a & 1) != 0 ? kGauss : -kGauss;
+      for (int a = 0; a < 3; ++a) xi[a][p] = (Held::point(p) >> a & 1) != 0 ? kGauss : -kGauss;
     }
-    PointStiffness<kind> hooke;
+    PointStiffness<kind, Held> hooke;
     hooke.same = true;
     hooke_stiffness(c, hooke.value[0]);
     factor(hooke, linear);
@@ -103,8 +109,8 @@ struct Enhancement<ElementKind::hex8> {
   MFS_INLINE void enhance(const SolidConstants& c, double (*strain)[points]) const {
     enhance_linear(c, strain);
     if (c.law == MaterialLaw::st_venant_kirchhoff) return;
-    PointVoigt<kind> stress;
-    PointStiffness<kind> stiffness;
+    PointVoigt<kind, Held> stress;
+    PointStiffness<kind, Held> stiffness;
     ModeFactors factors;
     for (int step = 0; step < kMostNewtonSteps; ++step) {
       elastic_stresses<kind>(c, strain, stress);
@@ -112,18 +118,18 @@ struct Enhancement<ElementKind::hex8> {
       factor(stiffness, factors);
       if (correct(stress, factors, strain) <= kSmallestStep) return;
     }
-    for (int p = 0; p < points; ++p) strain[0][p] = std::numeric_limits<double>::quiet_NaN();
+    for (int p = 0; p < points; ++p) strain[0][p] = kNaN;
   }
 
   /// The same for Hooke's law, whatever the law of `c`.
   MFS_INLINE void enhance_linear(const SolidConstants& c, double (*strain)[points]) const {
-    PointVoigt<kind> stress;
+    PointVoigt<kind, Held> stress;
     hooke_stresses<kind>(c, strain, stress);
     correct(stress, linear, strain);
   }
 
-  /// int M^T D M dV, factored.
-  MFS_INLINE void factor(const PointStiffness<kind>& stiffness, ModeFactors& factors) const {
+  /// int M^T D M dV, factored. Where D is the same at all points, only moments have to be summed over them.
+  MFS_INLINE void factor(const PointStiffness<kind, Held>& stiffness, ModeFactors& factors) const {
     for (auto& row : factors.l)
       for (double& value : row) value = 0;
     for (int first = 0; first < points; first += stiffness.same ? points : 1) {
@@ -132,6 +138,9 @@ struct Enhancement<ElementKind::hex8> {
       for (int p = first; p < end; ++p)
         for (int a = 0; a < 3; ++a)
           for (int b = 0; b < 3; ++b) moment[a][b] += det0 * ratio[p] * xi[a][p] * xi[b][p];
+      if (stiffness.same)
+        for (auto& row : moment)
+          for (double& value : row) value = Held::sum(value);
       const double* d = stiffness.at(first);
       for (int i = 0; i < 6; ++i)
         for (int k = 0; k < 6; ++k) {
@@ -144,9 +153,12 @@ struct Enhancement<ElementKind::hex8> {
           for (int k = 0; k < 6; ++k) modes_stiffness[i][j] += product[i][k] * basis[j][k];
         }
       for (int m = 0; m < kModes; ++m)
-        for (int n = 0; n < kModes; ++n)
-          factors.l[m][n] += moment[kModeAxis[m]][kModeAxis[n]] * modes_stiffness[kModePair[m]][kModePair[n]];
+        for (int n = 0; n <= m; ++n)
+          factors.l[m][n] += moment[mode_axis(m)][mode_axis(n)] * modes_stiffness[mode_pair(m)][mode_pair(n)];
     }
+    if (!stiffness.same)
+      for (int m = 0; m < kModes; ++m)
+        for (int n = 0; n <= m; ++n) factors.l[m][n] = Held::sum(factors.l[m][n]);
     factors.factor();
   }
 
@@ -160,7 +172,7 @@ struct Enhancement<ElementKind::hex8> {
       for (int n = 0; n < stride; ++n) {
         double sum = 0;
         for (int k = 0; k < 6; ++k)
-          sum += basis[kModePair[m]][k] * moments.value[kModeAxis[m]][k * stride + n];
+          sum += basis[mode_pair(m)][k] * moments.value[mode_axis(m)][k * stride + n];
         out[m * stride + n] = sum;
       }
   }
@@ -170,20 +182,22 @@ struct Enhancement<ElementKind::hex8> {
   static constexpr double kSmallestStep = 1e-13;             ///< of a strain; convergence is quadratic
 
   // One Newton step: alpha = - factors^-1 int M^T stress dV, strain += M alpha. The largest |alpha|.
-  MFS_INLINE double correct(const PointVoigt<kind>& stress, const ModeFactors& factors,
+  MFS_INLINE double correct(const PointVoigt<kind, Held>& stress, const ModeFactors& factors,
                             double (*strain)[points]) const {
     double moment[3][6] = {}, alpha[kModes], sum[3][6] = {}, largest = 0;
     for (int a = 0; a < 3; ++a)
       for (int k = 0; k < 6; ++k)
         for (int p = 0; p < points; ++p) moment[a][k] += det0 * xi[a][p] * stress.value[k][p];
+    for (auto& row : moment)
+      for (double& value : row) value = Held::sum(value);
     for (int m = 0; m < kModes; ++m) {
       alpha[m] = 0;
-      for (int k = 0; k < 6; ++k) alpha[m] -= basis[kModePair[m]][k] * moment[kModeAxis[m]][k];
+      for (int k = 0; k < 6; ++k) alpha[m] -= basis[mode_pair(m)][k] * moment[mode_axis(m)][k];
     }
     factors.solve(alpha);
     for (int m = 0; m < kModes; ++m) {
-      largest = std::max(std::abs(alpha[m]), largest);
-      for (int k = 0; k < 6; ++k) sum[kModeAxis[m]][k] += basis[kModePair[m]][k] * alpha[m];
+      largest = std::abs(alpha[m]) < largest ? largest : std::abs(alpha[m]);  // NaN stays
+      for (int k = 0; k < 6; ++k) sum[mode_axis(m)][k] += basis[mode_pair(m)][k] * alpha[m];
     }
     for (int k = 0; k < 6; ++k)
       for (int p = 0; p < points; ++p)

@@ -1,66 +1,17 @@
 #include "dae/fem/solid_kernels.hpp"
 
-#include "dae/fem/constitutive.hpp"
-#include "dae/fem/enhanced_strain.hpp"
 #include "dae/fem/row_product.hpp"
+#include "dae/fem/solid_force.hpp"
 #include "kernels/simd_clones.hpp"
 
 namespace mfs::dae {
 
 namespace {
 
-// Strains and stresses at the points of one element; rates and viscous stress where there is viscosity.
-template <ElementKind kind>
-struct Response {
-  PointGradients<kind> reference;
-  Enhancement<kind> enhancement;
-  Deformation<kind> elastic, rate;
-  PointVoigt<kind> stress;
-};
-
-template <ElementKind kind>
-MFS_INLINE void respond(const SolidConstants& c, const double* nodes, const double* q, const double* v,
-                        Response<kind>& r) {
-  reference_gradients<kind>(nodes, r.reference);
-  r.enhancement.prepare(c, nodes, r.reference);
-  deform<kind>(r.reference, q, r.elastic);
-  r.enhancement.enhance(c, r.elastic.strain);
-  elastic_stresses<kind>(c, r.elastic.strain, r.stress);
-  if (c.beta == 0) return;
-  deform_rate<kind>(r.reference, v, r.elastic, r.rate);
-  r.enhancement.enhance_linear(c, r.rate.strain);
-  PointVoigt<kind> viscous;
-  hooke_stresses<kind>(c, r.rate.strain, viscous);
-  for (int k = 0; k < 6; ++k)
-    for (int p = 0; p < Sizes<kind>::points; ++p) r.stress.value[k][p] += c.beta * viscous.value[k][p];
-}
-
-// Row b of S at a point, as a function of the column: its place in Voigt order.
-constexpr int kVoigtOf[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};
-
 template <ElementKind kind>
 MFS_INLINE void force_of(const SolidConstants& c, const double* nodes, const double* q, const double* v,
                          double* force) {
-  constexpr int points = Sizes<kind>::points;
-  Response<kind> r;
-  respond<kind>(c, nodes, q, v, r);
-  alignas(64) double first[3][3][points];  // F S, times the weight
-  for (int i = 0; i < 3; ++i)
-    for (int a = 0; a < 3; ++a)
-      for (int p = 0; p < points; ++p)
-        first[i][a][p] =
-            r.reference.weight[p] * (r.elastic.f[3 * i][p] * r.stress.value[kVoigtOf[0][a]][p] +
-                                     r.elastic.f[3 * i + 1][p] * r.stress.value[kVoigtOf[1][a]][p] +
-                                     r.elastic.f[3 * i + 2][p] * r.stress.value[kVoigtOf[2][a]][p]);
-  for (int node = 0; node < Sizes<kind>::nodes; ++node)
-    for (int i = 0; i < 3; ++i) {
-      double sum[points];
-      for (int p = 0; p < points; ++p)
-        sum[p] = first[i][0][p] * r.reference.gradient[0][node][p] +
-                 first[i][1][p] * r.reference.gradient[1][node][p] +
-                 first[i][2][p] * r.reference.gradient[2][node][p];
-      for (int p = 0; p < points; ++p) force[3 * node + i] += sum[p];
-    }
+  add_force<kind>(c, cell_gradients<kind>(), nodes, q, v, force);
 }
 
 // The rows whose products are the material parts of the derivatives: force_q += left^T by_q over `count_q`
@@ -179,7 +130,7 @@ MFS_INLINE void add_initial_stress(const Response<kind>& r, double* force_q) {
     for (int a = 0; a < 3; ++a)
       for (int i = 0; i < nodes; ++i) {
         double sum = 0;
-        for (int b = 0; b < 3; ++b) sum += r.stress.value[kVoigtOf[a][b]][p] * r.reference.gradient[b][i][p];
+        for (int b = 0; b < 3; ++b) sum += r.stress.value[voigt_of(a, b)][p] * r.reference.gradient[b][i][p];
         left[(3 * p + a) * stride + i] = r.reference.gradient[a][i][p];
         right[(3 * p + a) * stride + i] = r.reference.weight[p] * sum;
       }
@@ -208,7 +159,7 @@ MFS_INLINE void tangent_of(const SolidConstants& c, const double* nodes, const d
   Response<kind> r;
   TangentRows<kind> rows;
   alignas(64) double product[n * stride];
-  respond<kind>(c, nodes, q, v, r);
+  respond<kind>(c, cell_gradients<kind>(), nodes, q, v, r);
   material_rows<kind>(c, r, rows);
 
   if (force_q != nullptr) {
@@ -226,14 +177,14 @@ template <ElementKind kind>
 MFS_INLINE void cauchy_of(SolidConstants c, const double* nodes, const double* q, double* stress) {
   c.beta = 0;
   Response<kind> r;
-  respond<kind>(c, nodes, q, nullptr, r);
+  respond<kind>(c, cell_gradients<kind>(), nodes, q, nullptr, r);
   const auto& f = r.elastic.f;
   for (int p = 0; p < Sizes<kind>::points; ++p)
     for (int k = 0; k < 6; ++k) {
       double sum = 0;
       for (int a = 0; a < 3; ++a)
         for (int b = 0; b < 3; ++b)
-          sum += f[3 * kVoigt[k][0] + a][p] * r.stress.value[kVoigtOf[a][b]][p] * f[3 * kVoigt[k][1] + b][p];
+          sum += f[3 * voigt(k, 0) + a][p] * r.stress.value[voigt_of(a, b)][p] * f[3 * voigt(k, 1) + b][p];
       stress[6 * p + k] = sum / determinant_at(f, p);
     }
 }

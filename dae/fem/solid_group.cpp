@@ -4,6 +4,7 @@
 #include <mfs/error.hpp>
 #include <utility>
 
+#include "dae/fem/device_force.hpp"
 #include "dae/fem/element_mass.hpp"
 
 namespace mfs::dae {
@@ -14,6 +15,11 @@ constexpr int kMostNodes = 20;
 
 void require(bool sound, const std::string& body, const std::string& field, const char* rule) {
   if (!sound) throw InvalidInput("body " + body + ", " + field, rule);
+}
+
+SolidInertia inertia_of(const SolidOptions& options) {
+  const auto& g = options.gravity;
+  return {options.mass == MassKind::lumped, options.damping_alpha, {g[0], g[1], g[2]}};
 }
 
 }  // namespace
@@ -30,7 +36,8 @@ SolidGroup::SolidGroup(std::string body, std::shared_ptr<const Mesh> mesh, const
       mesh_(std::move(mesh)),
       nodes_(nodes_per_element(mesh_->kind)),
       constants_{material.law, material.lame_lambda(), material.shear_modulus(), options.damping_beta},
-      options_(options) {
+      options_(options),
+      first_coordinate_(first_coordinate) {
   check_material(material, body_);
   require(std::isfinite(options.damping_alpha) && options.damping_alpha >= 0, body_, "damping_alpha",
           "must not be negative");
@@ -102,20 +109,16 @@ void SolidGroup::residual(int e, const LocalState& state, LocalResidual& residua
   double nodes[3 * kMostNodes], acceleration[3 * kMostNodes];
   gather_nodes(e, nodes);
   add_internal_force(mesh_->kind, constants_, nodes, state.q, state.v, residual.force);
-  for (int n = 0; n < 3 * nodes_; ++n)
-    acceleration[n] =
-        state.a[n] + options_.damping_alpha * state.v[n] - options_.gravity[static_cast<std::size_t>(n % 3)];
-  const double* mass = &mass_[place(e, mass_entries())];
-  if (options_.mass == MassKind::lumped) {
-    for (int n = 0; n < 3 * nodes_; ++n) residual.force[n] += mass[n / 3] * acceleration[n];
-    return;
-  }
+  const SolidInertia inertia = inertia_of(options_);
+  for (int n = 0; n < 3 * nodes_; ++n) acceleration[n] = inertia.acceleration(state.a[n], state.v[n], n % 3);
   for (int i = 0; i < nodes_; ++i)
-    for (int j = 0; j <= i; ++j, ++mass)
-      for (int k = 0; k < 3; ++k) {
-        residual.force[3 * i + k] += *mass * acceleration[3 * j + k];
-        if (j < i) residual.force[3 * j + k] += *mass * acceleration[3 * i + k];
-      }
+    inertia.add_row(
+        i, nodes_, &mass_[place(e, mass_entries())], [&](int j, int k) { return acceleration[3 * j + k]; },
+        residual.force + 3 * i);
+}
+
+std::unique_ptr<DeviceForce> SolidGroup::device_force(int threads) const {
+  return make_device_force({*mesh_, constants_, inertia_of(options_), mass_, first_coordinate_}, threads);
 }
 
 // matrix (3 nodes x 3 nodes) += factor * mass

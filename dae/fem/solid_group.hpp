@@ -41,6 +41,7 @@ class SolidGroup : public ElementGroup {
   LocalStructure structure() const override;
   void residual(int e, const LocalState& state, LocalResidual& residual) const override;
   void tangent(int e, const LocalState& state, LocalTangent& tangent) const override;
+  std::unique_ptr<DeviceForce> device_force(int threads) const override;
   std::string name(int e) const override;
 
   const std::string& body() const { return body_; }
@@ -65,6 +66,7 @@ class SolidGroup : public ElementGroup {
   int nodes_;  // of an element
   SolidConstants constants_;
   SolidOptions options_;
+  int first_coordinate_;
   std::vector<int> coordinates_;
   std::vector<double> mass_;
 };

@@ -17,10 +17,12 @@ int first_free(std::uint64_t used) {
 
 }  // namespace
 
-Colouring colour_elements(const std::vector<std::shared_ptr<const ElementGroup>>& groups, int coordinates) {
+Colouring colour_elements(const std::vector<std::shared_ptr<const ElementGroup>>& groups, int coordinates,
+                          const std::set<int>& left_out) {
   std::vector<std::uint64_t> used(static_cast<std::size_t>(coordinates));
   std::array<std::vector<ElementId>, kColours + 1> elements;  // the last: without a colour
-  for (std::size_t g = 0; g < groups.size(); ++g)
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    if (left_out.count(static_cast<int>(g)) != 0) continue;
     for (int e = 0; e < groups[g]->size(); ++e) {
       const int* first = groups[g]->coordinates(e);
       const int* last = first + groups[g]->local_coordinates();
@@ -31,6 +33,7 @@ Colouring colour_elements(const std::vector<std::shared_ptr<const ElementGroup>>
       if (colour < kColours)
         for (const int* i = first; i != last; ++i) used[*i] |= std::uint64_t{1} << colour;
     }
+  }
 
   Colouring colouring;
   const auto append = [&](const std::vector<ElementId>& some) {

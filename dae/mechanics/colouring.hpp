@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <set>
 #include <vector>
 
 #include "dae/mechanics/element_group.hpp"
@@ -25,7 +26,8 @@ struct Colouring {
 };
 
 /// Greedy: each element, group by group, takes the first colour that none of its coordinates (`coordinates`
-/// in all) has.
-Colouring colour_elements(const std::vector<std::shared_ptr<const ElementGroup>>& groups, int coordinates);
+/// in all) has. Groups whose number is in `left_out` are passed over.
+Colouring colour_elements(const std::vector<std::shared_ptr<const ElementGroup>>& groups, int coordinates,
+                          const std::set<int>& left_out = {});
 
 }  // namespace mfs::dae

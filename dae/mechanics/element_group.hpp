@@ -5,7 +5,9 @@
 // shares up.
 #pragma once
 
+#include <memory>
 #include <string>
+#include <vector>
 
 #include "dae/mechanics/constrained_system.hpp"
 
@@ -44,6 +46,17 @@ struct LocalStructure {
   bool constant_force_v = false;
 };
 
+/// F of all elements of a group at once, by a device that works beside the host.
+class DeviceForce {
+ public:
+  virtual ~DeviceForce() = default;
+  /// Begins to evaluate it; `state` has been read when this returns. What was begun before and not taken is
+  /// dropped.
+  virtual void begin(const StateView& state) = 0;
+  /// Waits for what was begun and adds it to `force` (n).
+  virtual void add_to(std::vector<double>& force) = 0;
+};
+
 /// Immutable once it is part of a system; its functions are called by several threads at once.
 class ElementGroup {
  public:
@@ -58,6 +71,10 @@ class ElementGroup {
 
   virtual void residual(int e, const LocalState& state, LocalResidual& residual) const = 0;
   virtual void tangent(int e, const LocalState& state, LocalTangent& tangent) const = 0;
+
+  /// The same as `residual` of all elements, on a device; null: this group is left to the host. `threads`: of
+  /// the host, for the copies. Throws BackendError, OutOfMemory.
+  virtual std::unique_ptr<DeviceForce> device_force(int /*threads*/) const { return nullptr; }
 
   /// What an error message calls element e: "joint crank_pin", "body arm, element 17".
   virtual std::string name(int e) const = 0;

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <exception>
 #include <limits>
+#include <set>
 #include <utility>
 
 #include <mfs/error.hpp>
@@ -88,7 +89,8 @@ struct Workspace {
 
 class Multibody final : public ConstrainedSystem {
  public:
-  Multibody(Groups groups, std::vector<BodyCoordinates> bodies, int coordinates, int threads);
+  Multibody(Groups groups, std::vector<BodyCoordinates> bodies, int coordinates, int threads,
+            Backend backend);
 
   int coordinates() const override { return n_; }
   int constraints() const override { return m_; }
@@ -100,6 +102,7 @@ class Multibody final : public ConstrainedSystem {
   double coordinate_scale(int coordinate) const override { return body_of(coordinate).scale; }
 
  private:
+  std::set<int> make_device_forces();
   void number_constraints();
   void find_constraint_blocks();
   const BodyCoordinates& body_of(int coordinate) const;
@@ -108,7 +111,8 @@ class Multibody final : public ConstrainedSystem {
   }
 
   template <class Work>
-  void for_each_element(const std::vector<char>& group_takes_part, Work work) const;
+  void for_each_element(const Colouring& colouring, const std::vector<char>& group_takes_part,
+                        Work work) const;
   void add_residual(ElementId id, const StateView& state, Residual& residual, Workspace& work) const;
   void add_tangent(ElementId id, const StateView& state, Tangent& tangent, BlockSet blocks,
                    Workspace& work) const;
@@ -124,11 +128,13 @@ class Multibody final : public ConstrainedSystem {
   std::array<ForceBlock, 3> force_blocks_;  // as kForceBlocks
   std::vector<std::vector<int>>
       column_rank_;  // of each group with constraints: where each coordinate is in its rows
-  Colouring colouring_;
+  Colouring colouring_, residual_colouring_;  // the second without the groups of device_forces_
+  std::vector<std::unique_ptr<DeviceForce>> device_forces_;
   mutable std::vector<Workspace> workspaces_;  // of each thread
 };
 
-Multibody::Multibody(Groups groups, std::vector<BodyCoordinates> bodies, int coordinates, int threads)
+Multibody::Multibody(Groups groups, std::vector<BodyCoordinates> bodies, int coordinates, int threads,
+                     Backend backend)
     : groups_(std::move(groups)), bodies_(std::move(bodies)), n_(coordinates), threads_(threads) {
   std::size_t nq = 0, nc = 0;
   for (const auto& group : groups_) {
@@ -141,8 +147,21 @@ Multibody::Multibody(Groups groups, std::vector<BodyCoordinates> bodies, int coo
   force_blocks_ = find_force_blocks(groups_, structure_, n_, threads_, pattern_);
   find_constraint_blocks();
   colouring_ = colour_elements(groups_, n_);
+  const std::set<int> on_device = backend == Backend::cuda ? make_device_forces() : std::set<int>();
+  residual_colouring_ = on_device.empty() ? colouring_ : colour_elements(groups_, n_, on_device);
   workspaces_.assign(static_cast<std::size_t>(threads_), Workspace(nq, nc));
   for (Workspace& work : workspaces_) work.runs.reserve(nq + 1);  // a copy has no room of its own
+}
+
+/// The numbers of the groups whose F a device evaluates.
+std::set<int> Multibody::make_device_forces() {
+  std::set<int> groups;
+  for (std::size_t g = 0; g < groups_.size(); ++g)
+    if (auto force = groups_[g]->device_force(threads_)) {
+      device_forces_.push_back(std::move(force));
+      groups.insert(static_cast<int>(g));
+    }
+  return groups;
 }
 
 void Multibody::number_constraints() {
@@ -189,14 +208,15 @@ void Multibody::find_constraint_blocks() {
 /// Calls work(element, workspace) for all elements of the groups that take part, in the order of the
 /// colouring.
 template <class Work>
-void Multibody::for_each_element(const std::vector<char>& group_takes_part, Work work) const {
+void Multibody::for_each_element(const Colouring& colouring, const std::vector<char>& group_takes_part,
+                                 Work work) const {
   FirstFailure failure;
   const auto visit = [&](std::size_t k, Workspace& workspace) {
-    const ElementId id = colouring_.order[k];
+    const ElementId id = colouring.order[k];
     if (group_takes_part[id.group] != 0) failure.watch(k, [&] { work(id, workspace); });
   };
-  const auto& order = colouring_.order;
-  const auto& start = colouring_.colour_start;
+  const auto& order = colouring.order;
+  const auto& start = colouring.colour_start;
 #pragma omp parallel num_threads(threads_) if (start.size() > 1)
   {
     Workspace& workspace = workspaces_[static_cast<std::size_t>(omp_get_thread_num())];
@@ -215,9 +235,11 @@ void clear(std::vector<double>& values, int threads) {
 }
 
 void Multibody::evaluate(const StateView& state, Residual& residual) const {
+  for (const auto& force : device_forces_) force->begin(state);
   clear(residual.force, threads_);
-  for_each_element(std::vector<char>(groups_.size(), 1),
+  for_each_element(residual_colouring_, std::vector<char>(groups_.size(), 1),
                    [&](ElementId id, Workspace& work) { add_residual(id, state, residual, work); });
+  for (const auto& force : device_forces_) force->add_to(residual.force);
 }
 
 void Multibody::evaluate(const StateView& state, Tangent& tangent, BlockSet blocks) const {
@@ -226,7 +248,7 @@ void Multibody::evaluate(const StateView& state, Tangent& tangent, BlockSet bloc
   }
   std::vector<char> has_some;
   for (const BlockSet of_group : blocks_) has_some.push_back(of_group.meets(blocks) ? 1 : 0);
-  for_each_element(has_some,
+  for_each_element(colouring_, has_some,
                    [&](ElementId id, Workspace& work) { add_tangent(id, state, tangent, blocks, work); });
 }
 
@@ -367,12 +389,13 @@ void MultibodyBuilder::add(std::shared_ptr<const ElementGroup> group) {
   if (group->size() > 0) groups_.push_back(std::move(group));
 }
 
-std::unique_ptr<ConstrainedSystem> MultibodyBuilder::build(int threads) const {
+std::unique_ptr<ConstrainedSystem> MultibodyBuilder::build(int threads, Backend backend) const {
   if (threads < 0) throw InvalidInput("threads", "negative");
   const int n = static_cast<int>(q_.size());
   if (n == 0) throw InvalidInput("bodies", "there are no coordinates");
   for (const auto& group : groups_) check_coordinates(*group, n);
-  return std::make_unique<Multibody>(groups_, bodies_, n, threads > 0 ? threads : omp_get_max_threads());
+  return std::make_unique<Multibody>(groups_, bodies_, n, threads > 0 ? threads : omp_get_max_threads(),
+                                     backend);
 }
 
 }  // namespace mfs::dae

@@ -31,7 +31,7 @@ MeasuredJoint rows_of(const Joint& joint, const ConstrainedSystem& system) {
 
 }  // namespace
 
-MultibodyModel make_model(const Json& json, const std::string& folder, int threads) {
+MultibodyModel make_model(const Json& json, const std::string& folder, int threads, Backend backend) {
   JsonObject file(json, "");
   ModelParts parts;
   MultibodyModel& model = parts.model;
@@ -55,8 +55,9 @@ MultibodyModel make_model(const Json& json, const std::string& folder, int threa
     model.integrator = read_integrator(integrator);
   }
   file.finish();
-  model.system = parts.builder.build(threads);
+  model.system = parts.builder.build(threads, backend);
   model.integrator.threads = threads;
+  model.integrator.backend = backend;
   for (const std::string& joint : reactions)
     model.joints.push_back(rows_of(parts.joints.at(joint), *model.system));
   model.q0 = parts.builder.initial_q();

@@ -60,9 +60,11 @@ struct MultibodyModel {
   std::vector<double> q0, v0;  ///< as the file has them; the integrator makes them consistent
 };
 
-/// `folder`: what paths in the file start from. `threads`: of the assembly; 0: all. Throws InvalidInput with
-/// the place in the file and the name of the body or joint.
-MultibodyModel make_model(const Json& json, const std::string& folder, int threads = 0);
+/// `folder`: what paths in the file start from. `threads`: of the assembly and the solver; 0: all. `backend`:
+/// of both. Throws InvalidInput with the place in the file and the name of the body or joint, and what
+/// MultibodyBuilder::build throws.
+MultibodyModel make_model(const Json& json, const std::string& folder, int threads = 0,
+                          Backend backend = Backend::openmp);
 
 /// Sets "refine" of every mesh that a generator makes. Throws InvalidInput where there is none.
 void refine_meshes(Json& json, int refine);

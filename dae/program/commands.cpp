@@ -28,10 +28,7 @@ MultibodyModel load(const Command& command) {
   Json json = read_json(command.model);
   if (command.refine > 0) refine_meshes(json, command.refine);
   const std::string folder = std::filesystem::path(command.model).parent_path().string();
-  MultibodyModel model = make_model(json, folder, command.threads);
-  model.integrator.backend = command.backend;
-  model.integrator.threads = command.threads;
-  return model;
+  return make_model(json, folder, command.threads, command.backend);
 }
 
 Integrator make_integrator(const MultibodyModel& model) {

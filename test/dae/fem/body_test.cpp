@@ -1,7 +1,9 @@
 // A flexible body as a whole: mass and inertia, gravity, damping, and what is refused.
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <mfs/error.hpp>
+#include <mfs/version.hpp>
 
 #include "test/dae/fem/element_fixtures.hpp"
 
@@ -150,6 +152,13 @@ std::string refusal(const Mesh& mesh, const Material& material, const SolidOptio
     return error.what();
   }
   return "accepted";
+}
+
+TEST(Solid, HasNoForceOnADeviceThatIsNotThere) {
+  const std::vector<Backend> usable = backends();
+  if (std::count(usable.begin(), usable.end(), Backend::cuda) > 0) GTEST_SKIP() << "there is one";
+  const SolidGroup body = make_body(box_mesh({1, 1, 1}, {1, 1, 1}, ElementKind::hex8), {});
+  EXPECT_THROW((void)body.device_force(1), BackendError);
 }
 
 TEST(Solid, RefusesWhatMakesNoSense) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cmath>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -47,8 +48,48 @@ class ArtificialGroup final : public dae::ElementGroup {
   }
 
   int throws_at = -1;
+  /// Plays a group that a device evaluates: how often it was begun and taken.
+  struct Device {
+    int begun = 0, taken = 0;
+  };
+  std::shared_ptr<Device> device;
+
+  std::unique_ptr<dae::DeviceForce> device_force(int) const override {
+    return device == nullptr ? nullptr : std::make_unique<Played>(*this);
+  }
 
  private:
+  // The same sum as the host's, by itself.
+  class Played final : public dae::DeviceForce {
+   public:
+    explicit Played(const ArtificialGroup& group) : group_(group) {}
+    void begin(const dae::StateView& state) override {
+      ++group_.device->begun;
+      sum_.clear();
+      const auto nq = static_cast<std::size_t>(group_.nq_);
+      std::vector<double> q(nq), v(nq), a(nq);
+      for (int e = 0; e < group_.size(); ++e) {
+        const int* c = group_.coordinates(e);
+        for (std::size_t k = 0; k < nq; ++k) {
+          q[k] = state.q[c[k]];
+          v[k] = state.v[c[k]];
+          a[k] = state.a[c[k]];
+        }
+        sum_.resize(sum_.size() + nq);
+        dae::LocalResidual residual{&sum_[sum_.size() - nq], nullptr, nullptr, nullptr};
+        group_.residual(e, {state.t, q.data(), v.data(), a.data(), nullptr}, residual);
+      }
+    }
+    void add_to(std::vector<double>& force) override {
+      ++group_.device->taken;
+      for (std::size_t k = 0; k < sum_.size(); ++k) force[group_.coordinates_[k]] += sum_[k];
+    }
+
+   private:
+    const ArtificialGroup& group_;
+    std::vector<double> sum_;
+  };
+
   static double number(int e, int k, int kind) { return std::sin(1.0 + e + 0.37 * k + 11.0 * kind); }
   void fill(double* block, dae::LocalStructure::Kind kind, int e, int seed, const dae::LocalState& s) const {
     using Kind = dae::LocalStructure::Kind;

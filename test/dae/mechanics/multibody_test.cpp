@@ -221,6 +221,29 @@ TEST(Multibody, ResultsDoNotDependOnTheNumberOfThreads) {
   }
 }
 
+TEST(Multibody, LeavesForcesToADeviceThatIsAskedFor) {
+  const int n = 45;
+  const Parts parts = random_parts(4, n);
+  const auto host = parts.builder.build(2);
+  Residual expected = make_residual(*host), residual = expected;
+  host->evaluate(parts.state(), expected);
+
+  const auto device = std::make_shared<ArtificialGroup::Device>();
+  for (const int g : {0, 4}) parts.groups[g]->device = device;  // those without constraints
+  const auto system = parts.builder.build(2, Backend::cuda);
+  for (int evaluation = 1; evaluation <= 2; ++evaluation) {
+    system->evaluate(parts.state(), residual);
+    EXPECT_EQ(device->begun, 2 * evaluation);
+    EXPECT_EQ(device->taken, 2 * evaluation);
+    for (int i = 0; i < n; ++i) EXPECT_NEAR(residual.force[i], expected.force[i], 1e-13);
+    EXPECT_EQ(residual.position, expected.position);
+    EXPECT_EQ(residual.acceleration, expected.acceleration);
+  }
+  parts.builder.build(2)->evaluate(parts.state(), residual);
+  EXPECT_EQ(residual.force, expected.force);
+  EXPECT_EQ(device->begun, 4);
+}
+
 TEST(Multibody, ABlockIsConstantWhenAllItsGroupsAre) {
   for (const bool second_constant : {true, false}) {
     MultibodyBuilder builder;

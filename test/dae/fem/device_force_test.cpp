@@ -1,0 +1,176 @@
+// Forces of a body on the device beside those of the host, element by element summed plainly.
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <limits>
+#include <mfs/error.hpp>
+#include <new>
+
+#include "kernels/cuda/faults.hpp"
+#include "test/dae/fem/element_fixtures.hpp"
+#include "test/solver/on_device.hpp"
+
+namespace mfs::dae::testing {
+namespace {
+
+constexpr int kFirst = 5;  // coordinate of node 0: the body is not alone in its system
+constexpr int kAfter = 4;  // coordinates behind it
+
+// Boxes that have these numbers of elements at least, as cubic as can be: coordinates much larger than an
+// element would cost digits of its strains on either side.
+std::array<int, 3> divisions_for(int elements) {
+  int k = 1;
+  while (k * k * k < elements) ++k;
+  return {k, k, k};
+}
+
+SolidGroup body_of(ElementKind kind, int elements, const Material& material, const SolidOptions& options) {
+  Mesh mesh = distorted_box(kind, {1.0, 0.8, 0.6}, divisions_for(elements), 3);
+  mesh.elements.resize(static_cast<std::size_t>(elements * nodes_per_element(kind)));
+  return SolidGroup("body", std::make_shared<const Mesh>(std::move(mesh)), material, options, kFirst);
+}
+
+struct State {
+  Eigen::VectorXd q, v, a;
+  StateView view() const { return {0.0, q.data(), v.data(), a.data(), nullptr}; }
+};
+
+// A rotated body with strains of some per cent.
+State random_state(const SolidGroup& body, int elements, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  const double amount = 0.01 / divisions_for(elements)[0];
+  const Eigen::Matrix3d r = random_rotation(random);
+  const Eigen::VectorXd nodes =
+      map_nodes(body.mesh(), [&](const Eigen::Vector3d& x) { return Eigen::Vector3d(r * x); });
+  const Eigen::Index n = kFirst + nodes.size() + kAfter;
+  State s{Eigen::VectorXd(n), Eigen::VectorXd(n), Eigen::VectorXd(n)};
+  for (Eigen::Index i = 0; i < n; ++i) {
+    s.q(i) = amount * uniform(random);
+    s.v(i) = 20 * amount * uniform(random);
+    s.a(i) = uniform(random);
+  }
+  s.q.segment(kFirst, nodes.size()) += nodes;
+  return s;
+}
+
+std::vector<double> device_force(DeviceForce& device, const State& state) {
+  std::vector<double> force(static_cast<std::size_t>(state.q.size()), 1.0);  // it is added to what is there
+  device.begin(state.view());
+  device.add_to(force);
+  for (double& f : force) f -= 1.0;
+  return force;
+}
+
+// The largest sum over the elements of |F| that one coordinate gets: what rounding is relative to.
+double size_of_terms(const SolidGroup& body, const State& state) {
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(state.q.size());
+  const int n = body.local_coordinates();
+  for (int e = 0; e < body.size(); ++e) {
+    const Eigen::Map<const Eigen::VectorXi> where(body.coordinates(e), n);
+    const Eigen::VectorXd q = state.q(where), v = state.v(where), a = state.a(where);
+    Eigen::VectorXd force = Eigen::VectorXd::Zero(n);
+    LocalResidual residual{force.data(), nullptr, nullptr, nullptr};
+    body.residual(e, {0, q.data(), v.data(), a.data(), nullptr}, residual);
+    sum(where) += force.cwiseAbs();
+  }
+  return sum.maxCoeff();
+}
+
+using Case = std::tuple<ElementKind, MaterialLaw, double, MassKind, int>;
+
+class DeviceForceOf : public mfs::test::OnDevice, public ::testing::WithParamInterface<Case> {};
+
+TEST_P(DeviceForceOf, ABodyIsThatOfTheHost) {
+  const auto [kind, law, beta, mass, elements] = GetParam();
+  SolidOptions options;
+  options.mass = mass;
+  options.damping_alpha = 3.0;
+  options.damping_beta = beta;
+  options.gravity = {1, -2, -9.81};
+  const unsigned seed = std::random_device{}();
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  const SolidGroup body = body_of(kind, elements, {law, 200.0, 0.3, 5.0}, options);
+  const State state = random_state(body, elements, seed);
+  const Eigen::VectorXd expected = body_force(body, state.q, state.v, state.a);
+  ASSERT_TRUE(expected.allFinite());
+
+  const auto device = body.device_force(2);
+  const std::vector<double> force = device_force(*device, state);
+  const double tolerance = 1e-13 * std::max(1.0, size_of_terms(body, state));
+  for (std::size_t i = 0; i < force.size(); ++i)
+    ASSERT_NEAR(force[i], expected(static_cast<Eigen::Index>(i)), tolerance) << "coordinate " << i;
+
+  EXPECT_EQ(device_force(*device, state), force);
+  EXPECT_EQ(device_force(*body.device_force(1), state), force);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, DeviceForceOf,
+                         ::testing::Combine(::testing::ValuesIn(kKinds),
+                                            ::testing::Values(MaterialLaw::st_venant_kirchhoff,
+                                                              MaterialLaw::neo_hookean),
+                                            ::testing::Values(0.0, 0.01),
+                                            ::testing::Values(MassKind::consistent, MassKind::lumped),
+                                            ::testing::Values(1, 31, 33, 257)));
+
+class Device : public mfs::test::OnDevice {
+ protected:
+  void TearDown() override { cuda::planned_fault = nullptr; }
+
+  const SolidGroup body_ = body_of(ElementKind::hex8, 8, {}, {});
+};
+
+TEST_F(Device, DropsWhatWasNotTaken) {
+  const State first = random_state(body_, 8, 1), second = random_state(body_, 8, 2);
+  const auto device = body_.device_force(1);
+  const std::vector<double> expected = device_force(*device, second);
+  device->begin(first.view());
+  EXPECT_EQ(device_force(*device, second), expected);
+}
+
+// On the host, too, this is no exception: the step above is rejected.
+TEST_F(Device, AnElementTurnedInsideOutGivesNotANumber) {
+  State state = random_state(body_, 8, 1);
+  const int* coordinates = body_.coordinates(0);
+  for (int k = 0; k < 3; ++k) std::swap(state.q(coordinates[k]), state.q(coordinates[18 + k]));
+  const std::vector<double> force = device_force(*body_.device_force(1), state);
+  for (int n = 0; n < body_.local_coordinates(); ++n)
+    EXPECT_TRUE(std::isnan(force[static_cast<std::size_t>(coordinates[n])]));
+}
+
+TEST_F(Device, EveryCallThatFailsIsToldAndForgotten) {
+  const State state = random_state(body_, 8, 1);
+  const std::vector<double> expected = device_force(*body_.device_force(1), state);
+  bool met = true;
+  for (long n = 0; met; ++n) {
+    SCOPED_TRACE("call " + std::to_string(n));
+    const auto sound = body_.device_force(1);
+    cuda::Fault fault{n};
+    const auto use = [&](bool make_one) {
+      cuda::planned_fault = &fault;
+      bool told = true;
+      try {
+        if (make_one) (void)device_force(*body_.device_force(1), state);
+        if (!make_one) (void)device_force(*sound, state);
+        told = false;
+      } catch (const BackendError&) {
+        EXPECT_EQ(fault.kind, cuda::CallKind::runtime);
+      } catch (const OutOfMemory&) {
+        EXPECT_EQ(fault.kind, cuda::CallKind::device_memory);
+      } catch (const std::bad_alloc&) {
+        EXPECT_EQ(fault.kind, cuda::CallKind::host_memory);
+      }
+      cuda::planned_fault = nullptr;
+      EXPECT_EQ(told, fault.met);
+    };
+    use(false);
+    EXPECT_EQ(device_force(*sound, state), expected);
+    fault = {n};
+    use(true);
+    met = fault.met;
+    ASSERT_LT(n, 100);
+  }
+}
+
+}  // namespace
+}  // namespace mfs::dae::testing

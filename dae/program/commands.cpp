@@ -14,15 +14,12 @@
 #include "dae/program/run_report.hpp"
 #include "ordering/stopwatch.hpp"
 #include "solver/program/output_file.hpp"
+#include "solver/program/summary.hpp"
 
 namespace mfs::dae {
 namespace {
 
 using program::ExitCode;
-
-void print(const std::string& text) {
-  io::OutputFile("-").write(text);
-}
 
 MultibodyModel load(const Command& command) {
   Json json = read_json(command.model);
@@ -62,8 +59,8 @@ void draw(const std::string& folder) {
   const PlotOutcome plots = draw_plots(folder);
   if (!plots.trouble.empty()) fmt::print(stderr, "mfs-dae: no plots: {}\n", plots.trouble);
   std::string text;
-  for (const std::string& file : plots.files) text += fmt::format("{:<15} {}\n", "plot", file);
-  print(text);
+  for (const std::string& file : plots.files) text += program::labelled("plot", file);
+  io::print(text);
 }
 
 }  // namespace
@@ -92,7 +89,7 @@ ExitCode run_model(const Command& command) {
   }
   if (json) json->write(run_json(result) + "\n");
   if (command.json != "-") {
-    print(run_summary(result) + fmt::format("{:<15} {}/result.pvd\n", "ParaView", command.folder));
+    io::print(run_summary(result) + program::labelled("ParaView", command.folder + "/result.pvd"));
     draw(command.folder);
   }
   return ExitCode::solved;
@@ -101,10 +98,10 @@ ExitCode run_model(const Command& command) {
 ExitCode check_model(const Command& command) {
   const MultibodyModel model = load(command);
   make_integrator(model);  // checks its options
-  print(fmt::format("{}: {} flexible and {} rigid bodies, {} coordinates, {} constraints, {} unknowns\n",
-                    model.name, model.flexible_bodies.size(), model.rigid_bodies.size(),
-                    model.system->coordinates(), model.system->constraints(),
-                    3 * std::int64_t{model.system->coordinates()} + model.system->constraints()));
+  io::print(fmt::format("{}: {} flexible and {} rigid bodies, {} coordinates, {} constraints, {} unknowns\n",
+                        model.name, model.flexible_bodies.size(), model.rigid_bodies.size(),
+                        model.system->coordinates(), model.system->constraints(),
+                        3 * std::int64_t{model.system->coordinates()} + model.system->constraints()));
   return ExitCode::solved;
 }
 
@@ -114,7 +111,7 @@ ExitCode list_models(const Command& command) {
     Json json = Json::parse(model.text);
     if (command.refine > 0) refine_meshes(json, command.refine);
     if (command.folder.empty()) {
-      text += fmt::format("{:<15} {}\n", model.name, json["description"].get<std::string>());
+      text += program::labelled(model.name, json["description"].get<std::string>());
       continue;
     }
     std::error_code error;
@@ -123,7 +120,7 @@ ExitCode list_models(const Command& command) {
     io::OutputFile(path).write(command.refine > 0 ? json.dump(2) + "\n" : model.text);
     text += path + "\n";
   }
-  print(text);
+  io::print(text);
   return ExitCode::solved;
 }
 

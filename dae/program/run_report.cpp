@@ -3,11 +3,11 @@
 #include <sys/resource.h>
 
 #include <algorithm>
-#include <iterator>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "solver/program/json_report.hpp"
 #include "solver/program/summary.hpp"
 
 namespace mfs::dae {
@@ -21,9 +21,9 @@ double time_rest(const IntegrationReport& r) {
 
 std::string run_summary(const RunResult& result) {
   const IntegrationReport& r = result.report;
-  fmt::memory_buffer text;
+  std::string text;
   const auto line = [&](const char* label, const std::string& what) {
-    fmt::format_to(std::back_inserter(text), "{:<15} {}\n", label, what);
+    text += program::labelled(label, what);
   };
   const auto time = [&](const char* label, double seconds) {
     const double share = r.time_total > 0 ? 100 * seconds / r.time_total : 0.0;
@@ -50,7 +50,7 @@ std::string run_summary(const RunResult& result) {
   time("rest", time_rest(r));
   time("analysis", r.time_total);
   line("beside it", fmt::format("{:.3f} s model, {:.3f} s output", result.time_model, result.time_output));
-  return fmt::to_string(text);
+  return text;
 }
 
 std::string run_json(const RunResult& result) {
@@ -87,7 +87,7 @@ std::string run_json(const RunResult& result) {
   json["time_output"] = result.time_output;
   json["status"] = program::status_word(result.code);
   json["message"] = result.message;
-  return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+  return program::one_line(json);
 }
 
 std::int64_t peak_memory() {

@@ -29,10 +29,6 @@ std::string name_of(const std::string& path) {
   return name.string();
 }
 
-void print(const std::string& text) {
-  io::OutputFile("-").write(text);
-}
-
 void complain(const CaseResult& result) {
   if (result.code != ExitCode::solved) std::fprintf(stderr, "mfs: %s\n", result.message.c_str());
 }
@@ -46,8 +42,8 @@ class Results {
   void put(const CaseResult& result) {
     complain(result);
     if (json_) return json_->write(json_line(result) + "\n");
-    if (separate_) print("\n");
-    print(solve_summary(result));
+    if (separate_) io::print("\n");
+    io::print(solve_summary(result));
     separate_ = true;
   }
 
@@ -80,7 +76,7 @@ void analyze(const Command& command, ProgressDisplay& display, CaseResult& resul
   options.progress = display.callback();
   std::visit([&](const auto& a) { analyze(a, options, result); }, matrix);
   display.clear();
-  print(analysis_summary(result));
+  io::print(analysis_summary(result));
 }
 
 }  // namespace
@@ -139,7 +135,7 @@ ExitCode run_analyze(const Command& command) {
 }
 
 ExitCode run_info() {
-  print(library_summary());
+  io::print(library_summary());
   return ExitCode::solved;
 }
 

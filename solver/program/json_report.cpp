@@ -49,6 +49,10 @@ std::string json_line(const CaseResult& result) {
   if (result.backward_error) json["backward_error"] = *result.backward_error;  // infinite: null as well
   json["status"] = status_word(result.code);
   json["message"] = result.message;
+  return one_line(json);
+}
+
+std::string one_line(const nlohmann::ordered_json& json) {
   // A path need not be UTF-8; JSON must be.
   return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }

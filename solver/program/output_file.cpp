@@ -19,4 +19,8 @@ void OutputFile::write(const std::string& text) {
                        std::string("cannot be written: ") + std::strerror(errno));
 }
 
+void print(const std::string& text) {
+  OutputFile("-").write(text);
+}
+
 }  // namespace mfs::io

@@ -25,4 +25,7 @@ class OutputFile {
   std::unique_ptr<std::FILE, Closer> file_;
 };
 
+/// To standard output. Throws InvalidInput.
+void print(const std::string& text);
+
 }  // namespace mfs::io

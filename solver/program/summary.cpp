@@ -17,9 +17,7 @@ using Text = fmt::memory_buffer;
 
 template <class... Arguments>
 void line(Text& text, const char* label, fmt::format_string<Arguments...> format, Arguments&&... arguments) {
-  fmt::format_to(std::back_inserter(text), "{:<15} ", label);
-  fmt::format_to(std::back_inserter(text), format, std::forward<Arguments>(arguments)...);
-  text.push_back('\n');
+  text.append(labelled(label, fmt::format(format, std::forward<Arguments>(arguments)...)));
 }
 
 std::string count(std::int64_t number, const char* one, const char* many) {
@@ -85,6 +83,10 @@ void depth_table(Text& text, const std::vector<DepthSummary>& depths) {
 }
 
 }  // namespace
+
+std::string labelled(const std::string& label, const std::string& what) {
+  return fmt::format("{:<15} {}\n", label, what);
+}
 
 std::string with_unit(double value, const char* unit) {
   static constexpr const char* prefixes[] = {"", "k", "M", "G", "T", "P", "E"};

@@ -40,6 +40,7 @@ void add_run(CLI::App& app, Command& command) {
 }
 
 void add_commands(CLI::App& app, Command& command) {
+  app.description("mfs-dae: flexible multibody dynamics, integrated implicitly with MFS");
   app.footer(kExitCodes);
   add_run(app, command);
   CLI::App* models =
@@ -60,8 +61,8 @@ ExitCode run(const CLI::App& app, const Command& command) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"mfs-dae: flexible multibody dynamics, integrated implicitly with MFS"};
   Command command;
-  add_commands(app, command);
-  return mfs::program::run_program("mfs-dae", app, argc, argv, [&] { return run(app, command); });
+  return mfs::program::run_program(
+      "mfs-dae", argc, argv, [&](CLI::App& app) { add_commands(app, command); },
+      [&](const CLI::App& app) { return run(app, command); });
 }

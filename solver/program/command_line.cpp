@@ -15,6 +15,22 @@ namespace {
 const std::vector<std::pair<std::string, Backend>> kBackends{
     {"serial", Backend::serial}, {"openmp", Backend::openmp}, {"cuda", Backend::cuda}};
 
+int parse_and_run(const char* name, int argc, char** argv, const std::function<void(CLI::App&)>& define,
+                  const std::function<ExitCode(const CLI::App&)>& run) {
+  CLI::App app;
+  app.require_subcommand(1);
+  app.set_version_flag("--version", std::string(name) + " " + version());
+  define(app);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    if (e.get_exit_code() == 0) return app.exit(e);  // --help, --version
+    std::fprintf(stderr, "%s: %s (%s --help tells more)\n", name, e.what(), name);
+    return static_cast<int>(ExitCode::usage);
+  }
+  return static_cast<int>(run(app));
+}
+
 }  // namespace
 
 void add_backend(CLI::App& app, Backend& backend, const std::string& what) {
@@ -37,21 +53,14 @@ void add_json(CLI::App& app, std::string& path, const std::string& what) {
   app.add_option("--json", path, what)->type_name("FILE|-");
 }
 
-int run_program(const std::string& name, CLI::App& app, int argc, char** argv,
-                const std::function<ExitCode()>& run) {
+int run_program(const char* name, int argc, char** argv, const std::function<void(CLI::App&)>& define,
+                const std::function<ExitCode(const CLI::App&)>& run) {
   std::signal(SIGPIPE, SIG_IGN);  // a reader that went away is an error of writing, and reported as one
   try {
-    app.require_subcommand(1);
-    app.set_version_flag("--version", name + " " + version());
-    app.parse(argc, argv);
-    return static_cast<int>(run());
-  } catch (const CLI::ParseError& e) {
-    if (e.get_exit_code() == 0) return app.exit(e);  // --help, --version
-    std::fprintf(stderr, "%s: %s (%s --help tells more)\n", name.c_str(), e.what(), name.c_str());
-    return static_cast<int>(ExitCode::usage);
+    return parse_and_run(name, argc, argv, define, run);
   } catch (...) {
     const Failure failure = describe_current_exception();
-    std::fprintf(stderr, "%s: %s\n", name.c_str(), failure.message.c_str());
+    std::fprintf(stderr, "%s: %s\n", name, failure.message.c_str());
     return static_cast<int>(failure.code);
   }
 }

@@ -21,9 +21,10 @@ void add_threads(CLI::App& app, int& threads);
 /// --json FILE|-; `what` is its line of the help.
 void add_json(CLI::App& app, std::string& path, const std::string& what);
 
-/// Parses the command line of the program `name` by `app`, which has its subcommands, and calls `run`, unless
-/// --help or --version was asked for. Never throws; ignores SIGPIPE from here on.
-int run_program(const std::string& name, CLI::App& app, int argc, char** argv,
-                const std::function<ExitCode()>& run);
+/// Parses the command line of the program `name` and calls `run`, unless --help or --version was asked for.
+/// `define` gives the parser its description and subcommands, of which one is needed. Never throws; ignores
+/// SIGPIPE from here on.
+int run_program(const char* name, int argc, char** argv, const std::function<void(CLI::App&)>& define,
+                const std::function<ExitCode(const CLI::App&)>& run);
 
 }  // namespace mfs::program

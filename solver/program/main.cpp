@@ -91,6 +91,7 @@ void add_solve_options(CLI::App& app, Command& command) {
 }
 
 void add_commands(CLI::App& app, Command& command) {
+  app.description("MFS: sparse direct solver, multifrontal LU over breadth-first nested dissection");
   app.footer(kExitCodes);
 
   CLI::App* solve = app.add_subcommand("solve", "Solve A x = b for a Matrix Market file, plain or gzip");
@@ -127,8 +128,8 @@ ExitCode run(const CLI::App& app, const Command& command) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"MFS: sparse direct solver, multifrontal LU over breadth-first nested dissection"};
   Command command;
-  add_commands(app, command);
-  return mfs::program::run_program("mfs", app, argc, argv, [&] { return run(app, command); });
+  return mfs::program::run_program(
+      "mfs", argc, argv, [&](CLI::App& app) { add_commands(app, command); },
+      [&](const CLI::App& app) { return run(app, command); });
 }

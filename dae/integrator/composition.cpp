@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include <mfs/error.hpp>
@@ -25,6 +26,12 @@ TransposedPattern::TransposedPattern(const Pattern& original) : source(original.
       pattern.column[place] = row;
       source[place] = k;
     }
+}
+
+std::vector<int> consecutive(int first, int count) {
+  std::vector<int> numbers(static_cast<std::size_t>(count));
+  std::iota(numbers.begin(), numbers.end(), first);
+  return numbers;
 }
 
 Composition::Composition(int size, std::vector<Term> terms, int threads)

@@ -22,6 +22,9 @@ struct TransposedPattern {
   std::vector<int> source;
 };
 
+/// first, first + 1, ...: where the columns of a block go that stay side by side.
+std::vector<int> consecutive(int first, int count);
+
 class Composition {
  public:
   struct Term {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <string>
 #include <utility>
 
@@ -15,12 +14,6 @@ namespace mfs::dae {
 namespace {
 
 constexpr int kMostIterations = 20;
-
-std::vector<int> consecutive(int first, int count) {
-  std::vector<int> numbers(static_cast<std::size_t>(count));
-  std::iota(numbers.begin(), numbers.end(), first);
-  return numbers;
-}
 
 Pattern diagonal(int n) {
   return {n, n, consecutive(0, n + 1), consecutive(0, n)};

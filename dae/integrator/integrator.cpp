@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -19,11 +18,10 @@
 #include "dae/integrator/partition.hpp"
 #include "dae/integrator/step_equations.hpp"
 #include "dae/integrator/vector_loops.hpp"
+#include "ordering/stopwatch.hpp"
 
 namespace mfs::dae {
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 /// After a search of Newton's method that failed, the step is multiplied by this (DASSL's).
 constexpr double kNewtonRejection = 0.25;
@@ -119,8 +117,8 @@ class Integrator::Impl {
     check_vector(q0, given_.coordinates(), "q0");
     check_vector(v0, given_.coordinates(), "v0");
     check_times(t0, t_end, outputs);
-    started_ = Clock::now();
-    observed_ = {};
+    since_start_ = {};
+    observed_ = 0;
     report_ = {};
     t_end_ = t_end;
     start({t0, std::move(q0), std::move(v0), {}, {}});
@@ -322,20 +320,18 @@ class Integrator::Impl {
 
   template <class Call>
   void tell(const Call& call) {
-    const auto before = Clock::now();
+    const Stopwatch watch;
     call();
-    observed_ += Clock::now() - before;
+    observed_ += watch.seconds();
   }
-  double elapsed() const {
-    return std::chrono::duration<double>(Clock::now() - started_ - observed_).count();
-  }
+  double elapsed() const { return since_start_.seconds() - observed_; }
 
   const ConstrainedSystem& given_;
   IntegratorOptions options_;
   std::vector<double> scale_;
   IntegrationReport report_;
-  Clock::time_point started_;
-  Clock::duration observed_{};
+  Stopwatch since_start_;
+  double observed_ = 0;  // s, in the observer
 
   double t_end_ = 0.0;
   std::vector<int> redundant_;

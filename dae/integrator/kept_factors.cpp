@@ -2,7 +2,6 @@
 
 #include <Thyra_MFS_Stratimikos.hpp>
 
-#include <chrono>
 #include <string>
 #include <utility>
 
@@ -10,6 +9,8 @@
 #include <Thyra_DefaultPreconditioner.hpp>
 #include <Thyra_LinearOpWithSolveFactoryHelpers.hpp>
 #include <Tpetra_CrsMatrix.hpp>
+
+#include "ordering/stopwatch.hpp"
 
 namespace mfs::dae {
 namespace {
@@ -148,9 +149,9 @@ class KeptSolve : public Thyra::LinearOpWithSolveBase<double> {
   }
   template <class Work>
   static void timed(double& seconds, const Work& work) {
-    const double start = now();
+    const Stopwatch watch;
     work();
-    seconds += now() - start;
+    seconds += watch.seconds();
   }
 
   void factor() const {
@@ -238,10 +239,6 @@ class KeptFactorsFactory : public Factory {
 };
 
 }  // namespace
-
-double now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 RCP<Factory> make_kept_factors(const IntegratorOptions& options, LinearSolves& solves) {
   return rcp(new KeptFactorsFactory(options, solves));

@@ -35,7 +35,4 @@ struct LinearSolves {
 Teuchos::RCP<Thyra::LinearOpWithSolveFactoryBase<double>> make_kept_factors(const IntegratorOptions& options,
                                                                             LinearSolves& solves);
 
-/// Seconds from some start.
-double now();
-
 }  // namespace mfs::dae

@@ -18,6 +18,7 @@
 
 #include "dae/integrator/kept_factors.hpp"
 #include "dae/integrator/vector_loops.hpp"
+#include "ordering/stopwatch.hpp"
 
 namespace mfs::dae {
 namespace {
@@ -141,7 +142,7 @@ class StepModel : public Thyra::StateFuncModelEvaluatorBase<double> {
                      const Evaluator::OutArgs<double>& out) const override {
     const bool jacobian = !out.get_W_op().is_null() && wanted_;
     if (out.get_f().is_null() && !jacobian) return;
-    const double start = now();
+    const Stopwatch watch;
     try {
       unpack(*in.get_x(), state_);
       if (!out.get_f().is_null())
@@ -162,7 +163,7 @@ class StepModel : public Thyra::StateFuncModelEvaluatorBase<double> {
       solves_.failure = std::current_exception();
       if (!out.get_f().is_null()) Thyra::assign(out.get_f().ptr(), std::numeric_limits<double>::quiet_NaN());
     }
-    report_.time_assembly += now() - start;
+    report_.time_assembly += watch.seconds();
   }
 
   const StepEquations& equations_;

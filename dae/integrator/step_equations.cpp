@@ -2,18 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "dae/integrator/vector_loops.hpp"
 
 namespace mfs::dae {
 namespace {
-
-std::vector<int> consecutive(int first, int count) {
-  std::vector<int> numbers(static_cast<std::size_t>(count));
-  std::iota(numbers.begin(), numbers.end(), first);
-  return numbers;
-}
 
 std::vector<int> set_members(const std::vector<char>& flags) {
   std::vector<int> members;

@@ -113,8 +113,8 @@ std::vector<int> PlaneMesh::add_patch(int cells_s, int cells_t,
       for (int k = 0; k < 9; ++k) cell[static_cast<std::size_t>(k)] = grid[place(i + k % 3, j + k / 3)];
       cells_.push_back(cell);
     }
-  std::vector<int> edge;
-  for (int j = 0; j < rows; ++j) edge.push_back(grid[place(0, j)]);
+  std::vector<int> edge(static_cast<std::size_t>(rows));
+  for (int j = 0; j < rows; ++j) edge[static_cast<std::size_t>(j)] = grid[place(0, j)];
   return edge;
 }
 

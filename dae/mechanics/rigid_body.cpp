@@ -50,7 +50,7 @@ void check(const RigidBody& body) {
 
 Frame add_rigid_body(MultibodyBuilder& builder, const RigidBody& body, const Eigen::Vector3d& gravity) {
   check(body);
-  const Frame frame = add_frame(builder, body.name, body.placement);
+  Frame frame = add_frame(builder, body.name, body.placement);
   std::array<int, 7> coordinates;
   for (int k = 0; k < 7; ++k) coordinates[k] = frame.first + k;
   builder.add(std::make_shared<ForceElement<InertiaAndWeight, 7>>(

@@ -158,7 +158,7 @@ Frame add_rigid_interface(MultibodyBuilder& builder, const std::string& name, Co
   Placement placement;
   placement.position = origin;
   fit_motion(arms, velocities, placement);
-  const Frame frame = add_frame(builder, name, placement);
+  Frame frame = add_frame(builder, name, placement);
   builder.add(std::make_shared<RigidInterface>(owner, coordinates, frame.first, std::move(arms)));
   return frame;
 }

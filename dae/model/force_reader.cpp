@@ -98,7 +98,7 @@ Function read_function(JsonObject object) {
                                                        {"harmonic", read_harmonic},
                                                        {"smooth_step", read_smooth_step},
                                                        {"spline", read_spline}});
-  const Function function = reader(object);
+  Function function = reader(object);
   object.finish();
   return function;
 }

@@ -20,7 +20,7 @@ Eigen::Vector3d frame_point(const double* q, const Eigen::Vector3d& point) {
 }
 
 Eigen::Vector3d point_acceleration(const MeasuredPoint& point, const State& state) {
-  const Eigen::Vector3d origin = Vector3(&state.a[point.first]);
+  Eigen::Vector3d origin = Vector3(&state.a[point.first]);
   if (!point.on_frame) return origin;
   // A(p) s is quadratic in p, say B(p, p), so its second derivative is 2 B(p', p') + 2 B(p, p''), and
   // 2 B(p, p'') = B(p + p'', p + p'') - B(p, p) - B(p'', p'').

@@ -97,7 +97,7 @@ TEST(DevicePlan, ListsGiveTheFactorsOfTrees) {
 // Many enough for wide tiles, and deep enough for the library.
 TEST(DevicePlan, ListsGiveTheFactorsOfLargeFronts) {
   const StageProblem<double> problem = column_dominant(artificial_problem(leaf_and_root(270, 1030), {5}));
-  for (const Cut& cut : {kCuts[0], Cut{64, 96, true, 256, 256}}) {
+  for (const Cut& cut : {kCuts[0], Cut{64, 96, true, 256, 256, 0}}) {
     const cuda::DevicePlan lists =
         cuda::make_device_plan(*problem.plan, cut.tile, cut.small_rows, cut.wide, cut.panel, cut.panelled);
     std::set<cuda::Launch::Kind> kinds;

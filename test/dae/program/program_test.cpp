@@ -49,7 +49,9 @@ TEST_F(DaeProgram, ListsAndWritesItsModels) {
     const std::string model = path("new/models/") + name + ".json";
     EXPECT_THAT(write.out, HasSubstr(model + "\n"));
     for (const auto& body : ordered_json::parse(text_of(model))["bodies"])
-      if (body.contains("mesh")) EXPECT_EQ(body["mesh"]["refine"], 3) << name;
+      if (body.contains("mesh")) {
+        EXPECT_EQ(body["mesh"]["refine"], 3) << name;
+      }
   }
 }
 

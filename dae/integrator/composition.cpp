@@ -59,6 +59,12 @@ void Composition::make_pattern() {
 #pragma omp parallel for num_threads(threads_) schedule(static)
     for (int row = 0; row < group.rows; ++row) {
       std::vector<int>& columns = rows[group.first_row + row];
+      std::size_t most = 0;
+      for (const std::size_t t : group.terms) {
+        const Pattern& block = *terms_[t].block;
+        most += static_cast<std::size_t>(block.row_start[row + 1] - block.row_start[row]);
+      }
+      columns.reserve(most);
       for (const std::size_t t : group.terms) {
         const Pattern& block = *terms_[t].block;
         for (int k = block.row_start[row]; k < block.row_start[row + 1]; ++k)
@@ -66,7 +72,6 @@ void Composition::make_pattern() {
       }
       std::sort(columns.begin(), columns.end());
       columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
-      columns.shrink_to_fit();
     }
   }
   std::int64_t entries = 0;

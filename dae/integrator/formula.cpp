@@ -18,8 +18,7 @@ class BdfFormula : public Formula {
   void predict(double h, StepRelation& relation) override {
     bdf_.predict(h, y_, dy_);
     const double rate = bdf_.rate();
-    relation.rate_v = rate;
-    relation.rate_a = rate * rate;
+    relation.v_by_a = relation.q_by_v = 1.0 / rate;
     const std::size_t n = y_.size() / 2;
     for (auto* part : {&relation.q, &relation.v, &relation.a}) part->resize(n);
     parallel_for(n, threads_, [&](std::size_t i) {
@@ -68,8 +67,8 @@ class GeneralizedAlpha : public Formula {
     step_ = h;
     const double weight = (1.0 - alpha_f_) / (1.0 - alpha_m_);  // of a in w
     const std::size_t n = w_.size();
-    relation.rate_v = gamma() / (beta() * h);
-    relation.rate_a = 1.0 / (beta() * weight * h * h);
+    relation.v_by_a = gamma() * weight * h;
+    relation.q_by_v = beta() * h / gamma();
     relation.q.resize(n);
     relation.v.resize(n);
     relation.a.resize(n);

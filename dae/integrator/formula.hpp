@@ -1,10 +1,10 @@
 // An integration formula, as the step's equations and the loop over steps see it. Whichever it is, at the new
-// time v and a of a coordinate are linear functions of q,
+// time v and q of a coordinate are linear functions of a,
 //
-//   v = v0 + rate_v (q - q0),    a = a0 + rate_a (q - q0),
+//   v = v0 + v_by_a (a - a0),    q = q0 + q_by_v (v - v0),
 //
-// with (q0, v0, a0) a prediction from earlier steps, from which Newton's method starts. BDF has rate_v =
-// 1/h', rate_a = 1/h'^2 (h' = h / b0, the paper's Eq. (6)).
+// with (q0, v0, a0) a prediction from earlier steps, from which Newton's method starts. BDF has both factors
+// h' (h' = h / b0, the paper's Eq. (6)).
 //
 // Generalized-alpha is that of Arnold and Bruls (Multibody System Dynamics 18 (2007) 185-202): an
 // acceleration-like w with (1 - am) w_1 + am w_0 = (1 - af) a_1 + af a_0 takes a's place in Newmark's
@@ -19,9 +19,10 @@
 namespace mfs::dae {
 
 struct StepRelation {
-  double t = 0.0;  ///< the new time
-  double rate_v = 0.0, rate_a = 0.0;
-  std::vector<double> q, v, a;  ///< q0, v0, a0
+  double t = 0.0;                     ///< the new time
+  double v_by_a = 0.0, q_by_v = 0.0;  ///< s
+  std::vector<double> q, v, a;        ///< q0, v0, a0
+  double q_by_a() const { return q_by_v * v_by_a; }
 };
 
 class Formula {

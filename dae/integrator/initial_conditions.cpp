@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -101,7 +102,11 @@ void project(const ConstrainedSystem& system, const IntegratorOptions& options, 
   const int n = system.coordinates(), m = system.constraints();
   const Pattern k_pattern = diagonal(n);
   const std::vector<double> k = inverse_squares(system), q0 = state.q;
-  SaddlePoint matrix(system, k_pattern, options);
+  std::optional<SaddlePoint> matrix;  // where nothing is to be moved, there is no need of it
+  const auto solve = [&](const std::vector<double>& right_side) {
+    if (!matrix) matrix.emplace(system, k_pattern, options);
+    return matrix->solve(k, constraint_gradient(system, state.t, state.q), right_side);
+  };
   Residual residual = make_residual(system);
   std::vector<double> right_side(static_cast<std::size_t>(n + m));
   for (int iteration = 0;; ++iteration) {
@@ -114,13 +119,13 @@ void project(const ConstrainedSystem& system, const IntegratorOptions& options, 
     }
     for (int i = 0; i < n; ++i) right_side[i] = -k[i] * (state.q[i] - q0[i]);
     for (int j = 0; j < m; ++j) right_side[n + j] = -residual.position[j];
-    const auto change = matrix.solve(k, constraint_gradient(system, state.t, state.q), right_side);
+    const auto change = solve(right_side);
     for (int i = 0; i < n; ++i) state.q[i] += change[i];
   }
   if (largest(residual.velocity) > 1e-2 * options.constraint_velocity) {
     std::fill(right_side.begin(), right_side.end(), 0.0);
     for (int j = 0; j < m; ++j) right_side[n + j] = -residual.velocity[j];
-    const auto change = matrix.solve(k, constraint_gradient(system, state.t, state.q), right_side);
+    const auto change = solve(right_side);
     for (int i = 0; i < n; ++i) state.v[i] += change[i];
   }
 }
@@ -145,7 +150,9 @@ State consistent_state(const ConstrainedSystem& system, const IntegratorOptions&
   if (m > 0) project(system, options, state);
 
   Residual residual = make_residual(system);
-  Tangent tangent = make_tangent(system);
+  Tangent tangent;
+  for (const Block block : {Block::force_a, Block::position_q})
+    tangent[block].resize(system.tangent_pattern()[block].entries());
   system.evaluate(view(state), residual);
   system.evaluate(view(state), tangent, {Block::force_a, Block::position_q});
   std::vector<double> right_side;

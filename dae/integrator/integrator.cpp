@@ -178,6 +178,7 @@ class Integrator::Impl {
     }
     equations_.emplace(*system_, options_.unknowns, bdf, independent, options_.threads);
     newton_ = std::make_unique<Newton>(*equations_, options_, report_);
+    judged_jacobians_ = report_.jacobians;
     report_.unknowns = equations_->size();
     report_.entries = static_cast<std::int64_t>(equations_->pattern().entries());
     ++report_.partitions;
@@ -221,17 +222,16 @@ class Integrator::Impl {
     const double began = elapsed();
     const std::int64_t factorizations = report_.factorizations;
     StepReport line;
-    State next;
     int error_rejections = 0, search_failures = 0;
     double h = planned(step_, target), wanted = step_;
     for (;;) {
       const bool last = h >= (target - state_.t) * (1.0 - 1e-12);
       formula_->predict(h, relation_);
       relation_.t = last ? target : state_.t + h;
-      const Newton::Outcome outcome = newton_->solve(relation_, extrapolated_multipliers(h), weights_, next);
+      const Newton::Outcome outcome = newton_->solve(relation_, extrapolated_multipliers(h), weights_, next_);
       line.newton_iterations += outcome.iterations;
       if (outcome.converged) {
-        const double error = formula_->local_error(next, weights_);
+        const double error = formula_->local_error(next_, weights_);
         if (options_.fixed_step > 0.0 || error <= 1.0) {
           note(outcome, line);
           break;
@@ -252,7 +252,7 @@ class Integrator::Impl {
     }
     line.h = h;
     line.order = formula_->order();
-    accept(std::move(next), h, wanted);
+    accept(h, wanted);
     line.number = ++report_.steps;
     line.t = state_.t;
     line.factorizations = static_cast<int>(report_.factorizations - factorizations);
@@ -276,15 +276,19 @@ class Integrator::Impl {
                 " s with order " + std::to_string(formula_->order()) + ": " + why);
   }
 
-  void accept(State next, double h, double wanted) {
-    const double suited = formula_->accept(next, weights_);
+  /// Goes on to next_.
+  void accept(double h, double wanted) {
+    const double suited = formula_->accept(next_, weights_);
     // A step that was shortened to meet an output says nothing against the one that was wanted.
     step_ = h < wanted && suited >= h ? std::max(wanted, suited) : suited;
-    last_lambda_ = std::exchange(state_, std::move(next)).lambda;
+    std::swap(state_, next_);
+    last_lambda_ = next_.lambda;
     last_lambda_step_ = h;
     set_weights();
     check_redundant();
-    if (partition_ && partition_->degraded(constraint_gradient(*system_, state_.t, state_.q)))
+    // The choice is one of Newton's matrix: it is as good as it was until there is another one.
+    if (partition_ && std::exchange(judged_jacobians_, report_.jacobians) < report_.jacobians &&
+        partition_->degraded(equations_->constraint_gradient()))
       choose_coordinates();
   }
 
@@ -343,8 +347,10 @@ class Integrator::Impl {
   std::unique_ptr<Formula> formula_;
 
   State state_, whole_;
+  State next_;  ///< what a step arrives at; afterwards the state before it
   StepRelation relation_;
-  std::vector<double> weights_;  ///< of [q, v]
+  std::int64_t judged_jacobians_ = 0;  ///< at how many of them the choice of coordinates was looked at
+  std::vector<double> weights_;        ///< of [q, v]
   std::vector<double> last_lambda_;
   double last_lambda_step_ = 0.0;
   double step_ = 0.0;  ///< wanted next

@@ -42,7 +42,7 @@ constexpr double kTolerance = 0.1;
 constexpr double kUnknownRate = 20.0;
 /// The least that is assumed to be left by a kept matrix after the first correction.
 constexpr double kLeastLeftOver = 0.1;
-/// rate_a / rate_a of the kept matrix. Between the first two the matrix is kept, between the others its
+/// q_by_a of the kept matrix / q_by_a. Between the first two the matrix is kept, between the others its
 /// factors still are a preconditioner.
 constexpr double kKeptRates[] = {0.6, 1.7}, kRelatedRates[] = {0.25, 4.0};
 
@@ -69,7 +69,8 @@ RCP<Matrix> make_matrix(const Pattern& pattern) {
   std::copy(pattern.column.begin(), pattern.column.end(), columns.begin());
   std::fill(values.begin(), values.end(), 0.0);
   const auto matrix = rcp(new Matrix(map, map, offsets, columns, values));
-  matrix->fillComplete(map, map);
+  // Nothing is to be sorted, merged or renumbered: fillComplete would take as long as several factorizations.
+  matrix->expertStaticFillComplete(map, map);
   return matrix;
 }
 
@@ -88,7 +89,7 @@ class StepModel : public Thyra::StateFuncModelEvaluatorBase<double> {
   void set_relation(const StepRelation& relation) { relation_ = &relation; }
   /// The next Jacobian that NOX asks for is evaluated; otherwise the old one stays.
   void want_jacobian() { wanted_ = true; }
-  double matrix_rate() const { return matrix_rate_; }
+  double matrix_q_by_a() const { return matrix_q_by_a_; }
 
   RCP<Thyra::VectorBase<double>> make_vector() const {
     const auto x = Thyra::createMember(space_);
@@ -105,10 +106,10 @@ class StepModel : public Thyra::StateFuncModelEvaluatorBase<double> {
     equations_.scale_corrections(ratio, Convert::getTpetraVector(scale)->getDataNonConst().getRawPtr());
     return scale;
   }
-  void unpack(const Thyra::VectorBase<double>& x, State& state) const {
-    equations_.unpack(Convert::getConstTpetraVector(Teuchos::rcpFromRef(x))->getData().getRawPtr(),
-                      *relation_, state);
-  }
+  /// Where H was evaluated last: once NOX has given an iterate to be tested, that iterate.
+  const State& state() const { return state_; }
+  /// Gives it away for another one, whose arrays are used again.
+  void exchange_state(State& other) { std::swap(state_, other); }
 
   RCP<const Thyra::VectorSpaceBase<double>> get_x_space() const override { return space_; }
   RCP<const Thyra::VectorSpaceBase<double>> get_f_space() const override { return space_; }
@@ -144,13 +145,13 @@ class StepModel : public Thyra::StateFuncModelEvaluatorBase<double> {
     if (out.get_f().is_null() && !jacobian) return;
     const Stopwatch watch;
     try {
-      unpack(*in.get_x(), state_);
+      equations_.unpack(Convert::getConstTpetraVector(in.get_x())->getData().getRawPtr(), *relation_, state_);
       if (!out.get_f().is_null())
         equations_.residual(state_, *relation_,
                             Convert::getTpetraVector(out.get_f())->getDataNonConst().getRawPtr());
       if (jacobian) {
         equations_.jacobian(state_, *relation_, matrix_->getLocalMatrixHost().values.data());
-        matrix_rate_ = relation_->rate_a;
+        matrix_q_by_a_ = relation_->q_by_a();
         wanted_ = false;
         solves_.new_matrix = true;
         solves_.scale = Teuchos::null;
@@ -176,7 +177,7 @@ class StepModel : public Thyra::StateFuncModelEvaluatorBase<double> {
   // Evaluation is const for Thyra.
   mutable State state_;
   mutable bool wanted_ = true;
-  mutable double matrix_rate_ = 0.0;
+  mutable double matrix_q_by_a_ = 0.0;
 };
 
 /// Ends the search, or asks for a new Jacobian.
@@ -221,11 +222,10 @@ class NewtonTest : public NOX::StatusTest::Generic {
  private:
   /// False: something is not a number.
   bool measure(const NOX::Abstract::Group& group, bool first) {
-    const auto& x = dynamic_cast<const NOX::Thyra::Vector&>(group.getX()).getThyraVector();
     const auto& f = dynamic_cast<const NOX::Thyra::Vector&>(group.getF()).getThyraVector();
-    model_.unpack(x, state_);
-    const std::size_t n = state_.q.size();
-    const auto y = [&](std::size_t i) { return i < n ? state_.q[i] : state_.v[i - n]; };
+    const State& state = model_.state();
+    const std::size_t n = state.q.size();
+    const auto y = [&](std::size_t i) { return i < n ? state.q[i] : state.v[i - n]; };
     const auto h = Convert::getConstTpetraVector(Teuchos::rcpFromRef(f))->getData();
     const auto largest = [&](int begin, int end) {
       const double* const values = h.getRawPtr() + begin;
@@ -235,17 +235,15 @@ class NewtonTest : public NOX::StatusTest::Generic {
           [](double a, double b) { return std::max(a, b); });
     };
     residual_ = largest(0, equations_.size());
-    const int m = static_cast<int>(state_.lambda.size());
+    const int m = static_cast<int>(state.lambda.size());
     for (int level = 0; level < equations_.levels(); ++level) {
       const int row = equations_.first_constraint() + level * m;
       violation_[level] = largest(row, row + m);
     }
-    if (!first) {
-      last_correction_ = correction_;
-      correction_ = weighted_rms([&](std::size_t i) { return y(i) - y_[i]; }, *weights_, options_.threads);
-    }
     y_.resize(2 * n);
-    parallel_for(2 * n, options_.threads, [&](std::size_t i) { y_[i] = y(i); });
+    last_correction_ = correction_;
+    const auto change = [&](std::size_t i) { return y(i) - std::exchange(y_[i], y(i)); };
+    correction_ = weighted_rms(change, *weights_, options_.threads);
     return std::isfinite(residual_) && (first || std::isfinite(correction_));
   }
 
@@ -272,7 +270,6 @@ class NewtonTest : public NOX::StatusTest::Generic {
   StepModel& model_;
   const IntegratorOptions& options_;
   const std::vector<double>* weights_ = nullptr;
-  State state_;
   std::vector<double> y_;  ///< [q, v] before the last correction
   NOX::StatusTest::StatusType status_ = NOX::StatusTest::Unevaluated;
   int since_jacobian_ = 0;  ///< corrections by the present Jacobian, in this search
@@ -317,10 +314,7 @@ class Newton::Impl {
       converged = search(lambda, weights, true, outcome);
     }
     outcome.converged = converged;
-    if (converged)
-      model_->unpack(
-          dynamic_cast<const NOX::Thyra::Vector&>(solver_->getSolutionGroup().getX()).getThyraVector(),
-          state);
+    if (converged) model_->exchange_state(state);
     account();
     return outcome;
   }
@@ -328,7 +322,7 @@ class Newton::Impl {
  private:
   /// Whether the search begins with a new Jacobian; says what may be done with it.
   bool choose_matrix(const StepRelation& relation) {
-    const double ratio = relation.rate_a / model_->matrix_rate();
+    const double ratio = model_->matrix_q_by_a() / relation.q_by_a();
     const bool known = solves_.factored && options_.keep_factors;
     solves_.factor_next =
         !known || options_.krylov_steps == 0 || ratio < kRelatedRates[0] || ratio > kRelatedRates[1];

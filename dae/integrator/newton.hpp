@@ -32,7 +32,7 @@ class Newton {
   ~Newton();
 
   /// Solves for the new time. `lambda` is where multipliers start, `weights` belong to [q, v]. Where it does
-  /// not converge, `state` is not the solution of anything.
+  /// not converge, `state` stays as it was; otherwise its arrays are used again.
   Outcome solve(const StepRelation& relation, const std::vector<double>& lambda,
                 const std::vector<double>& weights, State& state);
 

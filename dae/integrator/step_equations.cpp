@@ -109,9 +109,9 @@ void StepEquations::unpack(const double* x, const StepRelation& relation, State&
   for (auto* part : {&state.q, &state.v, &state.a}) part->resize(n);
   parallel_for(n, threads_, [&](std::size_t i) {
     state.a[i] = x[column_[kA][i]];
-    const double change = (state.a[i] - relation.a[i]) / relation.rate_a;  // of q, where it is eliminated
-    state.v[i] = eliminated(i) ? relation.v[i] + relation.rate_v * change : x[column_[kV][i]];
-    state.q[i] = eliminated(i) ? relation.q[i] + change : x[column_[kQ][i]];
+    const double change = relation.v_by_a * (state.a[i] - relation.a[i]);  // of v, where it is eliminated
+    state.v[i] = eliminated(i) ? relation.v[i] + change : x[column_[kV][i]];
+    state.q[i] = eliminated(i) ? relation.q[i] + relation.q_by_v * change : x[column_[kQ][i]];
   });
 }
 
@@ -145,20 +145,20 @@ void StepEquations::residual(const State& state, const StepRelation& relation, d
   }
   if (reduced_) return;
   for (const int i : independent_)
-    *h++ = (state.a[i] - relation.a[i]) * relation.rate_v / relation.rate_a - (state.v[i] - relation.v[i]);
+    *h++ = relation.v_by_a * (state.a[i] - relation.a[i]) - (state.v[i] - relation.v[i]);
   for (const int i : independent_)
-    *h++ = (state.v[i] - relation.v[i]) / relation.rate_v - (state.q[i] - relation.q[i]);
+    *h++ = relation.q_by_v * (state.v[i] - relation.v[i]) - (state.q[i] - relation.q[i]);
 }
 
 void StepEquations::set_factors(const StepRelation& relation) const {
   if (reduced_) {
     parallel_for(independent_.size(), threads_, [&](std::size_t k) {
-      factor_v_[independent_[k]] = relation.rate_v / relation.rate_a;
-      factor_q_[independent_[k]] = 1.0 / relation.rate_a;
+      factor_v_[independent_[k]] = relation.v_by_a;
+      factor_q_[independent_[k]] = relation.q_by_a();
     });
   } else {
-    std::fill(relation_a_.begin(), relation_a_.end(), relation.rate_v / relation.rate_a);
-    std::fill(relation_v_.begin(), relation_v_.end(), 1.0 / relation.rate_v);
+    std::fill(relation_a_.begin(), relation_a_.end(), relation.v_by_a);
+    std::fill(relation_v_.begin(), relation_v_.end(), relation.q_by_v);
   }
 }
 

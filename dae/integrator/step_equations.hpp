@@ -1,15 +1,15 @@
 // The equations of one step, H(x) = 0, the paper's Eq. (6), and their Jacobian H_x. With a formula that ties
 // v and a to q (formula.hpp), n coordinates, m constraints and the set I of independent coordinates,
 //
-//   rows      F (n) | Phi (m) | dPhi/dt (m) | d2Phi/dt2 (m) | (a - a0) rate_v/rate_a - (v - v0)   i in I
-//                                                           | (v - v0) / rate_v      - (q - q0)   i in I
+//   rows      F (n) | Phi (m) | dPhi/dt (m) | d2Phi/dt2 (m) | v_by_a (a - a0) - (v - v0)   i in I
+//                                                           | q_by_v (v - v0) - (q - q0)   i in I
 //   unknowns  x = [lambda (m), a (n), v (n), q (n)]
 //
 // BDF asks for all levels of constraints and has |I| = n - m. Generalized-alpha asks for Phi alone, and then
 // every coordinate is independent. The reduced form solves the last two groups of rows beforehand: v_i and
-// q_i of independent coordinates are no unknowns any more, and their columns of H_x go, times rate_v/rate_a
-// and 1/rate_a, to the column of a_i. (The other way round, a_i from q_i, rounding in q would be multiplied
-// by rate_a ~ 1/h^2.)
+// q_i of independent coordinates are no unknowns any more, and their columns of H_x go, times v_by_a and
+// q_by_a, to the column of a_i. (The other way round, a_i from q_i, rounding in q would be multiplied by
+// 1 / q_by_a ~ 1/h^2.)
 #pragma once
 
 #include <array>
@@ -35,15 +35,17 @@ class StepEquations {
   /// Rows of H of the constraints: `levels` times m from `first_constraint`.
   int first_constraint() const { return n_; }
   int levels() const { return levels_; }
+  /// Phi_q of the last Jacobian.
+  const std::vector<double>& constraint_gradient() const { return tangent_[Block::position_q]; }
 
   /// x of the prediction with multipliers `lambda`.
   void pack(const StepRelation& relation, const std::vector<double>& lambda, double* x) const;
   /// The state that x stands for.
   void unpack(const double* x, const StepRelation& relation, State& state) const;
-  /// By what to multiply corrections that a matrix of another step has given, when `ratio` is rate_a over
-  /// that of the matrix: one number per unknown. Where inertia dominates, such corrections of q are too large
-  /// by the ratio, where stiffness does they are right; this shares the error out. Corrections of v and a
-  /// follow those of q by the rates of this step, for dependent coordinates too: else each correction of a,
+  /// By what to multiply corrections that a matrix of another step has given, when `ratio` is 1 / q_by_a
+  /// over that of the matrix: one number per unknown. Where inertia dominates, such corrections of q are too
+  /// large by the ratio, where stiffness does they are right; this shares the error out. Corrections of v and
+  /// a follow those of q by the rates of this step, for dependent coordinates too: else each correction of a,
   /// many times that of q, would violate the constraints on accelerations anew.
   void scale_corrections(double ratio, double* scale) const;
   /// H at `state`, the unpacked x.

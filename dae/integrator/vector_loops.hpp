@@ -47,11 +47,16 @@ Value parallel_fold(std::size_t count, int threads, Value first, const F& f, con
   return all;
 }
 
-/// Root of the mean of (e(i) / w_i)^2: 1 is what the user's tolerances allow. Sums in a fixed order.
+/// Root of the mean of (e(i) / w_i)^2: 1 is what the user's tolerances allow. Sums in a fixed order; e is
+/// called once for each i.
 template <class Error>
 double weighted_rms(const Error& e, const std::vector<double>& weights, int threads) {
   const double sum = parallel_fold(
-      weights.size(), threads, 0.0, [&](std::size_t i) { return (e(i) / weights[i]) * (e(i) / weights[i]); },
+      weights.size(), threads, 0.0,
+      [&](std::size_t i) {
+        const double ratio = e(i) / weights[i];
+        return ratio * ratio;
+      },
       std::plus<>());
   return weights.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(weights.size()));
 }

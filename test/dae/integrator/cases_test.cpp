@@ -127,6 +127,32 @@ TEST(InitialConditions, AreProjected) {
   EXPECT_NEAR(s.lambda[0], 0.25, 1e-8);
 }
 
+/// Nothing resists the second of its accelerations.
+struct Massless {
+  int coordinates() const { return 2; }
+  int constraints() const { return 0; }
+  template <class T>
+  std::vector<T> force(double /*t*/, const std::vector<T>& q, const std::vector<T>& /*v*/,
+                       const std::vector<T>& a) const {
+    return {a[0], T(q[1] - 0.5)};
+  }
+  template <class T>
+  std::vector<T> constraint(const T& /*t*/, const std::vector<T>& /*q*/) const {
+    return {};
+  }
+};
+
+TEST(InitialConditions, WithoutAccelerationsAreRefused) {
+  const DenseSystem<Massless> system;
+  Integrator integrator(system);
+  Observer nobody;
+  EXPECT_THAT(
+      [&] {
+        integrator.run(0.0, {0.0, 0.0}, {0.0, 0.0}, 1.0, {}, nobody);
+      },
+      Throws<SingularMatrix>(Property(&SingularMatrix::what, HasSubstr("initial conditions: q[1]"))));
+}
+
 /// No circle has such a radius.
 struct Unreachable : Pendulum {
   template <class T>

@@ -39,6 +39,10 @@ TEST(Jacobian, AsksForNoMoreBlocksThanItNeeds) {
     EXPECT_EQ(system.asked[static_cast<std::size_t>(block)], report.jacobians);
   // Once for the initial conditions and once for all Jacobians of one choice of coordinates.
   EXPECT_EQ(system.asked[static_cast<std::size_t>(Block::force_a)], 1 + report.partitions);
+  // For each Jacobian and each choice, for the initial conditions, and to see which constraints are
+  // redundant.
+  EXPECT_EQ(system.asked[static_cast<std::size_t>(Block::position_q)],
+            report.jacobians + report.partitions + 2);
 }
 
 /// Masses on nonlinear springs, all tied to each other: a dense matrix, whose factorization is worth several
@@ -128,7 +132,8 @@ struct Linear {
 TEST(Jacobian, CorrectionsByThatOfAnotherStepKeepConstraintsAndRelations) {
   const DenseSystem<Linear> system;
   const auto relation = [](double rate) {
-    return StepRelation{0.0, rate, rate * rate, {1.0, -3.0, 2.0}, {-5.0, 2.0, 3.0}, {100.0, 30.0, -130.0}};
+    return StepRelation{
+        0.0, 1.0 / rate, 1.0 / rate, {1.0, -3.0, 2.0}, {-5.0, 2.0, 3.0}, {100.0, 30.0, -130.0}};
   };
   for (const Unknowns unknowns : {Unknowns::full, Unknowns::reduced})
     for (const double factor : {0.8, 1.25}) {

@@ -37,6 +37,18 @@ MFS_INLINE void stiffness_times(const double* d, const double* rows, double* out
     }
 }
 
+// The same for Hooke's law.
+template <int stride>
+MFS_INLINE void hooke_times(const SolidConstants& c, const double* rows, double* out) {
+  for (int n = 0; n < stride; ++n) {
+    const double volumetric = c.lambda * (rows[n] + rows[stride + n] + rows[2 * stride + n]);
+    for (int k = 0; k < 3; ++k) {
+      out[k * stride + n] = volumetric + 2 * c.mu * rows[k * stride + n];
+      out[(k + 3) * stride + n] = c.mu * rows[(k + 3) * stride + n];
+    }
+  }
+}
+
 template <int rows, int stride>
 MFS_INLINE void scale_rows(double factor, const double* in, double* out) {
   for (int n = 0; n < rows * stride; ++n) out[n] = factor * in[n];
@@ -56,10 +68,18 @@ struct StressRows {
   alignas(64) double value[6 * stride];
   RowMoments<kind> moments;
 
+  MFS_INLINE void add_moments(const Enhancement<kind>& enhancement, int p) {
+    if constexpr (Enhancement<kind>::modes > 0) enhancement.add_moments(p, value, moments);
+  }
   MFS_INLINE void set(const double* d, const double* strain_rows, const Enhancement<kind>& enhancement,
                       int p) {
     stiffness_times<stride>(d, strain_rows, value);
-    if constexpr (Enhancement<kind>::modes > 0) enhancement.add_moments(p, value, moments);
+    add_moments(enhancement, p);
+  }
+  MFS_INLINE void set_by_hooke(const SolidConstants& c, const double* strain_rows,
+                               const Enhancement<kind>& enhancement, int p) {
+    hooke_times<stride>(c, strain_rows, value);
+    add_moments(enhancement, p);
   }
   // L^-1 int M^T (rows) dV: the modes' coupling with the unknowns, half eliminated.
   MFS_INLINE void couple(const ModeFactors& factors, const Enhancement<kind>& enhancement,
@@ -69,56 +89,74 @@ struct StressRows {
   }
 };
 
-// by_q += the viscous stress by the positions, by_v = the same by the velocities.
+// What the rows are made of. Where the law is Hooke's, stresses by the positions are those by the velocities,
+// but for beta, and `by_velocity` is not used.
 template <ElementKind kind>
-MFS_INLINE void add_viscous_rows(const SolidConstants& c, const Response<kind>& r, TangentRows<kind>& t) {
+struct TangentStress {
+  bool linear;
+  PointStiffness<kind> stiffness;
+  StressRows<kind> elastic, by_velocity, by_position;  ///< the last two: viscous
+
+  MFS_INLINE const StressRows<kind>& viscous() const { return linear ? elastic : by_velocity; }
+};
+
+// by_q += the viscous stress by the positions, by_v = the same by the velocities, at point p.
+template <ElementKind kind>
+MFS_INLINE void add_viscous_rows(const SolidConstants& c, const Response<kind>& r, int p,
+                                 TangentStress<kind>& stress, TangentRows<kind>& t) {
   constexpr int stride = Sizes<kind>::stride;
+  const int row = 6 * p * stride;
+  const double weight = c.beta * r.reference.weight[p];
   alignas(64) double rate_rows[6 * stride];
-  double hooke[36];
-  hooke_stiffness(c, hooke);
-  StressRows<kind> by_q, by_v;
-  for (int p = 0; p < Sizes<kind>::points; ++p) {
-    const int row = 6 * p * stride;
-    const double weight = c.beta * r.reference.weight[p];
-    strain_rows<kind>(r.reference, r.rate, p, rate_rows);
-    by_q.set(hooke, rate_rows, r.enhancement, p);
-    for (int n = 0; n < 6 * stride; ++n) t.by_q[row + n] += weight * by_q.value[n];
-    by_v.set(hooke, t.left + row, r.enhancement, p);
-    scale_rows<6, stride>(weight, by_v.value, t.by_v + row);
+  strain_rows<kind>(r.reference, r.rate, p, rate_rows);
+  stress.by_position.set_by_hooke(c, rate_rows, r.enhancement, p);
+  for (int n = 0; n < 6 * stride; ++n) t.by_q[row + n] += weight * stress.by_position.value[n];
+  if (!stress.linear) stress.by_velocity.set_by_hooke(c, t.left + row, r.enhancement, p);
+  scale_rows<6, stride>(weight, stress.viscous().value, t.by_v + row);
+}
+
+// The rows of the modes that Hooke's law, and that of the elastic stress, condense into.
+template <ElementKind kind>
+MFS_INLINE void add_mode_rows(const SolidConstants& c, const Response<kind>& r,
+                              const TangentStress<kind>& stress, TangentRows<kind>& t) {
+  constexpr int stride = Sizes<kind>::stride;
+  const ModeFactors& hooke = r.enhancement.linear;
+  if (c.beta > 0) {
+    double *left = t.left + t.count_v * stride, *by_q = t.by_q + t.count_v * stride;
+    stress.viscous().couple(hooke, r.enhancement, left);
+    divide_modes<stride>(hooke, c.beta, left, t.by_v + t.count_v * stride);
+    stress.by_position.couple(hooke, r.enhancement, by_q);
+    if (stress.linear)
+      for (int n = 0; n < kModes * stride; ++n) by_q[n] = c.beta * by_q[n] + left[n];
+    divide_modes<stride>(hooke, stress.linear ? 1.0 : c.beta, by_q, by_q);
+    t.count_q = t.count_v += kModes;
+    if (stress.linear) return;
   }
-  if constexpr (Enhancement<kind>::modes > 0) {
-    const int row = t.count_q * stride;
-    const ModeFactors& factors = r.enhancement.linear;
-    by_v.couple(factors, r.enhancement, t.left + row);
-    divide_modes<stride>(factors, c.beta, t.left + row, t.by_v + row);
-    by_q.couple(factors, r.enhancement, t.by_q + row);
-    divide_modes<stride>(factors, c.beta, t.by_q + row, t.by_q + row);
-    t.count_q += kModes;
-    t.count_v += kModes;
-  }
+  ModeFactors factors = hooke;
+  if (!stress.linear) r.enhancement.factor(stress.stiffness, factors);
+  double* left = t.left + t.count_q * stride;
+  stress.elastic.couple(factors, r.enhancement, left);
+  divide_modes<stride>(factors, 1.0, left, t.by_q + t.count_q * stride);
+  t.count_q += kModes;
 }
 
 template <ElementKind kind>
 MFS_INLINE void material_rows(const SolidConstants& c, const Response<kind>& r, TangentRows<kind>& t) {
   constexpr int stride = Sizes<kind>::stride;
-  PointStiffness<kind> stiffness;
-  stiffnesses<kind>(c, r.elastic.strain, stiffness);
-  StressRows<kind> stress;
+  TangentStress<kind> stress;
+  stiffnesses<kind>(c, r.elastic.strain, stress.stiffness);
+  stress.linear = stress.stiffness.same;
   for (int p = 0; p < Sizes<kind>::points; ++p) {
-    const int row = 6 * p * stride;
-    strain_rows<kind>(r.reference, r.elastic, p, t.left + row);
-    stress.set(stiffness.at(p), t.left + row, r.enhancement, p);
-    scale_rows<6, stride>(r.reference.weight[p], stress.value, t.by_q + row);
+    double* left = t.left + 6 * p * stride;
+    strain_rows<kind>(r.reference, r.elastic, p, left);
+    if (stress.linear)
+      stress.elastic.set_by_hooke(c, left, r.enhancement, p);
+    else
+      stress.elastic.set(stress.stiffness.at(p), left, r.enhancement, p);
+    scale_rows<6, stride>(r.reference.weight[p], stress.elastic.value, t.by_q + 6 * p * stride);
+    if (c.beta > 0) add_viscous_rows<kind>(c, r, p, stress, t);
   }
-  if (c.beta > 0) add_viscous_rows<kind>(c, r, t);
-  if constexpr (Enhancement<kind>::modes > 0) {
-    const int row = t.count_q * stride;
-    ModeFactors factors = r.enhancement.linear;
-    if (!stiffness.same) r.enhancement.factor(stiffness, factors);
-    stress.couple(factors, r.enhancement, t.left + row);
-    divide_modes<stride>(factors, 1.0, t.left + row, t.by_q + row);
-    t.count_q += kModes;
-  }
+  if constexpr (Enhancement<kind>::modes > 0) add_mode_rows<kind>(c, r, stress, t);
 }
 
 // The share of the stress in force_q: int grad N_i . S grad N_j dV in each direction.

@@ -24,6 +24,9 @@ using Kind = LocalStructure::Kind;
 constexpr std::array<Block, 4> kConstraintBlocks{Block::position_q, Block::velocity_q, Block::acceleration_q,
                                                  Block::acceleration_v};
 
+/// Elements without a colour that are computed together, and how few of them are not worth waking threads.
+constexpr std::size_t kMostWaiting = 512, kWorthThreads = 16;
+
 /// Keeps the first of the exceptions that elements throw, first in the order of the sum.
 class FirstFailure {
  public:
@@ -57,7 +60,7 @@ BlockSet blocks_of(const ElementGroup& group, const LocalStructure& structure) {
   return blocks;
 }
 
-/// What one thread needs for one element, large enough for every group.
+/// What is needed to compute one element of groups with at most nq coordinates and nc constraints.
 struct Workspace {
   std::vector<double> q, v, a;
   std::vector<double> force, position, velocity, acceleration;
@@ -110,12 +113,15 @@ class Multibody final : public ConstrainedSystem {
     return constraint_start_[g] + e * groups_[g]->local_constraints();
   }
 
-  template <class Work>
+  void make_workspaces();
+  template <class Compute, class Add>
   void for_each_element(const Colouring& colouring, const std::vector<char>& group_takes_part,
-                        Work work) const;
-  void add_residual(ElementId id, const StateView& state, Residual& residual, Workspace& work) const;
-  void add_tangent(ElementId id, const StateView& state, Tangent& tangent, BlockSet blocks,
-                   Workspace& work) const;
+                        const Compute& compute, const Add& add) const;
+  void compute_residual(ElementId id, const StateView& state, Residual& residual, Workspace& work) const;
+  void add_force(ElementId id, const Workspace& work, std::vector<double>& force) const;
+  void compute_tangent(ElementId id, const StateView& state, Tangent& tangent, BlockSet blocks,
+                       Workspace& work) const;
+  void add_force_blocks(ElementId id, BlockSet blocks, Tangent& tangent, Workspace& work) const;
   void set_constraint_block(Block block, ElementId id, const double* local, Tangent& tangent) const;
 
   Groups groups_;
@@ -131,17 +137,15 @@ class Multibody final : public ConstrainedSystem {
   Colouring colouring_, residual_colouring_;  // the second without the groups of device_forces_
   std::vector<std::unique_ptr<DeviceForce>> device_forces_;
   mutable std::vector<Workspace> workspaces_;  // of each thread
+  mutable std::vector<Workspace> waiting_;     // of elements without a colour, until their turn
 };
 
 Multibody::Multibody(Groups groups, std::vector<BodyCoordinates> bodies, int coordinates, int threads,
                      Backend backend)
     : groups_(std::move(groups)), bodies_(std::move(bodies)), n_(coordinates), threads_(threads) {
-  std::size_t nq = 0, nc = 0;
   for (const auto& group : groups_) {
     structure_.push_back(group->structure());
     blocks_.push_back(blocks_of(*group, structure_.back()));
-    nq = std::max(nq, static_cast<std::size_t>(group->local_coordinates()));
-    nc = std::max(nc, static_cast<std::size_t>(group->local_constraints()));
   }
   number_constraints();
   force_blocks_ = find_force_blocks(groups_, structure_, n_, threads_, pattern_);
@@ -149,8 +153,29 @@ Multibody::Multibody(Groups groups, std::vector<BodyCoordinates> bodies, int coo
   colouring_ = colour_elements(groups_, n_);
   const std::set<int> on_device = backend == Backend::cuda ? make_device_forces() : std::set<int>();
   residual_colouring_ = on_device.empty() ? colouring_ : colour_elements(groups_, n_, on_device);
-  workspaces_.assign(static_cast<std::size_t>(threads_), Workspace(nq, nc));
-  for (Workspace& work : workspaces_) work.runs.reserve(nq + 1);  // a copy has no room of its own
+  make_workspaces();
+}
+
+void Multibody::make_workspaces() {
+  const auto fill = [&](std::vector<Workspace>& workspaces, std::size_t count, const std::set<int>& groups) {
+    std::size_t nq = 0, nc = 0;
+    for (const int g : groups) {
+      nq = std::max(nq, static_cast<std::size_t>(groups_[g]->local_coordinates()));
+      nc = std::max(nc, static_cast<std::size_t>(groups_[g]->local_constraints()));
+    }
+    workspaces.assign(count, Workspace(nq, nc));
+    for (Workspace& work : workspaces) work.runs.reserve(nq + 1);  // a copy has no room of its own
+  };
+  std::set<int> all, uncoloured;
+  for (std::size_t g = 0; g < groups_.size(); ++g) all.insert(static_cast<int>(g));
+  std::size_t most = 0;
+  for (const Colouring* colouring : {&colouring_, &residual_colouring_}) {
+    const std::size_t first = colouring->colour_start.back(), end = colouring->order.size();
+    for (std::size_t k = first; k < end; ++k) uncoloured.insert(colouring->order[k].group);
+    most = std::max(most, end - first);
+  }
+  fill(workspaces_, static_cast<std::size_t>(threads_), all);
+  fill(waiting_, std::min(kMostWaiting, most), uncoloured);
 }
 
 /// The numbers of the groups whose F a device evaluates.
@@ -205,15 +230,16 @@ void Multibody::find_constraint_blocks() {
   }
 }
 
-/// Calls work(element, workspace) for all elements of the groups that take part, in the order of the
-/// colouring.
-template <class Work>
+/// Calls compute(element, workspace) and then add(element, workspace) for all elements of the groups that
+/// take part; add in the order of the colouring. Elements without a colour, as the links of a rigid
+/// interface, which all have its frame, are computed by all threads and added by one.
+template <class Compute, class Add>
 void Multibody::for_each_element(const Colouring& colouring, const std::vector<char>& group_takes_part,
-                                 Work work) const {
+                                 const Compute& compute, const Add& add) const {
   FirstFailure failure;
-  const auto visit = [&](std::size_t k, Workspace& workspace) {
+  const auto visit = [&](std::size_t k, const auto& work) {
     const ElementId id = colouring.order[k];
-    if (group_takes_part[id.group] != 0) failure.watch(k, [&] { work(id, workspace); });
+    if (group_takes_part[id.group] != 0) failure.watch(k, [&] { work(id); });
   };
   const auto& order = colouring.order;
   const auto& start = colouring.colour_start;
@@ -222,9 +248,19 @@ void Multibody::for_each_element(const Colouring& colouring, const std::vector<c
     Workspace& workspace = workspaces_[static_cast<std::size_t>(omp_get_thread_num())];
     for (std::size_t colour = 0; colour + 1 < start.size(); ++colour)
 #pragma omp for schedule(dynamic, 8)
-      for (std::size_t k = start[colour]; k < start[colour + 1]; ++k) visit(k, workspace);
+      for (std::size_t k = start[colour]; k < start[colour + 1]; ++k)
+        visit(k, [&](ElementId id) {
+          compute(id, workspace);
+          add(id, workspace);
+        });
   }
-  for (std::size_t k = start.back(); k < order.size(); ++k) visit(k, workspaces_[0]);
+  for (std::size_t first = start.back(); first < order.size(); first += waiting_.size()) {
+    const std::size_t end = std::min(order.size(), first + waiting_.size());
+#pragma omp parallel for num_threads(threads_) schedule(static) if (end - first > kWorthThreads)
+    for (std::size_t k = first; k < end; ++k)
+      visit(k, [&](ElementId id) { compute(id, waiting_[k - first]); });
+    for (std::size_t k = first; k < end; ++k) visit(k, [&](ElementId id) { add(id, waiting_[k - first]); });
+  }
   failure.rethrow();
 }
 
@@ -237,8 +273,10 @@ void clear(std::vector<double>& values, int threads) {
 void Multibody::evaluate(const StateView& state, Residual& residual) const {
   for (const auto& force : device_forces_) force->begin(state);
   clear(residual.force, threads_);
-  for_each_element(residual_colouring_, std::vector<char>(groups_.size(), 1),
-                   [&](ElementId id, Workspace& work) { add_residual(id, state, residual, work); });
+  for_each_element(
+      residual_colouring_, std::vector<char>(groups_.size(), 1),
+      [&](ElementId id, Workspace& work) { compute_residual(id, state, residual, work); },
+      [&](ElementId id, Workspace& work) { add_force(id, work, residual.force); });
   for (const auto& force : device_forces_) force->add_to(residual.force);
 }
 
@@ -248,12 +286,15 @@ void Multibody::evaluate(const StateView& state, Tangent& tangent, BlockSet bloc
   }
   std::vector<char> has_some;
   for (const BlockSet of_group : blocks_) has_some.push_back(of_group.meets(blocks) ? 1 : 0);
-  for_each_element(colouring_, has_some,
-                   [&](ElementId id, Workspace& work) { add_tangent(id, state, tangent, blocks, work); });
+  for_each_element(
+      colouring_, has_some,
+      [&](ElementId id, Workspace& work) { compute_tangent(id, state, tangent, blocks, work); },
+      [&](ElementId id, Workspace& work) { add_force_blocks(id, blocks, tangent, work); });
 }
 
-void Multibody::add_residual(ElementId id, const StateView& state, Residual& residual,
-                             Workspace& work) const {
+/// The share of F to `work`, the rows of constraints, which are the element's own, to where they belong.
+void Multibody::compute_residual(ElementId id, const StateView& state, Residual& residual,
+                                 Workspace& work) const {
   const ElementGroup& group = *groups_[id.group];
   const int nq = group.local_coordinates(), nc = group.local_constraints();
   const int* coordinates = group.coordinates(id.element);
@@ -266,14 +307,20 @@ void Multibody::add_residual(ElementId id, const StateView& state, Residual& res
   LocalResidual local{work.force.data(), work.position.data(), work.velocity.data(),
                       work.acceleration.data()};
   group.residual(id.element, local_state, local);
-  for (int k = 0; k < nq; ++k) residual.force[coordinates[k]] += local.force[k];
   std::copy_n(local.position, nc, residual.position.begin() + row);
   std::copy_n(local.velocity, nc, residual.velocity.begin() + row);
   std::copy_n(local.acceleration, nc, residual.acceleration.begin() + row);
 }
 
-void Multibody::add_tangent(ElementId id, const StateView& state, Tangent& tangent, BlockSet blocks,
-                            Workspace& work) const {
+void Multibody::add_force(ElementId id, const Workspace& work, std::vector<double>& force) const {
+  const ElementGroup& group = *groups_[id.group];
+  const int* coordinates = group.coordinates(id.element);
+  for (int k = 0; k < group.local_coordinates(); ++k) force[coordinates[k]] += work.force[k];
+}
+
+/// As compute_residual.
+void Multibody::compute_tangent(ElementId id, const StateView& state, Tangent& tangent, BlockSet blocks,
+                                Workspace& work) const {
   const ElementGroup& group = *groups_[id.group];
   const LocalStructure& structure = structure_[id.group];
   const auto nq = static_cast<std::size_t>(group.local_coordinates());
@@ -293,17 +340,22 @@ void Multibody::add_tangent(ElementId id, const StateView& state, Tangent& tange
                      constraint(Block::acceleration_v),
                      blocks};
   group.tangent(id.element, local_state, local);
-  const double* const force_blocks[] = {local.force_q, local.force_v, local.force_a};
-  for (std::size_t i = 0; i < kForceBlocks.size(); ++i)
-    if (blocks.has(kForceBlocks[i]))
-      force_blocks_[i].add(id.group, id.element, group, force_blocks[i], pattern_[kForceBlocks[i]],
-                           tangent[kForceBlocks[i]], work.runs);
   if (nc == 0) return;
   const double* const constraint_blocks[] = {local.position_q, local.velocity_q, local.acceleration_q,
                                              local.acceleration_v};
   for (std::size_t i = 0; i < kConstraintBlocks.size(); ++i)
     if (blocks.has(kConstraintBlocks[i]))
       set_constraint_block(kConstraintBlocks[i], id, constraint_blocks[i], tangent);
+}
+
+void Multibody::add_force_blocks(ElementId id, BlockSet blocks, Tangent& tangent, Workspace& work) const {
+  for (std::size_t i = 0; i < kForceBlocks.size(); ++i) {
+    const Block block = kForceBlocks[i];
+    if (blocks.has(block))
+      force_blocks_[i].add(id.group, id.element, *groups_[id.group],
+                           work.block[static_cast<std::size_t>(block)].data(), pattern_[block],
+                           tangent[block], work.runs);
+  }
 }
 
 void Multibody::set_constraint_block(Block block, ElementId id, const double* local, Tangent& tangent) const {

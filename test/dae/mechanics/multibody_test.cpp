@@ -181,15 +181,15 @@ TEST(Multibody, OverwritesTheBlocksThatAreAskedForAndNoOthers) {
   }
 }
 
-/// A chain of elements that share coordinates, and a hundred that share one coordinate.
+/// A chain of elements that share coordinates, and many that share one coordinate.
+constexpr int kNodes = 700;
 MultibodyBuilder chain_and_star() {
-  constexpr int kNodes = 200;
   MultibodyBuilder builder;
   builder.add_coordinates("all", std::vector<double>(3 * kNodes), std::vector<double>(3 * kNodes));
   std::vector<int> chain, star;
   for (int k = 0; k + 1 < kNodes; ++k)
     for (int c = 0; c < 6; ++c) chain.push_back(3 * k + c);
-  for (int k = 1; k <= 100; ++k) star.insert(star.end(), {3 * k, 3 * k + 1, 0});
+  for (int k = 1; k < kNodes; ++k) star.insert(star.end(), {3 * k, 3 * k + 1, 0});
   LocalStructure dense;
   dense.force_v = dense.force_a = Kind::dense;
   builder.add(std::make_shared<ArtificialGroup>("chain", 6, 1, chain, dense));
@@ -200,8 +200,9 @@ MultibodyBuilder chain_and_star() {
 TEST(Multibody, ResultsDoNotDependOnTheNumberOfThreads) {
   const MultibodyBuilder builder = chain_and_star();
   Random random(5);
-  const std::vector<double> q = random.vector(600), v = random.vector(600), a = random.vector(600),
-                            lambda = random.vector(600);
+  constexpr int n = 3 * kNodes;
+  const std::vector<double> q = random.vector(n), v = random.vector(n), a = random.vector(n),
+                            lambda = random.vector(n);
   const StateView state{0.3, q.data(), v.data(), a.data(), lambda.data()};
   Residual first_residual;
   Tangent first_tangent;

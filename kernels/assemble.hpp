@@ -20,12 +20,13 @@ namespace mfs {
 
 template <class TeamMember, class Scalar>
 void clear_columns(const TeamMember& team, const Front<Scalar>& front, Vertex begin, Vertex end) {
-  const Offset p = front.pivots, b = front.border;
+  const Offset p = front.pivots, ld = front.lower_ld, contribution_ld = front.contribution_ld;
   const Offset lower_begin = begin < p ? begin : p, lower_end = end < p ? end : p;
   const Offset right_begin = begin < p ? 0 : begin - p, right_end = end < p ? 0 : end - p;
-  team_range(team, lower_begin * (p + b), lower_end * (p + b), [&](Offset i) { front.lower[i] = Scalar(0); });
+  team_range(team, lower_begin * ld, lower_end * ld, [&](Offset i) { front.lower[i] = Scalar(0); });
   team_range(team, right_begin * p, right_end * p, [&](Offset i) { front.upper[i] = Scalar(0); });
-  team_range(team, right_begin * b, right_end * b, [&](Offset i) { front.contribution[i] = Scalar(0); });
+  team_range(team, right_begin * contribution_ld, right_end * contribution_ld,
+             [&](Offset i) { front.contribution[i] = Scalar(0); });
 }
 
 /// First entry of front f that lies in front column `column` or beyond: the entries ascend by column.
@@ -34,7 +35,7 @@ KOKKOS_INLINE_FUNCTION Offset first_entry(const FrontStore<Scalar, Value>& store
   const Front<Scalar> front = store.front(f);
   const Offset target =
       column < front.pivots
-          ? store.lower_begin[f] + static_cast<Offset>(column) * front.rows()
+          ? store.lower_begin[f] + static_cast<Offset>(column) * front.lower_ld
           : store.upper_begin[f] + static_cast<Offset>(column - front.pivots) * front.pivots;
   Offset begin = store.entry_begin[f], count = store.entry_begin[f + 1] - begin;
   while (count > 0) {
@@ -69,14 +70,14 @@ void extend_add(const TeamMember& team, const FrontStore<Scalar, Value>& store, 
   const Vertex split = lower_bound(map, b, p);  // rows before it go to pivot rows
   const Vertex last = lower_bound(map, b, end);
   for (Vertex j = lower_bound(map, b, begin); j < last; ++j) {
-    const Scalar* column = source.contribution + static_cast<Offset>(j) * b;
+    const Scalar* column = source.contribution + static_cast<Offset>(j) * source.contribution_ld;
     const Offset target = map[j];
     if (target < p) {
-      Scalar* lower = parent.lower + target * parent.rows();
+      Scalar* lower = parent.lower + target * parent.lower_ld;
       team_range(team, 0, b, [&](Offset i) { lower[map[i]] += column[i]; });
     } else {
       Scalar* upper = parent.upper + (target - p) * p;
-      Scalar* contribution = parent.contribution + (target - p) * parent.border;
+      Scalar* contribution = parent.contribution + (target - p) * parent.contribution_ld;
       team_range(team, 0, split, [&](Offset i) { upper[map[i]] += column[i]; });
       team_range(team, split, b, [&](Offset i) { contribution[map[i] - p] += column[i]; });
     }

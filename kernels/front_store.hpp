@@ -6,7 +6,7 @@
 
 #include <Kokkos_Core.hpp>
 
-#include "ordering/types.hpp"
+#include "ordering/symbolic_plan.hpp"
 
 namespace mfs {
 
@@ -101,6 +101,7 @@ using Narrow = std::conditional_t<std::is_same_v<Scalar, RealOf<Scalar>>, float,
 template <class Scalar>
 struct Front {
   Vertex pivots, border;
+  Vertex lower_ld, contribution_ld;
   Scalar* lower;         // [P; L], (pivots + border) x pivots
   Scalar* upper;         // U, pivots x border
   Scalar* contribution;  // C, border x border
@@ -155,6 +156,8 @@ struct FrontStore {
     Front<Scalar> view;
     view.pivots = pivot_begin[f + 1] - pivot_begin[f];
     view.border = static_cast<Vertex>(border_begin[f + 1] - border_begin[f]);
+    view.lower_ld = leading_dimension(view.rows());
+    view.contribution_ld = leading_dimension(view.border);
     view.lower = storage + lower_begin[f];
     view.upper = storage + upper_begin[f];
     view.contribution = storage + contribution_begin[f];

@@ -99,7 +99,7 @@ class HostFactorization final : public AccuracyLadder<Exec, HostArena, Value> {
     for (Vertex f = 0; f < plan().num_fronts; ++f) {
       const Front<Scalar> front = store_.front(f);
       for (Vertex i = 0; i < front.pivots; ++i)
-        *pivots++ = std::complex<double>(front.lower[i + static_cast<Offset>(i) * front.rows()]);
+        *pivots++ = std::complex<double>(front.lower[i + static_cast<Offset>(i) * front.lower_ld]);
     }
   }
 

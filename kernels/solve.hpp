@@ -77,7 +77,7 @@ void forward_blocks(const Split& split, const Front<Scalar>& front, bool transpo
                     Scalar* y, Offset ldy, Scalar* z) {
   using blas::Transpose;
   const Vertex p = front.pivots, b = front.border, width = split.block(p);
-  const Offset ld = front.rows();
+  const Offset ld = front.lower_ld;
   const Scalar* lower = front.lower;
   for (Vertex k = 0; k < p; k += width) {
     const Vertex s = width < p - k ? width : p - k, next = k + s;
@@ -108,7 +108,7 @@ void backward_blocks(const Split& split, const Front<Scalar>& front, bool transp
                      Scalar* y, Offset ldy, const Scalar* x) {
   using blas::Transpose;
   const Vertex p = front.pivots, b = front.border, width = split.block(p);
-  const Offset ld = front.rows();
+  const Offset ld = front.lower_ld;
   const Scalar* lower = front.lower;
   split(p, [=](Vertex i, Vertex count) {
     if (transposed) {

@@ -46,7 +46,7 @@ FrontTally factor_front(const Ops& ops, const Front<Scalar>& front, Vertex width
                         Vertex* interchange, Scalar* shift, Scalar* work) {
   FrontTally tally;
   const Vertex p = front.pivots, b = front.border;
-  const Offset ld = front.rows();
+  const Offset ld = front.lower_ld;
   for (Vertex k = 0; k < p; k += width) {
     const Vertex s = width < p - k ? width : p - k, rest = p - k - s;
     Scalar* block = front.lower + k + k * ld;        // (k, k)

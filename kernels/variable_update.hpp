@@ -10,7 +10,8 @@ namespace mfs {
 template <class Ops, class Scalar>
 double update_front(const Ops& ops, const Front<Scalar>& front) {
   const Vertex p = front.pivots, b = front.border;
-  ops.gemm_minus(b, b, p, front.lower + p, front.rows(), front.upper, p, front.contribution, b);
+  ops.gemm_minus(b, b, p, front.lower + p, front.lower_ld, front.upper, p, front.contribution,
+                 front.contribution_ld);
   return 2.0 * p * static_cast<double>(b) * b;
 }
 

@@ -85,7 +85,9 @@ SeparatorTree order_matrix(const Pattern& pattern, const MatchedScaling& matched
     return tree_of_permutation(paired_graph(pattern, matched, threads), options);
 
   const OrderedGraph ordered = dissect(pattern, matched, options, threads, progress);
-  return fronts_of_order(ordered.compressed.graph, ordered.compressed.partition, ordered.order);
+  const NodeList fronts =
+      fronts_of_order(ordered.compressed.graph, ordered.compressed.partition, ordered.order);
+  return breadth_first(align_nodes(fronts, matched.pair));
 }
 
 }  // namespace mfs

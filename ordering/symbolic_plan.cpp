@@ -37,7 +37,7 @@ BlockFlops SymbolicPlan::flops_of(Vertex f) const {
 namespace {
 
 Offset aligned(Offset entries) {
-  return (entries + kBlockAlignment - 1) / kBlockAlignment * kBlockAlignment;
+  return (entries + kAlignment - 1) / kAlignment * kAlignment;
 }
 
 // Builds one plan in the order of its public steps and is thrown away.
@@ -230,10 +230,10 @@ class PlanBuilder {
       for (Vertex f = plan_.depth_begin[k]; f < plan_.depth_begin[k + 1]; ++f) {
         const Offset p = plan_.pivots(f), b = plan_.border_rows(f);
         plan_.lower_begin[f] = next;
-        next += aligned(p * (p + b));
+        next += aligned(p * plan_.lower_ld(f));
         plan_.upper_begin[f] = next;
         next += aligned(p * b);
-        contribution[k] += aligned(b * b);
+        contribution[k] += aligned(b * plan_.contribution_ld(f));
         plan_.nnz_factor += p * p + 2 * p * b;
         plan_.max_front = std::max(plan_.max_front, static_cast<Vertex>(p + b));
       }
@@ -262,7 +262,7 @@ class PlanBuilder {
       Offset place = k % 2 == first_left ? left(k) : plan_.storage_entries - contribution[k];
       for (Vertex f = plan_.depth_begin[k]; f < plan_.depth_begin[k + 1]; ++f) {
         plan_.contribution_begin[f] = place;
-        place += aligned(static_cast<Offset>(plan_.border_rows(f)) * plan_.border_rows(f));
+        place += aligned(static_cast<Offset>(plan_.border_rows(f)) * plan_.contribution_ld(f));
       }
     }
   }
@@ -272,7 +272,7 @@ class PlanBuilder {
     std::vector<std::vector<Vertex>> local_of_thread(threads_, std::vector<Vertex>(plan_.n));
     for_all_fronts([&](Vertex f) {
       std::vector<Vertex>& local = local_of_thread[omp_get_thread_num()];
-      const Vertex p = plan_.pivots(f), front_rows = p + plan_.border_rows(f);
+      const Vertex p = plan_.pivots(f), front_rows = p + plan_.border_rows(f), ld = plan_.lower_ld(f);
       for (Vertex i = 0; i < p; ++i) local[plan_.pivot_begin[f] + i] = i;
       for (Vertex i = p; i < front_rows; ++i) local[plan_.border[plan_.border_begin[f] + i - p]] = i;
       for (Vertex c = plan_.child_begin[f]; c < plan_.child_begin[f + 1]; ++c) {
@@ -285,7 +285,7 @@ class PlanBuilder {
         const Offset i = local[position_of_row_[plan_.entry_row[e]]];
         const Offset j = local[position_of_column_[plan_.entry_column[e]]];
         plan_.entry_target[e] =
-            j < p ? plan_.lower_begin[f] + i + j * front_rows : plan_.upper_begin[f] + i + (j - p) * p;
+            j < p ? plan_.lower_begin[f] + i + j * ld : plan_.upper_begin[f] + i + (j - p) * p;
       }
     });
   }

@@ -8,12 +8,16 @@
 //
 // Storage of front f with p pivots and b border rows, column-major:
 //
-//              p            b                factors:        [ P ]  (p+b) x p at lower_begin[f], ld p+b
+//              p            b                factors:        [ P ]  (p+b) x p at lower_begin[f], lower_ld(f)
 //          +-------+-----------------+                       [ L ]
 //        p |   P   |        U        |                        U     p x b     at upper_begin[f], ld p
 //          +-------+-----------------+       contribution block:
-//        b |   L   |        C        |                        C     b x b     at contribution_begin[f], ld b
-//          +-------+-----------------+
+//        b |   L   |        C        |                        C     b x b     at contribution_begin[f],
+//          +-------+-----------------+                              contribution_ld(f)
+//
+// Leading dimensions of large blocks are multiples of 16, and so are the pivots of large fronts
+// (align_pivots): products whose operands do not begin at multiples of 128 bytes take cuBLAS 1.4 times as
+// long.
 //
 // One region holds them all. Factors lie in it in the order of their fronts, from the left. A contribution
 // block lives from its own step to the next one, so it may lie where factors of later steps will be: those of
@@ -38,6 +42,17 @@ struct BlockFlops {
   double total() const { return getrf + trsm + gemm; }
 };
 BlockFlops block_flops(double pivots, double rest);
+
+/// Blocks of the region begin at multiples of kAlignment entries (128 bytes of doubles), and so do the
+/// columns of those with at least kAlignedRows rows.
+constexpr Vertex kAlignedRows = 512;
+#ifdef __CUDACC__
+__host__ __device__
+#endif
+    constexpr Vertex
+    leading_dimension(Vertex rows) {
+  return rows < kAlignedRows ? rows : (rows + kAlignment - 1) / kAlignment * kAlignment;
+}
 
 struct SymbolicPlan {
   Vertex n = 0;
@@ -76,13 +91,12 @@ struct SymbolicPlan {
 
   Vertex pivots(Vertex f) const { return pivot_begin[f + 1] - pivot_begin[f]; }
   Vertex border_rows(Vertex f) const { return static_cast<Vertex>(border_begin[f + 1] - border_begin[f]); }
+  Vertex lower_ld(Vertex f) const { return leading_dimension(pivots(f) + border_rows(f)); }
+  Vertex contribution_ld(Vertex f) const { return leading_dimension(border_rows(f)); }
   /// Blocks into which the pivot block of a front is divided: ceil(p / max_block_size), as equal as can be.
   Vertex block_width(Vertex pivots) const;
   BlockFlops flops_of(Vertex f) const;
 };
-
-/// Entries to which every block of the region is aligned (64 bytes of doubles).
-constexpr Offset kBlockAlignment = 8;
 
 /// Makes the plan of `pattern` with its rows permuted by `row_order` (empty: identity) for the given tree.
 /// The same for any number of threads. Throws InvalidInput("tree", row, column) when an entry joins two

@@ -149,7 +149,7 @@ SeparatorTree tree_of_permutation(const CompressedGraph& paired, const AnalysisO
     const Vertex v = paired.partition.vertex_of[options.permutation[p]];
     if (last[v] == p) order.push_back(v);
   }
-  return fronts_of_order(paired.graph, paired.partition, order);
+  return breadth_first(fronts_of_order(paired.graph, paired.partition, order));
 }
 
 SeparatorTree tree_of_caller(const CompressedGraph& paired, const AnalysisOptions& options) {

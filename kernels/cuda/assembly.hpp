@@ -26,8 +26,9 @@ __device__ void sum_children(const DeviceStore<S, Value>& store, Vertex f, int j
       const int column = rows[j];
       if (column < 0) continue;
       const Vertex child = at.children[c];
-      const Offset b = at.border_begin[child + 1] - at.border_begin[child];
-      const S* const from = at.storage + at.contribution_begin[child] + column * b;
+      const Vertex b = static_cast<Vertex>(at.border_begin[child + 1] - at.border_begin[child]);
+      const S* const from =
+          at.storage + at.contribution_begin[child] + column * static_cast<Offset>(leading_dimension(b));
       int row[kBatch];
 #pragma unroll
       for (int k = 0; k < kBatch; ++k) row[k] = first + k * kWarp < end ? rows[first + k * kWarp] : -1;
@@ -50,12 +51,12 @@ __global__ void __launch_bounds__(kAssembleThreads)
   const FrontStore<S, Value>& at = store.fronts;
   const Vertex f = part.front;
   const Front<S> front = at.front(f);
-  const int p = front.pivots, rows = front.rows(), columns = part.end - part.begin;
+  const int p = front.pivots, columns = part.end - part.begin;
   S* block = front.lower;
-  Offset ld = rows;
+  Offset ld = front.lower_ld;
   if (part.begin >= p) {
     const bool pivots = part.first_row < p;
-    ld = pivots ? p : front.border;
+    ld = pivots ? p : front.contribution_ld;
     block = (pivots ? front.upper : front.contribution) - p * ld - part.first_row;
   }
   const int pieces = (part.last_row - part.first_row + kAssembleRows - 1) / kAssembleRows;

@@ -85,7 +85,7 @@ __device__ void store_tile(const Tile<S>& tile, S* to, Offset ld) {
 // Exchanges two rows of a whole front, all columns.
 template <class S>
 __device__ void exchange_front_rows(const Front<S>& front, int a, int b) {
-  const Offset ld = front.rows();
+  const Offset ld = front.lower_ld;
   for (int c = threadIdx.x; c < front.rows(); c += blockDim.x) {
     S* column = c < front.pivots ? front.lower + c * ld
                                  : front.upper + static_cast<Offset>(c - front.pivots) * front.pivots;
@@ -101,7 +101,7 @@ __device__ __noinline__ void factor_strict(const DeviceStore<S, Value>& store, V
                                            const Front<S>& front, int k, int s, S* column_work,
                                            TileWork<S>& work) {
   const PivotRule rule = store.rule();
-  const Offset ld = front.rows();
+  const Offset ld = front.lower_ld;
   const int m = front.pivots - k, begin = store.fronts.pivot_begin[f];
   S* const a = front.lower + k + k * ld;
   Vertex* local_row = store.fronts.local_row + begin;
@@ -183,7 +183,7 @@ __global__ void __launch_bounds__(kTileThreads)
   const Vertex f = task.front;
   const Front<S> front = store.fronts.front(f);
   const int k = task.k, s = min(kTile<S>, front.pivots - k);
-  const Offset ld = front.rows();
+  const Offset ld = front.lower_ld;
   S* const diagonal = front.lower + k + k * ld;
   TileWork<S>& work = *reinterpret_cast<TileWork<S>*>(memory);
   S* a = reinterpret_cast<S*>(memory + sizeof(TileWork<S>));
@@ -224,14 +224,14 @@ __global__ void exchange_block_rows(DeviceStore<S, Value> store, Offset first) {
   for (int i = threadIdx.x; i < s; i += blockDim.x) moved |= local_row[i] != part.begin + i;
   if (!__syncthreads_or(moved)) return;
   S* const held = reinterpret_cast<S*>(memory);
-  S* const a = front.lower + part.begin + static_cast<Offset>(part.column) * front.rows();
+  S* const a = front.lower + part.begin + static_cast<Offset>(part.column) * front.lower_ld;
   constexpr int kColumns = 32;
   for (int c = 0; c < kTile<S>; c += kColumns) {
     for (int i = threadIdx.x; i < s * kColumns; i += blockDim.x)
-      held[i] = a[i % s + static_cast<Offset>(c + i / s) * front.rows()];
+      held[i] = a[i % s + static_cast<Offset>(c + i / s) * front.lower_ld];
     __syncthreads();
     for (int i = threadIdx.x; i < s * kColumns; i += blockDim.x)
-      a[i % s + static_cast<Offset>(c + i / s) * front.rows()] =
+      a[i % s + static_cast<Offset>(c + i / s) * front.lower_ld] =
           held[local_row[i % s] - part.begin + i / s * s];
     __syncthreads();
   }

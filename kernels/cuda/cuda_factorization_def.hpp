@@ -335,13 +335,14 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
     const Offset x = layout.add(block * sizeof(V)), v = layout.add(block * sizeof(S)),
                  y = layout.add(block * sizeof(S)),
                  border = layout.add(static_cast<Offset>(plan().border.size()) * width * sizeof(S)),
+                 partial = layout.add(stages_.partial_rows() * width * sizeof(S)),
                  error = layout.add((1 + kSolveColumns) * sizeof(double));
     const bool fits = layout.total() <= stages_.spare_bytes();
     if (!fits) vectors_ = std::make_unique<DeviceArena>(layout.total());
     char* const base = fits ? static_cast<char*>(stages_.spare()) : vectors_->template at<char>(0);
     x_ = reinterpret_cast<V*>(base + x);
     substitution_ = {reinterpret_cast<S*>(base + v), reinterpret_cast<S*>(base + y),
-                     reinterpret_cast<S*>(base + border)};
+                     reinterpret_cast<S*>(base + border), reinterpret_cast<S*>(base + partial)};
     device_error_ = reinterpret_cast<double*>(base + error);
     width_ = width;
     for (auto& graphs : solve_graph_) {

@@ -109,6 +109,7 @@ void Stream::to_host(void* to, const void* from, Offset bytes) const {
   });
 }
 void Stream::fill(void* place, int byte, Offset bytes) const {
+  if (bytes == 0) return;
   checked("cudaMemset",
           [&] { return cudaMemsetAsync(place, byte, static_cast<std::size_t>(bytes), stream_); });
 }

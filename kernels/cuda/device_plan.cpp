@@ -14,12 +14,13 @@ Vertex tiles_of(Offset length, Vertex tile) {
 class Builder {
  public:
   Builder(const SymbolicPlan& plan, Vertex tile, Vertex small_rows, bool wide_products, Vertex panel,
-          Vertex panelled, Vertex many_tiny)
+          Vertex panelled, Vertex many_tiny, Vertex solve_steps)
       : plan_(plan),
         wide_products_(wide_products),
         panel_(panel),
         panelled_(panelled),
-        many_tiny_(many_tiny) {
+        many_tiny_(many_tiny),
+        solve_steps_(solve_steps) {
     made_.tile = tile;
     made_.small_rows = small_rows;
   }
@@ -104,7 +105,7 @@ class Builder {
   // Of the front; the entries of a front ascend by it.
   Vertex column_of_entry(Vertex f, Offset entry) const {
     const Offset p = plan_.pivots(f), lower = plan_.entry_target[entry] - plan_.lower_begin[f];
-    if (lower < p * rows(f)) return static_cast<Vertex>(lower / rows(f));
+    if (lower < p * plan_.lower_ld(f)) return static_cast<Vertex>(lower / plan_.lower_ld(f));
     return static_cast<Vertex>(p + (plan_.entry_target[entry] - plan_.upper_begin[f]) / p);
   }
 
@@ -171,22 +172,24 @@ class Builder {
     place_products(products, depth().factor, order);
   }
 
-  // Pivots [k, next) from `rows` and `columns` of P, L and U; what would be C is left out.
+  // Pivots [k, next) from `rows` and `columns` of P, L and U; what would be C is left out. Products that
+  // reach the last row take those along that only align the next column: the library is faster so.
   void add_products(Vertex f, Vertex k, Vertex next, Span down, Span right,
                     std::vector<ProductTask>& products) const {
-    const Offset ld = rows(f), lower = plan_.lower_begin[f], upper = plan_.upper_begin[f];
+    const Offset ld = plan_.lower_ld(f), lower = plan_.lower_begin[f], upper = plan_.upper_begin[f];
     const Vertex p = plan_.pivots(f), s = next - k;
     const Span own{right.begin, std::min(right.end, p)};
     if (own.length() > 0 && down.length() > 0) {
+      const Vertex leading = plan_.lower_ld(f), end = down.end == rows(f) ? leading : down.end;
       products.push_back({lower + down.begin + k * ld, lower + k + own.begin * ld,
-                          lower + down.begin + own.begin * ld, down.length(), own.length(), s, rows(f),
-                          rows(f), rows(f), 0});
+                          lower + down.begin + own.begin * ld, end - down.begin, own.length(), s, leading,
+                          leading, leading, 0});
     }
     const Span border{std::max(right.begin, p), right.end}, pivots{down.begin, std::min(down.end, p)};
     if (border.length() > 0 && pivots.length() > 0) {
       const Offset first = static_cast<Offset>(border.begin - p) * p;
       products.push_back({lower + pivots.begin + k * ld, upper + k + first, upper + pivots.begin + first,
-                          pivots.length(), border.length(), s, rows(f), p, p, 0});
+                          pivots.length(), border.length(), s, plan_.lower_ld(f), p, p, 0});
     }
   }
 
@@ -226,8 +229,9 @@ class Builder {
     for (const Vertex f : large_) {
       const Vertex p = plan_.pivots(f), b = plan_.border_rows(f);
       if (b == 0 || p == 0) continue;
-      products.push_back({plan_.lower_begin[f] + p, plan_.upper_begin[f], plan_.contribution_begin[f], b, b,
-                          p, p + b, p, b, 0});
+      const Vertex leading = plan_.lower_ld(f), ldc = plan_.contribution_ld(f);
+      products.push_back({plan_.lower_begin[f] + p, plan_.upper_begin[f], plan_.contribution_begin[f],
+                          std::min(leading - p, ldc), b, p, leading, p, ldc, 0});
     }
     place_products(products, depth().update, Order::next);
   }
@@ -269,8 +273,15 @@ class Builder {
   // turns; backward: the other way round, and only pivots.
   void list_solve(Vertex step) {
     std::vector<Vertex> fronts, tiny;
-    for (Vertex f = plan_.depth_begin[step]; f < plan_.depth_begin[step + 1]; ++f)
-      (plan_.pivots(f) <= kTinyPivots && rows(f) <= kTinyRows ? tiny : fronts).push_back(f);
+    for (const Vertex crowd : {kCrowd, Vertex(1)}) {
+      fronts.clear();
+      tiny.clear();
+      for (Vertex f = plan_.depth_begin[step]; f < plan_.depth_begin[step + 1]; ++f) {
+        const Offset entries = static_cast<Offset>(plan_.pivots(f)) * rows(f);
+        (plan_.pivots(f) <= kTinyPivots && entries <= crowd * kTinyEntries ? tiny : fronts).push_back(f);
+      }
+      if (static_cast<Vertex>(tiny.size()) >= crowd * many_tiny_) break;
+    }
     if (static_cast<Vertex>(tiny.size()) < many_tiny_) {
       fronts.insert(fronts.end(), tiny.begin(), tiny.end());
       tiny.clear();
@@ -283,21 +294,33 @@ class Builder {
     depth().solve.begin = static_cast<Offset>(made_.solve.size());
     for (Vertex i = 0; i < most; ++i) {
       for (const Vertex f : fronts) {
-        if (i * kSolveTile < plan_.pivots(f)) made_.solve.push_back({f, i * kSolveTile, 0});
+        if (i * kSolveTile < plan_.pivots(f)) made_.solve.push_back({f, i * kSolveTile, 0, i, true, 0, 0});
       }
     }
     for (const Vertex f : fronts) {
+      const Vertex steps = tiles_of(plan_.pivots(f), kSolveTile);
       for (Vertex i = 0; i < plan_.border_rows(f); i += kSolveTile)
-        made_.solve.push_back({f, plan_.pivots(f) + i, 0});
+        made_.solve.push_back({f, plan_.pivots(f) + i, 0, steps, true, 0, 0});
     }
     depth().solve.end = depth().solve_back.begin = static_cast<Offset>(made_.solve.size());
-    for (Vertex i = 1; i <= most; ++i) {
+    for (Vertex i = 0; i < most; ++i) {
       for (const Vertex f : fronts) {
-        const Vertex tile = tiles_of(plan_.pivots(f), kSolveTile) - i;
-        if (tile >= 0) made_.solve.push_back({f, tile * kSolveTile, 0});
+        const Vertex tile = tiles_of(plan_.pivots(f), kSolveTile) - 1 - i;
+        if (tile >= 0) list_parts_back(f, tile * kSolveTile, i);
       }
     }
     depth().solve_back.end = static_cast<Offset>(made_.solve.size());
+  }
+
+  // Of a tile with `right` tiles right of it in the pivot block. Those steps wait for each other's results
+  // and stay together; the steps of the border do not wait.
+  void list_parts_back(Vertex f, Vertex begin, Vertex right) {
+    const Vertex of_border = tiles_of(plan_.border_rows(f), kSolveTile), parts = of_border / solve_steps_;
+    Offset& places = made_.solve_places;
+    for (Vertex i = 0; i < parts; ++i)
+      made_.solve.push_back({f, begin, i * solve_steps_, (i + 1) * solve_steps_, false, places + i, 0});
+    made_.solve.push_back({f, begin, parts * solve_steps_, of_border + right, true, places, parts});
+    places += parts;
   }
 
   void list_sources() {
@@ -345,7 +368,7 @@ class Builder {
 
   const SymbolicPlan& plan_;
   bool wide_products_;
-  Vertex panel_, panelled_, many_tiny_;
+  Vertex panel_, panelled_, many_tiny_, solve_steps_;
   std::vector<Vertex> small_, large_;
   DevicePlan made_;
 };
@@ -353,8 +376,8 @@ class Builder {
 }  // namespace
 
 DevicePlan make_device_plan(const SymbolicPlan& plan, Vertex tile, Vertex small_rows, bool wide_products,
-                            Vertex panel, Vertex panelled, Vertex many_tiny) {
-  return Builder(plan, tile, small_rows, wide_products, panel, panelled, many_tiny).build();
+                            Vertex panel, Vertex panelled, Vertex many_tiny, Vertex solve_steps) {
+  return Builder(plan, tile, small_rows, wide_products, panel, panelled, many_tiny, solve_steps).build();
 }
 
 }  // namespace mfs::cuda

@@ -48,9 +48,22 @@ struct AssemblyPart {
   Offset first_entry, last_entry;
 };
 
-/// A tile of a front that begins at row `begin`; or a block of its pivot block, at (begin, column).
+/// A block of a front's pivot block, at (begin, column).
 struct FrontPart {
   Vertex front, begin, column;
+};
+
+/// Steps [first_step, last_step) of the tile of a front that begins at row `begin`, for the solve: a step is
+/// kSolveTile entries of the vector times what of the factor multiplies them. Backward, what a long border
+/// needs is cut in parts, so that few large fronts fill the device. All but the last leave their sums in
+/// places of their own; the last takes those from its first place on, does the last steps and finishes the
+/// tile.
+struct SolvePart {
+  Vertex front, begin;
+  Vertex first_step, last_step;
+  bool finishes;
+  Offset place;  // of 64 sums: its own, or of the first part
+  Vertex parts;  // before the one that finishes
 };
 
 struct Range {
@@ -87,7 +100,7 @@ struct DepthLaunches {
   Range exchange;  // block rows left of later panels
   std::vector<Launch> update;
   Range tiny;        // fronts that one warp solves with
-  Range solve;       // tiles of the others, forward
+  Range solve;       // parts of tiles of the others, forward
   Range solve_back;  // and backward
 };
 
@@ -95,7 +108,9 @@ struct DevicePlan {
   Vertex tile = 0, small_rows = 0;
   std::vector<Vertex> small_fronts, tiny_fronts;
   std::vector<AssemblyPart> assemble;
-  std::vector<FrontPart> exchange, solve;
+  std::vector<FrontPart> exchange;
+  std::vector<SolvePart> solve;
+  Offset solve_places = 0;  // of partial sums
   std::vector<StepTask> steps;
   std::vector<ProductTask> products;
   std::vector<DepthLaunches> depths;
@@ -117,15 +132,20 @@ constexpr Vertex kAssembleEntries = 2048, kAssembleColumns = 4;
 /// Rows of a strip, of a tile of the solve.
 constexpr Vertex kStrip = 128;
 constexpr Vertex kSolveTile = 64;
+/// Steps of a part of a tile.
+constexpr Vertex kSolveSteps = 16;
 
-/// Fronts with at most so many pivots and rows are solved with by one warp, in depths that have many of them:
-/// a warp takes longer than a block, which matters where the device is not full.
-constexpr Vertex kTinyPivots = 32, kTinyRows = 96, kManyTiny = 2048;
+/// Fronts with at most kTinyPivots pivots and so many entries in L are solved with by one warp, in depths
+/// that have many of them: a warp takes longer than a block, which matters where the device is not full. In
+/// depths with kCrowd times as many fronts a warp may have kCrowd times as many entries.
+constexpr Vertex kTinyPivots = 32, kTinyEntries = 3072, kManyTiny = 2048, kCrowd = 3;
 
 /// `tile` pivots per block column; fronts of up to `small_rows` rows are small; products may be cut into wide
 /// tiles; fronts of `panelled` pivots are factored by panels of `panel`, a multiple of
-/// `tile`; `many_tiny` tiny fronts of a depth are solved with by warps.
+/// `tile`; `many_tiny` tiny fronts of a depth are solved with by warps; parts of a tile of the solve take
+/// `solve_steps` steps.
 DevicePlan make_device_plan(const SymbolicPlan& plan, Vertex tile, Vertex small_rows, bool wide_products,
-                            Vertex panel = kPanel, Vertex panelled = kPanelled, Vertex many_tiny = kManyTiny);
+                            Vertex panel = kPanel, Vertex panelled = kPanelled, Vertex many_tiny = kManyTiny,
+                            Vertex solve_steps = kSolveSteps);
 
 }  // namespace mfs::cuda

@@ -55,10 +55,12 @@ class DeviceStages {
   /// where given, is called before each launch, one after the other then, and once at the end.
   void factor(double tolerance, bool look_ahead, const Mark& mark = {});
   /// Launches v := A'^-1 v (elimination order, scaled) for the factors, or the transposed. All have
-  /// solve_width(...) columns side by side: v and y n rows, border one per border row of every front.
+  /// solve_width(...) columns side by side: v and y n rows, border one per border row of every front, partial
+  /// partial_rows().
   struct Vectors {
-    S *v, *y, *border;
+    S *v, *y, *border, *partial;
   };
+  Offset partial_rows() const { return lists_.solve_places * kSolveTile; }
   void substitute(const Vectors& vectors, Vertex width, bool transposed);
 
  private:

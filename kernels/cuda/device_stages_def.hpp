@@ -269,9 +269,11 @@ void DeviceStages<S, V>::substitute_columns(const Vectors& at) {
   const auto tiny_blocks = [](const DepthLaunches& depth) {
     return static_cast<unsigned>((depth.tiny.count() + kTinyFrontsPerBlock - 1) / kTinyFrontsPerBlock);
   };
-  const DeviceVectors<S> vectors{at.v, at.y, at.border};
-  const Offset bytes = static_cast<Offset>(plan_.n) * K * static_cast<Offset>(sizeof(S));
-  stream_.fill(vectors.y, kUnset, bytes);
+  const DeviceVectors<S> vectors{at.v, at.y, at.border, at.partial};
+  const auto unset = [&](S* rows, Offset count) {
+    stream_.fill(rows, kUnset, count * K * static_cast<Offset>(sizeof(S)));
+  };
+  unset(vectors.y, plan_.n);
   for (const DepthLaunches& depth : lists_.depths) {
     beside(
         depth.tiny.count() > 0, depth.solve.count() > 0,
@@ -285,7 +287,8 @@ void DeviceStages<S, V>::substitute_columns(const Vectors& at) {
                   store_, vectors, depth.solve.begin);
         });
   }
-  stream_.fill(vectors.v, kUnset, bytes);
+  unset(vectors.v, plan_.n);
+  unset(vectors.partial, partial_rows());
   for (auto at_depth = lists_.depths.rbegin(); at_depth != lists_.depths.rend(); ++at_depth) {
     const DepthLaunches& depth = *at_depth;
     beside(

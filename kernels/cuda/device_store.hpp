@@ -21,7 +21,8 @@ struct DeviceStore {
 
   const Vertex *small_fronts, *tiny_fronts;
   const AssemblyPart* assemble;
-  const FrontPart *exchange, *solve;
+  const FrontPart* exchange;
+  const SolvePart* solve;
   const StepTask* steps;
   const ProductTask* products;
   const Offset *row_begin, *source_begin, *source;

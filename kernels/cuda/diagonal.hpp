@@ -14,7 +14,7 @@ void gather_diagonal(const Kokkos::Cuda& exec, const FrontStore<S, Value>& store
         const Vertex after = static_cast<Vertex>(position) + 1;
         const Vertex f = lower_bound(store.pivot_begin, fronts + 1, after) - 1;
         const Front<S> front = store.front(f);
-        to[position] = front.lower[(position - store.pivot_begin[f]) * (front.rows() + Offset(1))];
+        to[position] = front.lower[(position - store.pivot_begin[f]) * (front.lower_ld + Offset(1))];
       });
 }
 

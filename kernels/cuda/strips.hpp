@@ -97,7 +97,7 @@ __global__ void __launch_bounds__(kStripThreads, 1)
       store.steps[first + find_task(store.steps + first, count, &StepTask::first_strip, blockIdx.x)];
   const Vertex f = task.front;
   const Front<S> front = store.fronts.front(f);
-  const Offset ld = front.rows();
+  const Offset ld = front.lower_ld;
   const int k = task.k, s = min(tile, front.pivots - k), next = k + s;
   const int rest = front.pivots - next, length = rest + front.border;
   const int strips = task.left ? (length + kStrip - 1) / kStrip : 0;

@@ -6,9 +6,11 @@
 //               children left - L y
 //   backward    v_i = U_ii^-1 (y_i - U v(border) - sum_{j>i} U_ij v_j)
 //
-// A tile needs the results of others of its front, which run at the same time: it waits, entry by entry,
-// until they are no longer kUnset, which nothing computed is. They belong to blocks with smaller numbers, so
-// none waits for one that has not begun. Each sum is made by one block in one order.
+// Backward, tiles with a long border are cut in parts (SolvePart), a block each, so that the few large fronts
+// of a depth fill the device. A part needs the results of other tiles of its front, which run at the same
+// time: it waits, entry by entry, until they are no longer kUnset, which nothing computed is. They belong to
+// blocks with smaller numbers, so none waits for one that has not begun. Each sum is made in one order: the
+// parts' are added one by one.
 //
 // What multiplies the vector comes in steps of 64 columns through two places in shared memory, one step
 // ahead, and the diagonal tile last. From the last entries that a tile waits for to the first that others
@@ -36,12 +38,14 @@ constexpr int kStages = 2;
 constexpr int kUnset = 0xff;
 
 /// Vectors of one solve in elimination order, K columns side by side; `border` holds a row per border row of
-/// every front. y is unset before the forward pass, v before the backward pass.
+/// every front, `partial` 64 rows per place of a part. y is unset before the forward pass, v and partial
+/// before the backward pass.
 template <class S>
 struct DeviceVectors {
-  S* v;       // n x K
-  S* y;       // n x K
-  S* border;  // borders x K
+  S* v;        // n x K
+  S* y;        // n x K
+  S* border;   // borders x K
+  S* partial;  // 64 places x K
 };
 
 /// One tile of a front in the pass that is under way.
@@ -54,10 +58,10 @@ struct SolveTile {
 };
 
 template <class S, class Value>
-__device__ SolveTile<S> solve_tile(const FrontStore<S, Value>& fronts, const FrontPart& part) {
+__device__ SolveTile<S> solve_tile(const FrontStore<S, Value>& fronts, const SolvePart& part) {
   SolveTile<S> tile;
   tile.front = fronts.front(part.front);
-  tile.ld = tile.front.rows();
+  tile.ld = tile.front.lower_ld;
   tile.begin = part.begin;
   tile.pivots = part.begin < tile.front.pivots;
   tile.width = min(kSolveTile, (tile.pivots ? tile.front.pivots : tile.front.rows()) - part.begin);
@@ -240,44 +244,35 @@ constexpr std::size_t substitution_bytes() {
   return sizeof(S) * (kStages * kPanelEntries + 2 * SolveShared<S, K>::kBlock);
 }
 
-/// result -= the sum over all steps of panel(step) times the rows place(step, 0...63) of the vector. Panel
-/// `steps` is the diagonal tile.
+/// The sum over the steps of a part of panel(step) times the rows place(step, 0...63) of the vector. Where
+/// the part finishes its tile, panel(last_step) is the diagonal tile.
 template <bool Transposed, int K, class S, class PanelOf, class PlaceOf>
 class TileSweep {
   using Place = PanelPlace<Transposed>;
 
  public:
   /// Asks for the first panel.
-  __device__ TileSweep(const SolveShared<S, K>& shared, int width, int steps, const PanelOf& panel,
-                       const PlaceOf& place)
-      : shared_(shared), width_(width), steps_(steps), panel_(panel), place_(place) {
-    fetch(0);
+  __device__ TileSweep(const SolveShared<S, K>& shared, const SolvePart& part, int width,
+                       const PanelOf& panel, const PlaceOf& place)
+      : shared_(shared), part_(part), width_(width), panel_(panel), place_(place) {
+    fetch(part.first_step);
   }
 
-  /// Begins and ends with a barrier.
-  __device__ void subtract_steps(const S* vector) {
-    VectorAhead<S, K> ahead(vector);
-    const auto look_up = [&](int step) {
-      if (step < steps_) ahead.look_up([&](int row) { return place_(step, row); });
-    };
-    look_up(0);
-    if (steps_ > 0) ahead.ask();
-    look_up(1);
-    TileSums<S, K, kSolveTile> sums;
-    sums.clear();
-    for (int step = 0; step < steps_; ++step) {
-      __syncthreads();  // nobody needs the panel and the rows before any more
-      fetch(step + 1);
-      ahead.settle(shared_.x);
-      wait_copies<1>();
+  /// partial = the sums, for the part that finishes the tile.
+  __device__ void leave_sums(const S* vector, S* partial) {
+    S* const to = place_of(partial, 0);
+    add_steps(vector, [] {});
+    sums_.for_each([&](int row, int column, const S& sum) { to[row * K + column] = sum; });
+  }
+
+  /// result -= the sums of all parts. Begins and ends with a barrier.
+  __device__ void subtract_sums(const S* vector, const S* partial) {
+    add_steps(vector, [&] { subtract_parts(partial); });
+    if (part_.first_step == part_.last_step) {
+      subtract_parts(partial);
       __syncthreads();
-      if (step + 1 < steps_) ahead.ask();
-      look_up(step + 2);
-      sums.template multiply<kStep>(entries(step, 0, 0), shared_.x);
     }
-    wait_copies<0>();
-    if (steps_ == 0) __syncthreads();
-    sums.for_each(
+    sums_.for_each(
         [&](int row, int column, const S& sum) { shared_.result[row * kColumnsLd<K> + column] -= sum; });
     __syncthreads();
   }
@@ -290,7 +285,7 @@ class TileSweep {
     S* const solved = shared_.x;
     const auto half = [](S* block, int which) { return block + which * kInverted * kColumnsLd<K>; };
     const auto inverse = [&](int which) {
-      const auto entry = entries(steps_, which * kInverted, which * kInverted);
+      const auto entry = entries(part_.last_step, which * kInverted, which * kInverted);
       multiply(
           [&](int row, int k) {
             const S value = entry(row, k);
@@ -306,7 +301,7 @@ class TileSweep {
     if (both || !Upper) inverse(kBegin);
     if (both) {
       __syncthreads();
-      multiply(entries(steps_, kEnd * kInverted, kBegin * kInverted), half(solved, kBegin),
+      multiply(entries(part_.last_step, kEnd * kInverted, kBegin * kInverted), half(solved, kBegin),
                [&](int row, int column, const S& sum) {
                  half(shared_.result, kEnd)[row * kColumnsLd<K> + column] -= sum;
                });
@@ -316,8 +311,53 @@ class TileSweep {
   }
 
  private:
+  // Calls before_last() where the last step may have to wait for the results of another tile.
+  template <class BeforeLast>
+  __device__ void add_steps(const S* vector, const BeforeLast& before_last) {
+    const int first = part_.first_step, last = part_.last_step;
+    VectorAhead<S, K> ahead(vector);
+    const auto look_up = [&](int step) {
+      if (step < last) ahead.look_up([&](int row) { return place_(step, row); });
+    };
+    look_up(first);
+    if (first < last) ahead.ask();
+    look_up(first + 1);
+    sums_.clear();
+    for (int step = first; step < last; ++step) {
+      __syncthreads();  // nobody needs the panel and the rows before any more
+      fetch(step + 1);
+      if (step + 1 == last) before_last();
+      ahead.settle(shared_.x);
+      wait_copies<1>();
+      __syncthreads();
+      if (step + 1 < last) ahead.ask();
+      look_up(step + 2);
+      sums_.template multiply<kStep>(entries(step, 0, 0), shared_.x);
+    }
+    wait_copies<0>();
+  }
+
+  // result -= what the parts before have left, by the thread that has set that entry of the result.
+  __device__ void subtract_parts(const S* partial) {
+    for (int i = threadIdx.x; i < kSolveTile * K && part_.parts > 0; i += kSolveThreads) {
+      S total = S(0);
+      for (int part = 0; part < part_.parts; ++part) {
+        const S* const from = place_of(partial, part) + i;
+        S value = peek(from);
+        while (is_unset(value)) value = peek(from);
+        total += value;
+      }
+      shared_.result[i / K * kColumnsLd<K> + i % K] -= total;
+    }
+  }
+  template <class Entry>
+  __device__ Entry* place_of(Entry* partial, int part) const {
+    return partial + (part_.place + part) * (kSolveTile * K);
+  }
+
   __device__ void fetch(int step) {
-    fetch_panel<Transposed>(panel_(step), width_, shared_.panel(step));
+    if (step < part_.last_step || part_.finishes)
+      fetch_panel<Transposed>(panel_(step), width_, shared_.panel(step));
     commit_copies();
   }
   /// Of the panel of this step, from (row, k) on.
@@ -334,14 +374,16 @@ class TileSweep {
   }
 
   const SolveShared<S, K>& shared_;
-  int width_, steps_;
+  const SolvePart& part_;
+  int width_;
   const PanelOf& panel_;
   const PlaceOf& place_;
+  TileSums<S, K, kSolveTile> sums_;
 };
 template <bool Transposed, int K, class S, class PanelOf, class PlaceOf>
-__device__ auto tile_sweep(const SolveShared<S, K>& shared, int width, int steps, const PanelOf& panel,
-                           const PlaceOf& place) {
-  return TileSweep<Transposed, K, S, PanelOf, PlaceOf>(shared, width, steps, panel, place);
+__device__ auto tile_sweep(const SolveShared<S, K>& shared, const SolvePart& part, int width,
+                           const PanelOf& panel, const PlaceOf& place) {
+  return TileSweep<Transposed, K, S, PanelOf, PlaceOf>(shared, part, width, panel, place);
 }
 
 template <class S>
@@ -364,11 +406,11 @@ __global__ void __launch_bounds__(kSolveThreads, kSolveBlocks<K>)
     substitute_forward(DeviceStore<S, Value> store, DeviceVectors<S> vectors, Offset first) {
   extern __shared__ __align__(16) unsigned char memory[];
   const SolveShared<S, K> shared(memory);
-  const FrontPart part = store.solve[first + blockIdx.x];
+  const SolvePart part = store.solve[first + blockIdx.x];
   const SolveTile<S> tile = solve_tile(store.fronts, part);
   const Front<S>& front = tile.front;
   const Offset pivots_at = store.fronts.pivot_begin[part.front];
-  const int before = tile.pivots ? tile.begin : front.pivots, steps = (before + kStep - 1) / kStep;
+  const int before = tile.pivots ? tile.begin : front.pivots;
   const S* left = Transposed ? front.lower + tile.begin * tile.ld : front.lower + tile.begin;
   Offset ld = tile.ld;
   if (Transposed && !tile.pivots) {
@@ -376,7 +418,7 @@ __global__ void __launch_bounds__(kSolveThreads, kSolveBlocks<K>)
     left = front.upper + (tile.begin - front.pivots) * ld;
   }
   const auto panel = [&](int step) {
-    if (step >= steps) return diagonal_panel(tile);
+    if (step == (before + kStep - 1) / kStep) return diagonal_panel(tile);
     const int k = step * kStep;
     return Panel<S>{left + (Transposed ? k : k * ld), ld, min(kStep, before - k)};
   };
@@ -384,7 +426,11 @@ __global__ void __launch_bounds__(kSolveThreads, kSolveBlocks<K>)
     const int k = step * kStep + row;
     return k < before ? pivots_at + k : Offset(-1);
   };
-  auto sweep = tile_sweep<Transposed>(shared, tile.width, steps, panel, place);
+  auto sweep = tile_sweep<Transposed>(shared, part, tile.width, panel, place);
+  if (!part.finishes) {
+    sweep.leave_sums(vectors.y, vectors.partial);
+    return;
+  }
   for (int i = threadIdx.x; i < kSolveTile * K; i += kSolveThreads) {
     const int r = i / K, c = i % K;
     S value = S(0);
@@ -398,7 +444,7 @@ __global__ void __launch_bounds__(kSolveThreads, kSolveBlocks<K>)
     }
     shared.result[r * kColumnsLd<K> + c] = value;
   }
-  sweep.subtract_steps(vectors.y);
+  sweep.subtract_sums(vectors.y, vectors.partial);
   if (tile.pivots) {
     S* const to = vectors.y + (pivots_at + tile.begin) * K;
     sweep.template solve_diagonal<false, !Transposed>([&](int row, int column, const S& value) {
@@ -416,7 +462,7 @@ __global__ void __launch_bounds__(kSolveThreads, kSolveBlocks<K>)
     substitute_backward(DeviceStore<S, Value> store, DeviceVectors<S> vectors, Offset first) {
   extern __shared__ __align__(16) unsigned char memory[];
   const SolveShared<S, K> shared(memory);
-  const FrontPart part = store.solve[first + blockIdx.x];
+  const SolvePart part = store.solve[first + blockIdx.x];
   const SolveTile<S> tile = solve_tile(store.fronts, part);
   const Front<S>& front = tile.front;
   const Offset pivots_at = store.fronts.pivot_begin[part.front];
@@ -444,13 +490,17 @@ __global__ void __launch_bounds__(kSolveThreads, kSolveBlocks<K>)
     if (step < of_border) return k < front.border ? Offset(border_rows[k]) : Offset(-1);
     return k < front.pivots ? row_of(k) : Offset(-1);
   };
-  auto sweep = tile_sweep<Transposed>(shared, tile.width, steps, panel, place);
+  auto sweep = tile_sweep<Transposed>(shared, part, tile.width, panel, place);
+  if (!part.finishes) {
+    sweep.leave_sums(vectors.v, vectors.partial);
+    return;
+  }
   for (int i = threadIdx.x; i < kSolveTile * K; i += kSolveThreads) {
     const int r = i / K;
     shared.result[r * kColumnsLd<K> + i % K] =
         r < tile.width ? vectors.y[(pivots_at + tile.begin) * K + i] : S(0);
   }
-  sweep.subtract_steps(vectors.v);
+  sweep.subtract_sums(vectors.v, vectors.partial);
   sweep.template solve_diagonal<true, Transposed>([&](int row, int column, const S& value) {
     if (row < tile.width) vectors.v[row_of(tile.begin + row) * K + column] = value;
   });

@@ -31,7 +31,7 @@ __global__ void __launch_bounds__(kTinyFrontsPerBlock* kWarp)
   if (place >= count) return;
   const Vertex f = store.tiny_fronts[first + place];
   const Front<S> front = store.fronts.front(f);
-  const int p = front.pivots, b = front.border, rows = p + b, lane = threadIdx.x % kWarp;
+  const int p = front.pivots, b = front.border, ld = front.lower_ld, lane = threadIdx.x % kWarp;
   const Offset pivots_at = store.fronts.pivot_begin[f], border_at = store.fronts.border_begin[f];
   const Offset rows_at = store.row_begin[f];
   const bool has_pivot = lane < p;
@@ -49,7 +49,7 @@ __global__ void __launch_bounds__(kTinyFrontsPerBlock* kWarp)
         p, false,
         [&](int k) {
           if (!has_pivot || (Transposed ? k > lane : k >= lane)) return S(0);
-          return Transposed ? front.lower[k + lane * rows] : front.lower[lane + k * rows];
+          return Transposed ? front.lower[k + lane * ld] : front.lower[lane + k * ld];
         },
         v, y);
 #pragma unroll
@@ -66,7 +66,7 @@ __global__ void __launch_bounds__(kTinyFrontsPerBlock* kWarp)
           p, true,
           [&](int k) {
             if (row >= b) return S(0);
-            return Transposed ? front.upper[k + row * p] : front.lower[p + row + k * rows];
+            return Transposed ? front.upper[k + row * p] : front.lower[p + row + k * ld];
           },
           y, z);
 #pragma unroll
@@ -85,7 +85,7 @@ __global__ void __launch_bounds__(kTinyFrontsPerBlock* kWarp)
   if (place >= count) return;
   const Vertex f = store.tiny_fronts[first + place];
   const Front<S> front = store.fronts.front(f);
-  const int p = front.pivots, b = front.border, rows = p + b, lane = threadIdx.x % kWarp;
+  const int p = front.pivots, b = front.border, ld = front.lower_ld, lane = threadIdx.x % kWarp;
   const Offset pivots_at = store.fronts.pivot_begin[f], border_at = store.fronts.border_begin[f];
   const bool has_pivot = lane < p;
   for (int column = 0; column < K; column += C) {
@@ -101,8 +101,7 @@ __global__ void __launch_bounds__(kTinyFrontsPerBlock* kWarp)
           here, true,
           [&](int k) {
             if (!has_pivot) return S(0);
-            return Transposed ? front.lower[p + begin + k + lane * rows]
-                              : front.upper[lane + (begin + k) * p];
+            return Transposed ? front.lower[p + begin + k + lane * ld] : front.upper[lane + (begin + k) * p];
           },
           x, sum);
     }
@@ -112,7 +111,7 @@ __global__ void __launch_bounds__(kTinyFrontsPerBlock* kWarp)
         p, false,
         [&](int k) {
           if (!has_pivot || (Transposed ? k <= lane : k < lane)) return S(0);
-          return Transposed ? front.lower[k + lane * rows] : front.lower[lane + k * rows];
+          return Transposed ? front.lower[k + lane * ld] : front.lower[lane + k * ld];
         },
         sum, x);
     const int row = has_pivot && Transposed ? store.fronts.local_row[pivots_at + lane] : lane;

@@ -77,10 +77,8 @@ class DeviceBench {
     };
     FactoredFronts<Scalar> result;
     for (Vertex f = 0; f < plan_->num_fronts; ++f) {
-      const Offset p = plan_->pivots(f), b = plan_->border_rows(f);
-      result.fronts.push_back({part(storage, plan_->lower_begin[f], p * (p + b)),
-                               part(storage, plan_->upper_begin[f], p * b),
-                               part(storage, plan_->contribution_begin[f], b * b)});
+      const Offset p = plan_->pivots(f);
+      result.fronts.push_back(blocks_in(*plan_, storage.data(), f));
       result.row_at.push_back(part(local_row, plan_->pivot_begin[f], p));
       result.shift.push_back(part(shift, plan_->pivot_begin[f], p));
     }
@@ -118,10 +116,11 @@ class DeviceBench {
     }
     ArenaLayout layout;
     const Offset v_at = layout.add(block * size_of<S>()), y_at = layout.add(block * size_of<S>()),
-                 border_at = layout.add(border * size_of<S>());
+                 border_at = layout.add(border * size_of<S>()),
+                 partial_at = layout.add(stages_.partial_rows() * width * size_of<S>());
     const cuda::DeviceArena arena(layout.total());
     const typename cuda::DeviceStages<S, S>::Vectors vectors{arena.at<S>(v_at), arena.at<S>(y_at),
-                                                             arena.at<S>(border_at)};
+                                                             arena.at<S>(border_at), arena.at<S>(partial_at)};
     const auto launch = [&] { stages_.substitute(vectors, static_cast<Vertex>(width), transposed); };
     put(vectors.v, beside);
     stream_.fill(vectors.border, kNan, border * size_of<S>());

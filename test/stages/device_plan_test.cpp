@@ -14,12 +14,12 @@ constexpr double kTolerance = 4000 * std::numeric_limits<double>::epsilon();
 struct Cut {
   Vertex tile, small_rows;
   bool wide;
-  Vertex panel, panelled, many_tiny;
+  Vertex panel, panelled, many_tiny, solve_steps;
 };
-const std::vector<Cut> kCuts{{128, 160, true, 512, 2048, 1},  // as for double
-                             {64, 96, false, 512, 2048, 10},  // as for complex<double>
-                             {16, 10, true, 32, 64, 1},       // panels enough for look-ahead
-                             {32, 0, false, 128, 33, 1000}};
+const std::vector<Cut> kCuts{{128, 160, true, 512, 2048, 1, 16},  // as for double
+                             {64, 96, false, 512, 2048, 10, 1},   // as for complex<double>
+                             {16, 10, true, 32, 64, 1, 2},        // panels enough for look-ahead
+                             {32, 0, false, 128, 33, 1000, 3}};
 
 /// The same pattern with each diagonal entry larger than the rest of its column: pivots stay where they are.
 StageProblem<double> column_dominant(StageProblem<double> problem) {
@@ -46,7 +46,7 @@ void check(const StageProblem<double>& problem, const Cut& cut) {
   const SymbolicPlan& plan = *problem.plan;
   const std::vector<ReferenceFront<double>> reference = factor(plan, problem.scaled(), ReferenceRule());
   const cuda::DevicePlan lists = cuda::make_device_plan(plan, cut.tile, cut.small_rows, cut.wide, cut.panel,
-                                                        cut.panelled, cut.many_tiny);
+                                                        cut.panelled, cut.many_tiny, cut.solve_steps);
   ASSERT_EQ(lists.depths.size(), static_cast<std::size_t>(plan.num_depths));
   std::vector<double> expected = Random(3).vector(plan.n);
   const std::vector<double> right_hand_side = expected;
@@ -97,7 +97,7 @@ TEST(DevicePlan, ListsGiveTheFactorsOfTrees) {
 // Many enough for wide tiles, and deep enough for the library.
 TEST(DevicePlan, ListsGiveTheFactorsOfLargeFronts) {
   const StageProblem<double> problem = column_dominant(artificial_problem(leaf_and_root(270, 1030), {5}));
-  for (const Cut& cut : {kCuts[0], Cut{64, 96, true, 256, 256, 0}}) {
+  for (const Cut& cut : {kCuts[0], Cut{64, 96, true, 256, 256, 1, 4}}) {
     const cuda::DevicePlan lists =
         cuda::make_device_plan(*problem.plan, cut.tile, cut.small_rows, cut.wide, cut.panel, cut.panelled);
     std::set<cuda::Launch::Kind> kinds;

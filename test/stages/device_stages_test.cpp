@@ -64,6 +64,13 @@ std::vector<StageProblem<double>> trees() {
           artificial_problem(many_fronts(), {6, 0.3})};
 }
 
+/// Fronts whose tiles are cut into parts by the solve, with and without a step that is left over.
+std::vector<StageProblem<double>> long_borders() {
+  constexpr Vertex kPart = cuda::kSolveTile * cuda::kSolveSteps;
+  return {artificial_problem(leaf_and_root(65, kPart), {10, 0.5}),
+          artificial_problem(leaf_and_root(33, kPart + 70), {11, 0.5})};
+}
+
 template <class Scalar>
 class DeviceStagesTest : public testing::Test {
  protected:
@@ -107,6 +114,7 @@ TYPED_TEST(DeviceStagesTest, SolvesAsTheReferenceDoes) {
   this->on_device([&] {
     std::vector<StageProblem<double>> problems = trees();
     problems.push_back(artificial_problem(many_tiny_fronts(), {8, 0.5}));
+    for (StageProblem<double>& problem : long_borders()) problems.push_back(std::move(problem));
     for (const Vertex p : {1, 32, 33, 64, 65, 129}) {
       for (const Vertex b : {0, 1, 64, 65, 100})
         problems.push_back(artificial_problem(leaf_and_root(p, b), {7}));
@@ -152,7 +160,9 @@ TYPED_TEST(DeviceStagesTest, GivesTheSameBitsFromRunToRunAndFromTheGraph) {
     }
   };
   this->on_device([&] {
-    for (const StageProblem<double>& of_doubles : trees()) {
+    std::vector<StageProblem<double>> problems = trees();
+    for (StageProblem<double>& problem : long_borders()) problems.push_back(std::move(problem));
+    for (const StageProblem<double>& of_doubles : problems) {
       const StageProblem<TypeParam> problem = in_numbers_of<TypeParam>(of_doubles);
       const std::vector<TypeParam> v = Random(5).vector<TypeParam>(Offset(5) * problem.plan->n);
       DeviceBench<TypeParam> bench(problem), other(problem);

@@ -8,11 +8,28 @@
 
 namespace mfs::test {
 
-/// The blocks of a front in the layout of the plan.
+/// The blocks of a front, column-major, one column after the other.
 template <class Scalar>
 struct FrontBlocks {
   std::vector<Scalar> lower, upper, contribution;
 };
+
+/// The columns of a block without what lies between them.
+template <class Scalar>
+std::vector<Scalar> packed(const Scalar* block, Offset rows, Offset columns, Offset ld) {
+  std::vector<Scalar> columns_only;
+  for (Offset j = 0; j < columns; ++j)
+    columns_only.insert(columns_only.end(), block + j * ld, block + j * ld + rows);
+  return columns_only;
+}
+/// The blocks of front f, which lies in the region `storage` of the plan.
+template <class Scalar>
+FrontBlocks<Scalar> blocks_in(const SymbolicPlan& plan, const Scalar* storage, Vertex f) {
+  const Offset p = plan.pivots(f), b = plan.border_rows(f);
+  return {packed(storage + plan.lower_begin[f], p + b, p, plan.lower_ld(f)),
+          packed(storage + plan.upper_begin[f], p, b, p),
+          packed(storage + plan.contribution_begin[f], b, b, plan.contribution_ld(f))};
+}
 
 template <class Scalar>
 FrontBlocks<Scalar> blocks_of(const ReferenceFront<Scalar>& front) {

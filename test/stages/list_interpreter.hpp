@@ -59,42 +59,39 @@ class ListInterpreter {
     }
   }
 
-  FrontBlocks<double> front(Vertex f) const {
-    const Offset p = plan_.pivots(f), b = plan_.border_rows(f);
-    const auto part = [](const std::vector<double>& from, Offset begin, Offset count) {
-      return std::vector<double>(from.begin() + begin, from.begin() + begin + count);
-    };
-    return {part(storage_, plan_.lower_begin[f], p * (p + b)), part(storage_, plan_.upper_begin[f], p * b),
-            part(storage_, plan_.contribution_begin[f], b * b)};
-  }
+  FrontBlocks<double> front(Vertex f) const { return blocks_in(plan_, storage_.data(), f); }
 
   /// v := A^-1 v by position. A tile that needs what comes later in its list makes NaN of it.
   void solve(std::vector<double>& v) const {
-    std::vector<double> y(v.size(), kNothing), border(plan_.border.size(), kNothing);
+    std::vector<double> y(v.size(), kNothing), border(plan_.border.size(), kNothing), partial = no_sums();
     for (const cuda::DepthLaunches& depth : lists_.depths) {
       for (Offset i = depth.tiny.begin; i < depth.tiny.end; ++i) {
         const Vertex f = lists_.tiny_fronts[i];
-        forward(f, 0, plan_.pivots(f), v, y, border);
-        forward(f, plan_.pivots(f), rows(f), v, y, border);
+        forward(whole(f, 0), plan_.pivots(f), v, y, border, partial);
+        forward(whole(f, plan_.pivots(f)), rows(f), v, y, border, partial);
       }
-      for (Offset i = depth.solve.begin; i < depth.solve.end; ++i) {
-        const cuda::FrontPart& part = lists_.solve[i];
-        forward(part.front, part.begin, tile_end(part), v, y, border);
-      }
+      for (Offset i = depth.solve.begin; i < depth.solve.end; ++i)
+        forward(lists_.solve[i], tile_end(lists_.solve[i]), v, y, border, partial);
     }
     v.assign(v.size(), kNothing);
+    partial = no_sums();
     for (auto depth = lists_.depths.rbegin(); depth != lists_.depths.rend(); ++depth) {
       for (Offset i = depth->tiny.begin; i < depth->tiny.end; ++i)
-        backward(lists_.tiny_fronts[i], 0, plan_.pivots(lists_.tiny_fronts[i]), y, v);
+        backward(whole(lists_.tiny_fronts[i], 0), plan_.pivots(lists_.tiny_fronts[i]), y, v, partial);
       for (Offset i = depth->solve_back.begin; i < depth->solve_back.end; ++i)
-        backward(lists_.solve[i].front, lists_.solve[i].begin, tile_end(lists_.solve[i]), y, v);
+        backward(lists_.solve[i], tile_end(lists_.solve[i]), y, v, partial);
     }
   }
 
  private:
   static constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
   Vertex rows(Vertex f) const { return plan_.pivots(f) + plan_.border_rows(f); }
-  Vertex tile_end(const cuda::FrontPart& part) const {
+  // Everything from row `begin` of a front on, in one part of no steps.
+  static cuda::SolvePart whole(Vertex f, Vertex begin) { return {f, begin, 0, 0, true, 0, 0}; }
+  std::vector<double> no_sums() const {
+    return std::vector<double>(static_cast<std::size_t>(lists_.solve_places) * cuda::kSolveTile, kNothing);
+  }
+  Vertex tile_end(const cuda::SolvePart& part) const {
     const Vertex p = plan_.pivots(part.front);
     return std::min(part.begin + cuda::kSolveTile, part.begin < p ? p : rows(part.front));
   }
@@ -103,10 +100,10 @@ class ListInterpreter {
   template <class Self>
   static auto& entry_of(Self& self, Vertex f, Vertex i, Vertex j) {
     const SymbolicPlan& plan = self.plan_;
-    const Offset p = plan.pivots(f), b = plan.border_rows(f);
-    if (j < p) return self.storage_[plan.lower_begin[f] + i + j * (p + b)];
+    const Offset p = plan.pivots(f);
+    if (j < p) return self.storage_[plan.lower_begin[f] + i + static_cast<Offset>(j) * plan.lower_ld(f)];
     if (i < p) return self.storage_[plan.upper_begin[f] + i + (j - p) * p];
-    return self.storage_[plan.contribution_begin[f] + i - p + (j - p) * b];
+    return self.storage_[plan.contribution_begin[f] + i - p + (j - p) * plan.contribution_ld(f)];
   }
   double& at(Vertex f, Vertex i, Vertex j) { return entry_of(*this, f, i, j); }
   double at(Vertex f, Vertex i, Vertex j) const { return entry_of(*this, f, i, j); }
@@ -119,7 +116,8 @@ class ListInterpreter {
     }
   }
   double child_entry(Vertex child, Vertex i, Vertex j) const {
-    return storage_[plan_.contribution_begin[child] + i + static_cast<Offset>(j) * plan_.border_rows(child)];
+    return storage_[plan_.contribution_begin[child] + i +
+                    static_cast<Offset>(j) * plan_.contribution_ld(child)];
   }
 
   // Eliminates pivots [k, next) of a front from rows and columns up to `end`.
@@ -258,27 +256,66 @@ class ListInterpreter {
     return sum;
   }
 
-  void forward(Vertex f, Vertex begin, Vertex end, const std::vector<double>& v, std::vector<double>& y,
-               std::vector<double>& border) const {
-    const Vertex p = plan_.pivots(f), first = plan_.pivot_begin[f];
-    for (Vertex i = begin; i < end; ++i) {
-      double sum = from_children(f, i, border) + (i < p ? v[first + i] : 0);
-      for (Vertex k = 0; k < std::min(i, p); ++k) sum -= at(f, i, k) * y[first + k];
+  // The sum of factor times vector for row i of a tile over columns [begin, end) of the front: what a part
+  // has to leave in its place, or to take from those of the parts before.
+  template <class Value>
+  void sum_columns(Vertex f, Vertex i, Vertex begin, Vertex end, const Value& value, double& sum) const {
+    for (Vertex j = begin; j < end; ++j) sum += at(f, i, j) * value(j);
+  }
+  double sums_before(const cuda::SolvePart& part, Vertex i, const std::vector<double>& partial) const {
+    double sum = 0;
+    for (Vertex k = 0; k < part.parts; ++k)
+      sum += partial[(part.place + k) * cuda::kSolveTile + i - part.begin];
+    return sum;
+  }
+  static void leave(const cuda::SolvePart& part, Vertex i, double sum, std::vector<double>& partial) {
+    double& to = partial[part.place * cuda::kSolveTile + i - part.begin];
+    EXPECT_TRUE(std::isnan(to)) << "done twice";
+    to = sum;
+  }
+
+  void forward(const cuda::SolvePart& part, Vertex end, const std::vector<double>& v, std::vector<double>& y,
+               std::vector<double>& border, std::vector<double>& partial) const {
+    const Vertex f = part.front, p = plan_.pivots(f), first = plan_.pivot_begin[f];
+    for (Vertex i = part.begin; i < end; ++i) {
+      const auto value = [&](Vertex k) { return y[first + k]; };
+      const Vertex begin = part.first_step * cuda::kSolveTile;
+      double sum = 0;
+      if (!part.finishes) {
+        sum_columns(f, i, begin, part.last_step * cuda::kSolveTile, value, sum);
+        leave(part, i, sum, partial);
+        continue;
+      }
+      sum_columns(f, i, begin, std::min(i, p), value, sum);
       double& to = i < p ? y[first + i] : border[plan_.border_begin[f] + i - p];
       EXPECT_TRUE(std::isnan(to)) << "done twice";
-      to = sum;
+      to = from_children(f, i, border) + (i < p ? v[first + i] : 0) - sums_before(part, i, partial) - sum;
     }
   }
 
-  void backward(Vertex f, Vertex begin, Vertex end, const std::vector<double>& y,
-                std::vector<double>& v) const {
-    const Vertex p = plan_.pivots(f), first = plan_.pivot_begin[f];
-    for (Vertex i = end - 1; i >= begin; --i) {
-      double sum = y[first + i];
-      for (Vertex j = i + 1; j < rows(f); ++j)
-        sum -= at(f, i, j) * v[j < p ? first + j : plan_.border[plan_.border_begin[f] + j - p]];
+  // Steps take the border first, then the pivots right of the tile, last columns first.
+  void backward(const cuda::SolvePart& part, Vertex end, const std::vector<double>& y, std::vector<double>& v,
+                std::vector<double>& partial) const {
+    constexpr Vertex kStep = cuda::kSolveTile;
+    const Vertex f = part.front, p = plan_.pivots(f), first = plan_.pivot_begin[f];
+    const Vertex of_border = (plan_.border_rows(f) + kStep - 1) / kStep;
+    const Vertex steps = of_border + (p - end + kStep - 1) / kStep;
+    const auto value = [&](Vertex j) {
+      return v[j < p ? first + j : plan_.border[plan_.border_begin[f] + j - p]];
+    };
+    for (Vertex i = end - 1; i >= part.begin; --i) {
+      double sum = 0;
+      for (Vertex step = part.first_step; step < (part.finishes ? steps : part.last_step); ++step) {
+        const Vertex begin = step < of_border ? p + step * kStep : end + (steps - 1 - step) * kStep;
+        sum_columns(f, i, begin, std::min(begin + kStep, step < of_border ? rows(f) : p), value, sum);
+      }
+      if (!part.finishes) {
+        leave(part, i, sum, partial);
+        continue;
+      }
+      sum_columns(f, i, i + 1, end, value, sum);
       EXPECT_TRUE(std::isnan(v[first + i])) << "done twice";
-      v[first + i] = sum / at(f, i, i);
+      v[first + i] = (y[first + i] - sums_before(part, i, partial) - sum) / at(f, i, i);
     }
   }
 

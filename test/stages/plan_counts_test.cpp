@@ -126,7 +126,7 @@ void expect_disjoint(std::vector<Interval> intervals, Offset end) {
   for (const auto& [first, last] : intervals) {
     if (first == last) continue;
     EXPECT_GE(first, next);
-    EXPECT_EQ(first % kBlockAlignment, 0);
+    EXPECT_EQ(first % kAlignment, 0);
     next = last;
   }
   EXPECT_LE(next, end);
@@ -140,14 +140,15 @@ TEST(PlanCounts, NoTwoLiveBlocksOverlap) {
     for (Vertex step = 0; step < plan.num_depths; ++step) {
       for (Vertex f = plan.depth_begin[step]; f < plan.depth_begin[step + 1]; ++f) {
         const Offset p = plan.pivots(f), b = plan.border_rows(f);
-        factors.emplace_back(plan.lower_begin[f], plan.lower_begin[f] + p * (p + b));
+        factors.emplace_back(plan.lower_begin[f], plan.lower_begin[f] + p * plan.lower_ld(f));
         factors.emplace_back(plan.upper_begin[f], plan.upper_begin[f] + p * b);
       }
       expect_disjoint(factors, plan.factor_entries);
       std::vector<Interval> live = factors;  // with the depth below, whose contribution blocks still live
       for (Vertex f = plan.depth_begin[std::max(step - 1, 0)]; f < plan.depth_begin[step + 1]; ++f) {
         const Offset b = plan.border_rows(f);
-        live.emplace_back(plan.contribution_begin[f], plan.contribution_begin[f] + b * b);
+        live.emplace_back(plan.contribution_begin[f],
+                          plan.contribution_begin[f] + b * plan.contribution_ld(f));
       }
       expect_disjoint(live, plan.storage_entries);
     }

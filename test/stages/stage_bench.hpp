@@ -68,9 +68,14 @@ class StageBench {
 
   void put_front(Vertex f, const FrontBlocks<Scalar>& blocks) {
     const Front<Scalar> front = store_.front(f);
-    std::copy(blocks.lower.begin(), blocks.lower.end(), front.lower);
-    std::copy(blocks.upper.begin(), blocks.upper.end(), front.upper);
-    std::copy(blocks.contribution.begin(), blocks.contribution.end(), front.contribution);
+    const Offset p = front.pivots, b = front.border;
+    const auto put = [](const std::vector<Scalar>& from, Offset rows, Scalar* to, Offset ld) {
+      for (std::size_t i = 0; i < from.size(); ++i)
+        to[static_cast<Offset>(i) % rows + static_cast<Offset>(i) / rows * ld] = from[i];
+    };
+    put(blocks.lower, p + b, front.lower, front.lower_ld);
+    put(blocks.upper, p, front.upper, p);
+    put(blocks.contribution, b, front.contribution, front.contribution_ld);
   }
   /// A factored front, for the stage "solve".
   void put_factored(Vertex f, const ReferenceFront<Scalar>& front) {
@@ -78,11 +83,7 @@ class StageBench {
     std::copy(front.row_at.begin(), front.row_at.end(), store_.local_row + plan_->pivot_begin[f]);
   }
   FrontBlocks<Scalar> front(Vertex f) const {
-    const Front<Scalar> view = store_.front(f);
-    const Offset p = view.pivots, b = view.border;
-    return {{view.lower, view.lower + p * (p + b)},
-            {view.upper, view.upper + p * b},
-            {view.contribution, view.contribution + b * b}};
+    return blocks_in(*plan_, static_cast<const Scalar*>(store_.storage), f);
   }
   std::vector<Vertex> row_at(Vertex f) const {
     return {store_.local_row + plan_->pivot_begin[f], store_.local_row + plan_->pivot_begin[f + 1]};

@@ -40,6 +40,14 @@ struct AllPoints {
   MFS_INLINE static double sum(double x) { return x; }
 };
 
+/// One thread holds all columns of rows over the unknowns, with `stride` places for them; `used` of those are
+/// columns, number column(n) the n-th.
+template <ElementKind kind>
+struct AllColumns {
+  static constexpr int used = Sizes<kind>::unknowns, stride = Sizes<kind>::stride;
+  MFS_INLINE static int column(int n) { return n; }
+};
+
 /// dN_i / dX_a as gradient[a][i][point], and the integration weight times det(dX/dxi).
 template <ElementKind kind, class Held = AllPoints<kind>>
 struct PointGradients {
@@ -161,16 +169,16 @@ MFS_INLINE void deform_rate(const PointGradients<kind, Held>& g, const double* v
 
 /// Derivatives of the strains at one point by the unknowns: rows[6][stride]. With F' in place of F they are
 /// those of the strain rates by the positions.
-template <ElementKind kind>
+template <ElementKind kind, class Columns>
 MFS_INLINE void strain_rows(const PointGradients<kind>& g, const Deformation<kind>& d, int p, double* rows) {
-  constexpr int stride = Sizes<kind>::stride;
+  constexpr int stride = Columns::stride;
   alignas(64) double gradient[3][stride] = {}, f[3][stride] = {};
   for (int a = 0; a < 3; ++a)
-    for (int i = 0; i < Sizes<kind>::nodes; ++i)
-      for (int c = 0; c < 3; ++c) {
-        gradient[a][3 * i + c] = g.gradient[a][i][p];
-        f[a][3 * i + c] = d.f[3 * c + a][p];
-      }
+    for (int n = 0; n < Columns::used; ++n) {
+      const int node = Columns::column(n) / 3, direction = Columns::column(n) % 3;
+      gradient[a][n] = g.gradient[a][node][p];
+      f[a][n] = d.f[3 * direction + a][p];
+    }
   for (int k = 0; k < 6; ++k) {
     const int a = voigt(k, 0), b = voigt(k, 1);
     if (a == b)

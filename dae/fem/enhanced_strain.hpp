@@ -47,10 +47,10 @@ struct ModeFactors {
   }
 };
 
-/// Moments with xi of 6 rows over the unknowns: [axis][6 * stride].
-template <ElementKind kind>
+/// Moments with xi of 6 rows of `stride` columns: [axis][6 * stride].
+template <int stride>
 struct RowMoments {
-  alignas(64) double value[3][6 * Sizes<kind>::stride] = {};
+  alignas(64) double value[3][6 * stride] = {};
 };
 
 template <ElementKind kind, class Held = AllPoints<kind>>
@@ -65,7 +65,7 @@ struct Enhancement {
 template <class Held>
 struct Enhancement<ElementKind::hex8, Held> {
   static constexpr ElementKind kind = ElementKind::hex8;
-  static constexpr int modes = kModes, points = Held::count, stride = Sizes<kind>::stride;
+  static constexpr int modes = kModes, points = Held::count;
   using Gradients = PointGradients<kind, Held>;
   static constexpr int kMostNewtonSteps = 30;
 
@@ -162,12 +162,14 @@ struct Enhancement<ElementKind::hex8, Held> {
     factors.factor();
   }
 
-  MFS_INLINE void add_moments(int p, const double* rows, RowMoments<kind>& moments) const {
+  template <int stride>
+  MFS_INLINE void add_moments(int p, const double* rows, RowMoments<stride>& moments) const {
     for (int a = 0; a < 3; ++a)
       for (int n = 0; n < 6 * stride; ++n) moments.value[a][n] += det0 * xi[a][p] * rows[n];
   }
   /// int M^T (rows) dV, 9 x stride, from the moments of the rows.
-  MFS_INLINE void mode_rows(const RowMoments<kind>& moments, double* out) const {
+  template <int stride>
+  MFS_INLINE void mode_rows(const RowMoments<stride>& moments, double* out) const {
     for (int m = 0; m < kModes; ++m)
       for (int n = 0; n < stride; ++n) {
         double sum = 0;

@@ -75,13 +75,21 @@ struct SolidInertia {
   /// What the mass is multiplied with, of one coordinate in direction k.
   MFS_INLINE double acceleration(double a, double v, int k) const { return a + alpha * v - gravity[k]; }
 
-  /// Adds the forces on node i of an element to force (3). mass: `nodes` entries where it is lumped, else the
-  /// lower triangle by rows; acceleration(j, k): that of node j in direction k.
+  /// Entries that are kept of the mass of an element: one for each node where it is lumped, else the lower
+  /// triangle by rows.
+  MFS_INLINE int entries(int nodes) const { return lumped ? nodes : nodes * (nodes + 1) / 2; }
+  /// That of nodes i and j.
+  MFS_INLINE double mass(const double* entries, int i, int j) const {
+    if (lumped) return i == j ? entries[i] : 0.0;
+    return entries[j <= i ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i];
+  }
+
+  /// Adds the forces on node i of an element to force (3). acceleration(j, k): that of node j in direction k.
   template <class Acceleration>
-  MFS_INLINE void add_row(int i, int nodes, const double* mass, const Acceleration& acceleration,
+  MFS_INLINE void add_row(int i, int nodes, const double* entries, const Acceleration& acceleration,
                           double* force) const {
     for (int j = lumped ? i : 0; j < (lumped ? i + 1 : nodes); ++j) {
-      const double m = mass[lumped ? i : j <= i ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i];
+      const double m = mass(entries, i, j);
       for (int k = 0; k < 3; ++k) force[k] += m * acceleration(j, k);
     }
   }

@@ -69,7 +69,7 @@ void SolidGroup::check_elements() const {
 }
 
 int SolidGroup::mass_entries() const {
-  return options_.mass == MassKind::lumped ? nodes_ : nodes_ * (nodes_ + 1) / 2;
+  return inertia_of(options_).entries(nodes_);
 }
 
 void SolidGroup::fill_mass(double density) {

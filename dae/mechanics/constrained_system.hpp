@@ -56,6 +56,10 @@ class BlockSet {
   }
   constexpr bool has(Block b) const { return (bits_ & bit(b)) != 0; }
   constexpr bool meets(BlockSet other) const { return (bits_ & other.bits_) != 0; }
+  constexpr BlockSet operator&(BlockSet other) const {
+    other.bits_ &= bits_;
+    return other;
+  }
   constexpr void insert(Block b) { bits_ |= bit(b); }
   constexpr void erase(BlockSet others) { bits_ &= ~others.bits_; }
 

@@ -126,7 +126,7 @@ class Multibody final : public ConstrainedSystem {
 
   Groups groups_;
   std::vector<LocalStructure> structure_;  // of each group
-  std::vector<BlockSet> blocks_;           // that each group has
+  std::vector<BlockSet> blocks_;           // of each group: those that the host evaluates
   std::vector<BodyCoordinates> bodies_;
   int n_, m_ = 0, threads_;
   std::vector<int> constraint_start_;  // of each group, and m
@@ -178,11 +178,12 @@ void Multibody::make_workspaces() {
   fill(waiting_, std::min(kMostWaiting, most), uncoloured);
 }
 
-/// The numbers of the groups whose F a device evaluates.
+/// The numbers of the groups whose F a device evaluates. The host is left with other blocks than its.
 std::set<int> Multibody::make_device_forces() {
   std::set<int> groups;
   for (std::size_t g = 0; g < groups_.size(); ++g)
     if (auto force = groups_[g]->device_force(threads_)) {
+      blocks_[g].erase(force->blocks());
       device_forces_.push_back(std::move(force));
       groups.insert(static_cast<int>(g));
     }
@@ -281,6 +282,11 @@ void Multibody::evaluate(const StateView& state, Residual& residual) const {
 }
 
 void Multibody::evaluate(const StateView& state, Tangent& tangent, BlockSet blocks) const {
+  const auto for_each_device = [&](auto&& use) {
+    for (const auto& force : device_forces_)
+      if (force->blocks().meets(blocks)) use(*force);
+  };
+  for_each_device([&](DeviceForce& force) { force.begin(state, force.blocks() & blocks); });
   for (const Block block : kForceBlocks) {
     if (blocks.has(block)) clear(tangent[block], threads_);
   }
@@ -288,8 +294,13 @@ void Multibody::evaluate(const StateView& state, Tangent& tangent, BlockSet bloc
   for (const BlockSet of_group : blocks_) has_some.push_back(of_group.meets(blocks) ? 1 : 0);
   for_each_element(
       colouring_, has_some,
-      [&](ElementId id, Workspace& work) { compute_tangent(id, state, tangent, blocks, work); },
-      [&](ElementId id, Workspace& work) { add_force_blocks(id, blocks, tangent, work); });
+      [&](ElementId id, Workspace& work) {
+        compute_tangent(id, state, tangent, blocks & blocks_[id.group], work);
+      },
+      [&](ElementId id, Workspace& work) {
+        add_force_blocks(id, blocks & blocks_[id.group], tangent, work);
+      });
+  for_each_device([&](DeviceForce& force) { force.add_to(tangent, pattern_); });
 }
 
 /// The share of F to `work`, the rows of constraints, which are the element's own, to where they belong.

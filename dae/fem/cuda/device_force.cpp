@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "dae/fem/cuda/device_body.hpp"
+#include "dae/fem/cuda/device_tangent.hpp"
 #include "kernels/cuda/device.hpp"
 
 namespace mfs::dae {
@@ -10,42 +12,6 @@ namespace {
 
 constexpr int kBlock = 128;  // threads
 
-// The points of an element, one to each lane. Lanes beyond the last point hold it, too, with no weight.
-template <ElementKind kind>
-struct PointLanes {
-  static constexpr int count = 1;
-  static constexpr int width = kind == ElementKind::hex8 ? 8 : kind == ElementKind::hex20 ? 32 : 4;
-  static_assert(width >= Sizes<kind>::points);
-
-  __device__ static int lane() { return static_cast<int>(threadIdx.x) % width; }
-  __device__ static int point(int) { return min(lane(), Sizes<kind>::points - 1); }
-  // Each lane adds the same pairs, so all get the same bits, as long as no product is contracted into a sum.
-  __device__ static double sum(double x) {
-    const unsigned first = threadIdx.x % 32 / width * width;
-    const unsigned lanes = (width == 32 ? ~0U : (1U << width % 32) - 1) << first;
-    for (int step = 1; step < width; step *= 2) x = __dadd_rn(x, __shfl_xor_sync(lanes, x, step));
-    return x;
-  }
-};
-
-// The body on the device. Coordinates are those of the body: 3 i + k of node i.
-struct DeviceBody {
-  int elements, nodes;
-  SolidConstants constants;
-  SolidInertia inertia;
-  const double *reference, *mass;
-  const int* connectivity;
-  const int *slot_start, *slot;  // of each node: its places among the nodes of all elements
-  const double *q, *v, *a;
-  double *element_force, *force;
-};
-
-template <ElementKind kind>
-__device__ void gather(const int* nodes, const double* from, double* to) {
-  for (int i = 0; i < Sizes<kind>::nodes; ++i)
-    for (int k = 0; k < 3; ++k) to[3 * i + k] = from[3 * nodes[i] + k];
-}
-
 template <ElementKind kind>
 __global__ void __launch_bounds__(kBlock)
     element_forces(DeviceBody body, const PointGradients<kind>* whole_cell) {
@@ -53,28 +19,24 @@ __global__ void __launch_bounds__(kBlock)
   constexpr int nodes = Sizes<kind>::nodes;
   const int e = static_cast<int>(blockIdx.x * (kBlock / Lanes::width) + threadIdx.x / Lanes::width);
   if (e >= body.elements) return;
-  const int lane = Lanes::lane(), point = Lanes::point(0);
   const int* element = body.connectivity + e * nodes;
 
   PointGradients<kind, Lanes> cell;
-  for (int a = 0; a < 3; ++a)
-    for (int i = 0; i < nodes; ++i) cell.gradient[a][i][0] = whole_cell->gradient[a][i][point];
-  cell.weight[0] = lane == point ? whole_cell->weight[point] : 0.0;
+  load_cell<kind>(*whole_cell, cell);
   double reference[3 * nodes], q[3 * nodes], v[3 * nodes], force[3 * nodes] = {};
   gather<kind>(element, body.reference, reference);
   gather<kind>(element, body.q, q);
   gather<kind>(element, body.v, v);
   add_force<kind>(body.constants, cell, reference, q, v, force);
 
-  const int entries = body.inertia.lumped ? nodes : nodes * (nodes + 1) / 2;
-  const double* mass = body.mass + static_cast<std::int64_t>(e) * entries;
+  const double* mass = body.mass + static_cast<std::int64_t>(e) * body.inertia.entries(nodes);
   double* out = body.element_force + static_cast<std::int64_t>(e) * 3 * nodes;
   const auto acceleration = [&](int j, int k) {
     const int c = 3 * element[j] + k;
     return body.inertia.acceleration(body.a[c], body.v[c], k);
   };
   for (int i = 0; i < nodes; ++i)
-    if (i % Lanes::width == lane) {
+    if (i % Lanes::width == Lanes::lane()) {
       body.inertia.add_row(i, nodes, mass, acceleration, force + 3 * i);
       for (int k = 0; k < 3; ++k) out[3 * i + k] = force[3 * i + k];
     }
@@ -89,26 +51,8 @@ __global__ void __launch_bounds__(kBlock) nodal_forces(DeviceBody body) {
   body.force[c] = sum;
 }
 
-int blocks(std::int64_t threads) {
+int blocks_for(std::int64_t threads) {
   return static_cast<int>((threads + kBlock - 1) / kBlock);
-}
-
-// Where each node is among the nodes of all elements.
-struct Slots {
-  std::vector<int> start, slot;
-
-  explicit Slots(const Mesh& mesh) : start(mesh.nodes.size() + 1), slot(mesh.elements.size()) {
-    for (const int node : mesh.elements) ++start[static_cast<std::size_t>(node) + 1];
-    for (std::size_t i = 1; i < start.size(); ++i) start[i] += start[i - 1];
-    std::vector<int> next = start;
-    for (std::size_t k = 0; k < mesh.elements.size(); ++k)
-      slot[static_cast<std::size_t>(next[static_cast<std::size_t>(mesh.elements[k])]++)] =
-          static_cast<int>(k);
-  }
-};
-
-Offset bytes_of(std::size_t doubles) {
-  return static_cast<Offset>(doubles * sizeof(double));
 }
 
 template <ElementKind kind>
@@ -118,6 +62,9 @@ class CudaForce final : public DeviceForce {
   ~CudaForce() override { stream_.drain(); }
   void begin(const StateView& state) override;
   void add_to(std::vector<double>& force) override;
+  BlockSet blocks() const override { return tangent_.blocks(); }
+  void begin(const StateView& state, BlockSet blocks) override;
+  void add_to(Tangent& tangent, const TangentPattern& pattern) override;
 
  private:
   struct Places {
@@ -125,13 +72,17 @@ class CudaForce final : public DeviceForce {
     Offset cell, reference, mass, connectivity, slot_start, slot, state, element_force, force;
     explicit Places(const SolidBody& body);
   };
+  void send(const StateView& state);
+  const PointGradients<kind>* cell() const { return device_.at<PointGradients<kind>>(places_.cell); }
 
   const std::int64_t n_;  // coordinates of the body
   const int first_, threads_;
   const Places places_;
+  const Slots slots_;
   cuda::Stream stream_;
   const cuda::DeviceArena device_;
   const cuda::PinnedArena host_;  // q, v and a; force
+  DeviceTangent<kind> tangent_;
   DeviceBody body_;
 };
 
@@ -156,9 +107,10 @@ CudaForce<kind>::CudaForce(const SolidBody& body, int threads)
       first_(body.first_coordinate),
       threads_(threads),
       places_(body),
+      slots_(body.mesh),
       device_(places_.layout.total()),
-      host_(bytes_of(static_cast<std::size_t>(4 * n_))) {
-  const Slots slots(body.mesh);
+      host_(bytes_of(static_cast<std::size_t>(4 * n_))),
+      tangent_(body, slots_, stream_, threads) {
   const auto put = [&](Offset place, const void* from, std::size_t bytes) {
     stream_.to_device(device_.at<char>(place), from, static_cast<Offset>(bytes));
   };
@@ -169,8 +121,8 @@ CudaForce<kind>::CudaForce(const SolidBody& body, int threads)
   put_all(places_.reference, body.mesh.nodes);
   put_all(places_.mass, body.mass);
   put_all(places_.connectivity, body.mesh.elements);
-  put_all(places_.slot_start, slots.start);
-  put_all(places_.slot, slots.slot);
+  put_all(places_.slot_start, slots_.start);
+  put_all(places_.slot, slots_.slot);
   stream_.synchronize();  // what was borrowed may go
   const double* state = device_.at<double>(places_.state);
   body_ = {body.mesh.element_count(),
@@ -190,7 +142,7 @@ CudaForce<kind>::CudaForce(const SolidBody& body, int threads)
 }
 
 template <ElementKind kind>
-void CudaForce<kind>::begin(const StateView& state) {
+void CudaForce<kind>::send(const StateView& state) {
   stream_.drain();  // the copies of an evaluation that was not taken
   double* q = host_.at<double>(0);
 #pragma omp parallel for num_threads(threads_)
@@ -199,14 +151,18 @@ void CudaForce<kind>::begin(const StateView& state) {
     q[n_ + i] = state.v[first_ + i];
     q[2 * n_ + i] = state.a[first_ + i];
   }
-  const std::int64_t lanes = std::int64_t{body_.elements} * PointLanes<kind>::width;
   stream_.to_device(device_.at<char>(places_.state), q, 3 * bytes_of(static_cast<std::size_t>(n_)));
-  element_forces<kind>
-      <<<blocks(lanes), kBlock, 0, stream_.get()>>>(body_, device_.at<PointGradients<kind>>(places_.cell));
+}
+
+template <ElementKind kind>
+void CudaForce<kind>::begin(const StateView& state) {
+  send(state);
+  const std::int64_t lanes = std::int64_t{body_.elements} * PointLanes<kind>::width;
+  element_forces<kind><<<blocks_for(lanes), kBlock, 0, stream_.get()>>>(body_, cell());
   cuda::check_launch("element_forces");
-  nodal_forces<<<blocks(n_), kBlock, 0, stream_.get()>>>(body_);
+  nodal_forces<<<blocks_for(n_), kBlock, 0, stream_.get()>>>(body_);
   cuda::check_launch("nodal_forces");
-  stream_.to_host(q + 3 * n_, body_.force, bytes_of(static_cast<std::size_t>(n_)));
+  stream_.to_host(host_.at<double>(0) + 3 * n_, body_.force, bytes_of(static_cast<std::size_t>(n_)));
 }
 
 template <ElementKind kind>
@@ -215,6 +171,18 @@ void CudaForce<kind>::add_to(std::vector<double>& force) {
   const double* own = host_.at<double>(0) + 3 * n_;
 #pragma omp parallel for num_threads(threads_)
   for (std::int64_t i = 0; i < n_; ++i) force[static_cast<std::size_t>(first_ + i)] += own[i];
+}
+
+template <ElementKind kind>
+void CudaForce<kind>::begin(const StateView& state, BlockSet blocks) {
+  send(state);
+  tangent_.begin(body_, cell(), blocks, stream_);
+}
+
+template <ElementKind kind>
+void CudaForce<kind>::add_to(Tangent& tangent, const TangentPattern& pattern) {
+  stream_.synchronize();
+  tangent_.add_to(tangent, pattern);
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
-// Forces of a body on the device beside those of the host, element by element summed plainly.
+// Forces of a body on the device, and their derivatives, beside those of the host, element by element summed
+// plainly.
 #include <gmock/gmock.h>
 
+#include <Eigen/Sparse>
 #include <cmath>
 #include <limits>
 #include <mfs/error.hpp>
@@ -77,20 +79,24 @@ double size_of_terms(const SolidGroup& body, const State& state) {
   return sum.maxCoeff();
 }
 
+SolidOptions options_with(double beta, MassKind mass) {
+  SolidOptions options;
+  options.mass = mass;
+  options.damping_alpha = 3.0;
+  options.damping_beta = beta;
+  options.gravity = {1, -2, -9.81};
+  return options;
+}
+
 using Case = std::tuple<ElementKind, MaterialLaw, double, MassKind, int>;
 
 class DeviceForceOf : public mfs::test::OnDevice, public ::testing::WithParamInterface<Case> {};
 
 TEST_P(DeviceForceOf, ABodyIsThatOfTheHost) {
   const auto [kind, law, beta, mass, elements] = GetParam();
-  SolidOptions options;
-  options.mass = mass;
-  options.damping_alpha = 3.0;
-  options.damping_beta = beta;
-  options.gravity = {1, -2, -9.81};
   const unsigned seed = std::random_device{}();
   SCOPED_TRACE("seed " + std::to_string(seed));
-  const SolidGroup body = body_of(kind, elements, {law, 200.0, 0.3, 5.0}, options);
+  const SolidGroup body = body_of(kind, elements, {law, 200.0, 0.3, 5.0}, options_with(beta, mass));
   const State state = random_state(body, elements, seed);
   const Eigen::VectorXd expected = body_force(body, state.q, state.v, state.a);
   ASSERT_TRUE(expected.allFinite());
@@ -103,6 +109,87 @@ TEST_P(DeviceForceOf, ABodyIsThatOfTheHost) {
 
   EXPECT_EQ(device_force(*device, state), force);
   EXPECT_EQ(device_force(*body.device_force(1), state), force);
+}
+
+constexpr Block kTangentBlocks[] = {Block::force_q, Block::force_v};
+
+// dF/dq and dF/dv by the host, in a system with further entries: first and last coordinate of each row, and
+// others at random.
+struct PlainTangent {
+  using Matrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+  Matrix block[2], sizes[2];  // and sums of absolute values
+  TangentPattern pattern;
+
+  PlainTangent(const SolidGroup& body, const State& state, unsigned seed) {
+    std::mt19937 random(seed);
+    const int n = static_cast<int>(state.q.size()), nq = body.local_coordinates();
+    std::vector<Eigen::Triplet<double>> entries[2];
+    for (int i = 0; i < n; ++i)
+      for (auto& some : entries)
+        for (const int j : {0, n - 1, static_cast<int>(random() % static_cast<unsigned>(n))})
+          some.emplace_back(i, j, 0.0);
+    for (int e = 0; e < body.size(); ++e) {
+      const ElementTangent tangent = element_tangent(body, e, state.q, state.v);
+      for (int i = 0; i < nq; ++i)
+        for (int j = 0; j < nq; ++j) {
+          const int row = body.coordinates(e)[i], column = body.coordinates(e)[j];
+          entries[0].emplace_back(row, column, tangent.force_q(i, j));
+          entries[1].emplace_back(row, column, tangent.force_v(i, j));
+        }
+    }
+    for (int b = 0; b < 2; ++b) {
+      block[b].resize(n, n);
+      sizes[b].resize(n, n);
+      block[b].setFromTriplets(entries[b].begin(), entries[b].end());
+      for (auto& entry : entries[b]) entry = {entry.row(), entry.col(), std::abs(entry.value())};
+      sizes[b].setFromTriplets(entries[b].begin(), entries[b].end());
+      const int* start = block[b].outerIndexPtr();
+      const int* column = block[b].innerIndexPtr();
+      pattern.block[static_cast<std::size_t>(kTangentBlocks[b])] = {
+          n, n, {start, start + n + 1}, {column, column + start[n]}};
+    }
+  }
+};
+
+Tangent device_tangent(DeviceForce& device, const State& state, const TangentPattern& pattern,
+                       BlockSet blocks) {
+  Tangent tangent;
+  for (std::size_t b = 0; b < kBlocks; ++b) tangent.values[b].assign(pattern.block[b].entries(), 1.0);
+  device.begin(state.view(), blocks);
+  device.add_to(tangent, pattern);
+  for (auto& values : tangent.values)
+    for (double& value : values) value -= 1.0;  // it is added to what is there
+  return tangent;
+}
+
+TEST_P(DeviceForceOf, ABodyHasTheDerivativesOfTheHost) {
+  const auto [kind, law, beta, mass, elements] = GetParam();
+  const unsigned seed = std::random_device{}();
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  const SolidGroup body = body_of(kind, elements, {law, 200.0, 0.3, 5.0}, options_with(beta, mass));
+  const State state = random_state(body, elements, seed);
+  const PlainTangent plain(body, state, seed);
+
+  const auto device = body.device_force(2);
+  const BlockSet blocks = device->blocks();
+  EXPECT_TRUE(blocks.has(Block::force_q));
+  EXPECT_EQ(blocks.has(Block::force_v), beta > 0);
+  const Tangent tangent = device_tangent(*device, state, plain.pattern, blocks);
+  for (std::size_t b = 0; b < 2; ++b) {
+    if (!blocks.has(kTangentBlocks[b])) continue;
+    const std::vector<double>& values = tangent[kTangentBlocks[b]];
+    const double tolerance = 1e-13 * std::max(1.0, plain.sizes[b].coeffs().maxCoeff());
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      ASSERT_TRUE(std::isfinite(values[k]));
+      ASSERT_NEAR(values[k], plain.block[b].valuePtr()[k], tolerance) << "block " << b << ", entry " << k;
+    }
+  }
+
+  EXPECT_EQ(device_tangent(*device, state, plain.pattern, blocks).values, tangent.values);
+  EXPECT_EQ(device_tangent(*body.device_force(1), state, plain.pattern, blocks).values, tangent.values);
+  const Tangent by_q = device_tangent(*device, state, plain.pattern, {Block::force_q});
+  EXPECT_EQ(by_q[Block::force_q], tangent[Block::force_q]);
+  EXPECT_EQ(by_q[Block::force_v], std::vector<double>(by_q[Block::force_v].size(), 0.0));
 }
 
 INSTANTIATE_TEST_SUITE_P(All, DeviceForceOf,
@@ -126,6 +213,13 @@ TEST_F(Device, DropsWhatWasNotTaken) {
   const std::vector<double> expected = device_force(*device, second);
   device->begin(first.view());
   EXPECT_EQ(device_force(*device, second), expected);
+
+  const PlainTangent plain(body_, second, 1);
+  const Tangent by_q = device_tangent(*device, second, plain.pattern, {Block::force_q});
+  device->begin(first.view(), {Block::force_q});
+  EXPECT_EQ(device_force(*device, second), expected);
+  device->begin(first.view());
+  EXPECT_EQ(device_tangent(*device, second, plain.pattern, {Block::force_q}).values, by_q.values);
 }
 
 // On the host, too, this is no exception: the step above is rejected.
@@ -136,11 +230,22 @@ TEST_F(Device, AnElementTurnedInsideOutGivesNotANumber) {
   const std::vector<double> force = device_force(*body_.device_force(1), state);
   for (int n = 0; n < body_.local_coordinates(); ++n)
     EXPECT_TRUE(std::isnan(force[static_cast<std::size_t>(coordinates[n])]));
+
+  const PlainTangent plain(body_, state, 1);
+  const Tangent tangent = device_tangent(*body_.device_force(1), state, plain.pattern, {Block::force_q});
+  for (int k = 0; k < plain.block[0].nonZeros(); ++k)
+    EXPECT_EQ(std::isnan(tangent[Block::force_q][static_cast<std::size_t>(k)]),
+              std::isnan(plain.block[0].valuePtr()[k]));
 }
 
 TEST_F(Device, EveryCallThatFailsIsToldAndForgotten) {
   const State state = random_state(body_, 8, 1);
   const std::vector<double> expected = device_force(*body_.device_force(1), state);
+  const PlainTangent plain(body_, state, 1);
+  const auto evaluate = [&](DeviceForce& device) {
+    (void)device_force(device, state);
+    (void)device_tangent(device, state, plain.pattern, {Block::force_q});
+  };
   bool met = true;
   for (long n = 0; met; ++n) {
     SCOPED_TRACE("call " + std::to_string(n));
@@ -150,8 +255,8 @@ TEST_F(Device, EveryCallThatFailsIsToldAndForgotten) {
       cuda::planned_fault = &fault;
       bool told = true;
       try {
-        if (make_one) (void)device_force(*body_.device_force(1), state);
-        if (!make_one) (void)device_force(*sound, state);
+        if (make_one) evaluate(*body_.device_force(1));
+        if (!make_one) evaluate(*sound);
         told = false;
       } catch (const BackendError&) {
         EXPECT_EQ(fault.kind, cuda::CallKind::runtime);

@@ -2,6 +2,7 @@
 // that is lost, doubled or put in the wrong place shows.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <stdexcept>
@@ -48,9 +49,11 @@ class ArtificialGroup final : public dae::ElementGroup {
   }
 
   int throws_at = -1;
-  /// Plays a group that a device evaluates: how often it was begun and taken.
+  /// Plays a group that a device evaluates: how often F, or derivatives, were begun and taken.
   struct Device {
     int begun = 0, taken = 0;
+    dae::BlockSet blocks;  ///< that it offers
+    int blocks_begun = 0, blocks_taken = 0;
   };
   std::shared_ptr<Device> device;
 
@@ -59,7 +62,7 @@ class ArtificialGroup final : public dae::ElementGroup {
   }
 
  private:
-  // The same sum as the host's, by itself.
+  // The same sums as the host's, by itself.
   class Played final : public dae::DeviceForce {
    public:
     explicit Played(const ArtificialGroup& group) : group_(group) {}
@@ -84,10 +87,42 @@ class ArtificialGroup final : public dae::ElementGroup {
       ++group_.device->taken;
       for (std::size_t k = 0; k < sum_.size(); ++k) force[group_.coordinates_[k]] += sum_[k];
     }
+    dae::BlockSet blocks() const override { return group_.device->blocks; }
+    void begin(const dae::StateView& state, dae::BlockSet blocks) override {
+      ++group_.device->blocks_begun;
+      begun_ = blocks;
+      q_.assign(state.q,
+                state.q + 1 + *std::max_element(group_.coordinates_.begin(), group_.coordinates_.end()));
+    }
+    void add_to(dae::Tangent& tangent, const dae::TangentPattern& pattern) override {
+      ++group_.device->blocks_taken;
+      const auto& s = group_.structure_;
+      add(dae::Block::force_q, s.force_q, 5, tangent, pattern);
+      add(dae::Block::force_v, s.force_v, 6, tangent, pattern);
+      add(dae::Block::force_a, s.force_a, 7, tangent, pattern);
+    }
 
    private:
+    void add(dae::Block block, dae::LocalStructure::Kind kind, int seed, dae::Tangent& tangent,
+             const dae::TangentPattern& patterns) const {
+      using Kind = dae::LocalStructure::Kind;
+      const int nq = group_.nq_;
+      const dae::Pattern& pattern = patterns[block];
+      if (!begun_.has(block) || kind == Kind::zero) return;
+      for (int e = 0; e < group_.size(); ++e)
+        for (int i = 0; i < nq; ++i)
+          for (int j = 0; j < nq; ++j) {
+            const int row = group_.coordinates(e)[i], column = group_.coordinates(e)[j];
+            if (i != j && kind == Kind::diagonal) continue;
+            int entry = pattern.row_start[row];
+            while (pattern.column[entry] != column) ++entry;
+            tangent[block][entry] += number(e, i * nq + j, seed) * q_[column];
+          }
+    }
+
     const ArtificialGroup& group_;
-    std::vector<double> sum_;
+    std::vector<double> sum_, q_;
+    dae::BlockSet begun_;
   };
 
   static double number(int e, int k, int kind) { return std::sin(1.0 + e + 0.37 * k + 11.0 * kind); }

@@ -1,6 +1,7 @@
 // The forces of a whole body on a device: elements first, each by the same source as on the host
 // (solid_force.hpp), then the sums at the nodes, each by one thread in the order of the elements. So nothing
-// is atomic, and the same state gives the same bits.
+// is atomic, and the same state gives the same bits. Derivatives are summed colour by colour
+// (cuda/device_tangent.hpp).
 #pragma once
 
 #include <memory>

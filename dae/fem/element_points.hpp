@@ -1,7 +1,7 @@
 // Quantities at the integration points of one element, the point as the last index: the loops over points and
 // over columns are what the compiler turns into wide instructions. Sizes are known at compile time.
 // Everything here is inlined into the three functions of solid_kernels.cpp that are compiled for several
-// processor levels, and into the kernels of a device (cuda/solid_force.cpp): one source for both. A thread of
+// processor levels, and into the kernels of a device (dae/fem/cuda): one source for both. A thread of
 // the host holds all points of an element. On a device each lane of a warp holds one, and the lanes of an
 // element add up what is summed over its points. `Held` says which it is: Held::count points are here, number
 // Held::point(p) of the element is the p-th of them, and Held::sum(x) is x of all who hold some.

@@ -30,9 +30,8 @@ void add_run(CLI::App& app, Command& command) {
   run->add_option("-o", command.folder, "folder of the results, made if need be")
       ->type_name("DIR")
       ->required();
-  mfs::program::add_backend(
-      *run, command.backend,
-      "of the linear solver and of flexible bodies' forces: serial, openmp (default) or cuda");
+  mfs::program::add_backend(*run, command.backend,
+                            "of the linear solver and of flexible bodies: serial, openmp (default) or cuda");
   mfs::program::add_threads(*run, command.threads);
   mfs::program::add_json(*run, command.json,
                          "write a JSON object there ('-': standard output, and nothing else)");

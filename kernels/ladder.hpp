@@ -3,7 +3,8 @@
 //
 //   correction   pivots that were perturbed are taken back exactly, or show that A is singular
 //                (kernels/correction.hpp); if they are too many for that, a probe decides (kernels/probe.hpp)
-//   refinement   iterative, then FGMRES with the factors as preconditioner (kernels/refinement.hpp)
+//   refinement   iterative, in twice the precision, then FGMRES with the factors as preconditioner
+//   (kernels/refinement.hpp)
 //
 // The same inverse gives the condition estimate and the determinant. Vectors and matrix are those of the
 // host, and vector operations run on Exec, an execution space of the host. What depends on where the factors
@@ -228,8 +229,11 @@ class AccuracyLadder : public Factorization<Value> {
       mfs::residual(exec_, plan_->n, matrix_rows(transposed), b, x, r, &error, size, floor);
       return error;
     };
-    Refinement<Exec, Value, decltype(inverse), decltype(residual)> refinement(
-        exec_, plan_->n, columns, controls, at_, inverse, residual);
+    const auto doubled = [&](const Value* b, const Value* x, const Value* low, Value* r) {
+      doubled_residual(exec_, plan_->n, matrix_rows(transposed), b, x, low, r);
+    };
+    Refinement<Exec, Value, decltype(inverse), decltype(residual), decltype(doubled)> refinement(
+        exec_, plan_->n, columns, controls, at_, inverse, residual, doubled);
     refinement.run(krylov_space_, outcome);
   }
 

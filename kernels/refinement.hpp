@@ -1,12 +1,21 @@
 // From an approximate inverse to a solution whose componentwise backward error is known: iterative
-// refinement, and, for a column where that stalls, FGMRES with the factors as preconditioner. It stalls where
-// pivots were perturbed (with k of them A differs from the factored matrix by a matrix of rank k, so FGMRES
-// needs about k + 1 steps), and where |A| |x| + |b| differs by many decades between rows: then small rows
-// drown in what large entries of x leave there. FGMRES therefore measures row i of the residual by
+// refinement, and, for a column where that stalls, refinement in twice the precision, then FGMRES with the
+// factors as preconditioner.
+//
+// Unknowns that are tiny beside the others, as what a planar mechanism has across its plane, get from each
+// correction an error that is small beside the correction, and corrections end at the rounding of the large
+// unknowns. With residual and solution of twice the precision they go on to nothing, and the tiny unknowns
+// become right.
+//
+// Else refinement stalls where pivots were perturbed (with k of them A differs from the factored matrix by a
+// matrix of rank k, so FGMRES needs about k + 1 steps), and where |A| |x| + |b| differs by many decades
+// between rows: then small rows drown in what large entries of x leave there. FGMRES therefore measures row i
+// of the residual by
 // (|A| |x| + |b|)_i: what it makes small is the backward error itself.
 //
-// Sources: Skeel 1979, 1980; Arioli, Demmel, Duff 1989 (refinement and its stopping); Saad 1993 (FGMRES);
-// Arioli, Duff, Gratton, Pralet 2007 (FGMRES on factors with static pivoting).
+// Sources: Skeel 1979, 1980; Arioli, Demmel, Duff 1989 (refinement and its stopping); Demmel, Hida, Kahan,
+// Li, Mukherjee and Riedy 2006 (residual and solution of twice the precision); Saad 1993 (FGMRES); Arioli,
+// Duff, Gratton, Pralet 2007 (FGMRES on factors with static pivoting).
 #pragma once
 
 #include <algorithm>
@@ -36,19 +45,22 @@ constexpr int kKrylovRestarts = 3;
 constexpr double kEnough = 0.1;
 
 /// One use: one block of right-hand sides. `Inverse` is called as inverse(from, to, columns), `Residual` as
-/// residual(b or null, x, r, sizes of rows or null) and returns the componentwise backward error.
-template <class Exec, class Scalar, class Inverse, class Residual>
+/// residual(b or null, x, r, sizes of rows or null) and returns the componentwise backward error,
+/// `DoubledResidual` as doubled(b, x, low, r) for r = b - A (x + low).
+template <class Exec, class Scalar, class Inverse, class Residual, class DoubledResidual>
 class Refinement {
  public:
   Refinement(const Exec& exec, Vertex n, Vertex columns, const SolveControls& controls,
-             const RefinementVectors<Scalar>& vectors, const Inverse& inverse, const Residual& residual)
+             const RefinementVectors<Scalar>& vectors, const Inverse& inverse, const Residual& residual,
+             const DoubledResidual& doubled)
       : exec_(exec),
         n_(n),
         columns_(columns),
         controls_(controls),
         at_(vectors),
         inverse_(inverse),
-        residual_(residual) {}
+        residual_(residual),
+        doubled_(doubled) {}
 
   /// Leaves the best solution found in vectors.x; adds to `outcome` what it took.
   void run(std::vector<Scalar>& krylov_space, SolveOutcome& outcome) {
@@ -60,9 +72,9 @@ class Refinement {
     const Stopwatch beyond_the_factors;
     refine();
     for (Vertex j = 0; j < columns_; ++j) {
-      if (error_[j] > controls_.tolerance && std::isfinite(error_[j]) && controls_.max_steps > 0) {
-        accelerate(j, krylov_space);
-      }
+      if (controls_.max_steps == 0) break;
+      if (fails(j)) refine_doubled(j, krylov_space);
+      if (fails(j)) accelerate(j, krylov_space);
     }
     outcome.backward_error = *std::max_element(error_.begin(), error_.begin() + columns_);
     outcome.refinement_steps = refinement_steps_;
@@ -71,6 +83,8 @@ class Refinement {
   }
 
  private:
+  bool fails(Vertex j) const { return error_[j] > controls_.tolerance && std::isfinite(error_[j]); }
+
   // Refines all open columns together; a column is closed when it is good enough or no longer halves its
   // error.
   void refine() {
@@ -123,6 +137,32 @@ class Refinement {
     copy(column(at_.best, j), column(at_.x, j));
     add(Scalar(1), correction, column(at_.x, j));
     return after;
+  }
+
+  // As long as each correction is less than half of the one before.
+  void refine_doubled(Vertex j, std::vector<Scalar>& space) {
+    space.assign(static_cast<size_t>(n_), Scalar(0));
+    Scalar *const x = column(at_.x, j), *const d = column(at_.d, 0), *const low = space.data();
+    const double before = error_[j];
+    copy(x, column(at_.best, j));
+    double last = std::numeric_limits<double>::infinity();
+    for (int step = 0; step < controls_.max_steps && error_[j] > controls_.tolerance; ++step) {
+      doubled_(column(at_.b, j), x, low, d);
+      inverse_(d, d, 1);
+      ++refinement_steps_;
+      const double length = norm2(d);
+      if (!(length < 0.5 * last)) {
+        drop_noise(exec_, n_, d, x);
+        error_[j] = measure(j);
+        break;
+      }
+      last = length;
+      add_doubled(exec_, n_, d, x, low);
+      error_[j] = measure(j);
+    }
+    if (error_[j] < before) return;
+    copy(column(at_.best, j), x);
+    error_[j] = before;
   }
 
   // FGMRES for one column, each row of the residual measured by its size for the x at hand.
@@ -240,6 +280,7 @@ class Refinement {
   RefinementVectors<Scalar> at_;
   const Inverse& inverse_;
   const Residual& residual_;
+  const DoubledResidual& doubled_;
   std::array<double, kSolveColumns> error_{};
   std::array<bool, kSolveColumns> open_{};
   int refinement_steps_ = 0, krylov_steps_ = 0;

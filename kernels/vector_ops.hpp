@@ -43,6 +43,30 @@ void drop_remainders(const Exec& exec, Vertex n, const Scalar* before, Scalar* x
       });
 }
 
+/// What a correction changes an entry by, as a part of it, where the entry is taken for rounding.
+constexpr double kNoise = 1e-3;
+
+/// Entries of x become zero that d, the last of corrections which do not get smaller, still changes.
+template <class Exec, class Scalar>
+void drop_noise(const Exec& exec, Vertex n, const Scalar* d, Scalar* x) {
+  for_each_index(
+      exec, "mfs::drop_noise", n, KOKKOS_LAMBDA(Offset i) {
+        if (magnitude(d[i]) >= kNoise * magnitude(x[i])) x[i] = Scalar(0);
+      });
+}
+
+/// (x, low) += d, where x + low is a number of twice the precision and x that number rounded (Knuth's
+/// TwoSum).
+template <class Exec, class Scalar>
+void add_doubled(const Exec& exec, Vertex n, const Scalar* d, Scalar* x, Scalar* low) {
+  for_each_index(exec, "mfs::add_doubled", n, [=](Offset i) {
+    const Scalar sum = x[i] + d[i], added = sum - x[i];
+    const Scalar rest = low[i] + ((x[i] - (sum - added)) + (d[i] - added));
+    x[i] = sum + rest;
+    low[i] = rest - (x[i] - sum);
+  });
+}
+
 /// x *= factor
 template <class Exec, class Scalar>
 void scale_vector(const Exec& exec, Vertex n, Scalar factor, Scalar* x) {

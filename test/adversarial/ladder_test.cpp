@@ -34,8 +34,8 @@ SparseMatrix weak_grid(std::int64_t rows, double diagonal, std::uint64_t seed) {
 }
 
 // |A| |x| + |b| differs by tens of decades between rows, the scaled matrix is well conditioned, no pivot is
-// small: small rows of the residual drown in what large entries of x leave there, unless measured by their
-// size.
+// small: small rows of the residual drown in what large entries of x leave there, unless refined in twice the
+// precision or measured by their size. No other factors are needed.
 TEST(Ladder, SmallRowsDoNotDrown) {
   for (const std::uint64_t seed : {105047, 107607, 500727}) {
     SCOPED_TRACE("seed " + std::to_string(seed));
@@ -46,8 +46,8 @@ TEST(Ladder, SmallRowsDoNotDrown) {
     solver.factor(hard.matrix.view());
     solver.solve(b.data(), x.data());
     EXPECT_LE(backward_error(hard.matrix, b, x), 1e-12);
-    EXPECT_GT(solver.report().krylov_steps, 0);
-    EXPECT_EQ(solver.report().reanalyses, 0);
+    EXPECT_GT(solver.report().refinement_steps, 1);
+    EXPECT_LE(solver.report().rung, Rung::krylov);
   }
 }
 

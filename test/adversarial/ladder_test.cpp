@@ -34,10 +34,10 @@ SparseMatrix weak_grid(std::int64_t rows, double diagonal, std::uint64_t seed) {
 }
 
 // |A| |x| + |b| differs by tens of decades between rows, the scaled matrix is well conditioned, no pivot is
-// small: small rows of the residual drown in what large entries of x leave there, unless refined in twice the
-// precision or measured by their size. No other factors are needed.
+// small, and refinement in twice the precision does not help: small rows of the residual drown in what large
+// entries of x leave there, unless measured by their size.
 TEST(Ladder, SmallRowsDoNotDrown) {
-  for (const std::uint64_t seed : {105047, 107607, 500727}) {
+  for (const std::uint64_t seed : {1001548, 1201688}) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     const HardMatrix hard = hard_matrix(seed);
     const std::vector<double> b = Random(seed).vector(hard.matrix.n);
@@ -46,8 +46,8 @@ TEST(Ladder, SmallRowsDoNotDrown) {
     solver.factor(hard.matrix.view());
     solver.solve(b.data(), x.data());
     EXPECT_LE(backward_error(hard.matrix, b, x), 1e-12);
-    EXPECT_GT(solver.report().refinement_steps, 1);
-    EXPECT_LE(solver.report().rung, Rung::krylov);
+    EXPECT_GT(solver.report().krylov_steps, 0);
+    EXPECT_EQ(solver.report().reanalyses, 0);
   }
 }
 
@@ -123,7 +123,7 @@ TEST(Ladder, MatchingAnewHasAnEnd) {
 // give better ones, for each right-hand side its own, and only for these values. In the last of these systems
 // the first solution has lost entries by underflow.
 TEST(Ladder, RowsAreScaledForTheSolution) {
-  for (const std::uint64_t seed : {2006468, 1202667, 3006848}) {
+  for (const std::uint64_t seed : {1000988, 2003428, 3006848}) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     const SparseMatrix a = hard_matrix(seed).matrix;
     const std::vector<double> b = Random(seed).vector(a.n);
@@ -141,7 +141,7 @@ TEST(Ladder, RowsAreScaledForTheSolution) {
 }
 
 TEST(Ladder, RowsOfTheTransposedAreScaledForTheSolution) {
-  for (const std::uint64_t seed : {1000808, 1000928, 1003888}) {
+  for (const std::uint64_t seed : {1001988, 1003888, 3001068}) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     const SparseMatrix a = hard_matrix(seed).matrix, at = transposed(a);
     const std::vector<double> b = Random(seed).vector(a.n);

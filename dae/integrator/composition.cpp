@@ -116,10 +116,8 @@ void Composition::compose(const std::vector<Values>& values, double* matrix) con
         const int* const source = terms_[t].source;
         const int* const target = target_[t].data();
         const Values& from = values[t];
-        for (int k = block.row_start[row]; k < block.row_start[row + 1]; ++k) {
-          const double value = from.block[source != nullptr ? source[k] : k];
-          matrix[target[k]] += from.factor != nullptr ? value * from.factor[block.column[k]] : value;
-        }
+        for (int k = block.row_start[row]; k < block.row_start[row + 1]; ++k)
+          matrix[target[k]] += from.factor * from.block[source != nullptr ? source[k] : k];
       }
     }
   }

@@ -1,11 +1,11 @@
 // A sparse matrix composed of sparse blocks: each term puts a block (or its transpose) into consecutive rows,
-// sends its columns to columns of the matrix, several to one where that is asked for, and multiplies each
-// column by a factor. Where terms meet, they add up. The pattern and the place of every entry are found once;
+// sends its columns to columns of the matrix, several to one where that is asked for, and multiplies it by a
+// factor. Where terms meet, they add up. The pattern and the place of every entry are found once;
 // composing values is then one pass over the entries, by rows, so that the sum in each entry has one order
 // whatever the number of threads.
 //
 //   terms of the rows of F:   dF/da  dF/dv  dF/dq  Phi_q^T
-//                               |      |      |       |       column[j], factor[j]
+//                               |      |      |       |       column[j]; factor
 //   matrix row              [ ......................... ]
 #pragma once
 
@@ -34,8 +34,8 @@ class Composition {
     const int* source = nullptr;  ///< where entry k lies in the values; null: at k
   };
   struct Values {
-    const double* block;             ///< of the term's block
-    const double* factor = nullptr;  ///< one per column of the block; null: 1
+    const double* block;  ///< of the term's block
+    double factor = 1.0;
   };
 
   /// `size` rows and columns. Throws InvalidInput where the matrix has 2^31 entries or more.

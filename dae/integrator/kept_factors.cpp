@@ -8,6 +8,7 @@
 #include <Thyra_DefaultInverseLinearOp.hpp>
 #include <Thyra_DefaultPreconditioner.hpp>
 #include <Thyra_LinearOpWithSolveFactoryHelpers.hpp>
+#include <Thyra_TpetraThyraWrappers.hpp>
 #include <Tpetra_CrsMatrix.hpp>
 
 #include "ordering/stopwatch.hpp"
@@ -22,9 +23,10 @@ using Factory = Thyra::LinearOpWithSolveFactoryBase<double>;
 using Source = Thyra::LinearOpSourceBase<double>;
 using Vectors = Thyra::MultiVectorBase<double>;
 using Matrix = Tpetra::CrsMatrix<double>;
+using Convert = Thyra::TpetraOperatorVectorExtraction<double>;
 using MfsSolver = Amesos2::MFS<Matrix, Tpetra::MultiVector<double>>;
 
-/// Relative residual at which FGMRES stops. Rows of H differ in unit and size, so it has to be small.
+/// Relative residual at which FGMRES stops. Rows of the matrix differ in size, so it has to be small.
 constexpr double kKrylovTolerance = 1e-8;
 /// A solve takes for an entry of the factors the time that a factorization takes for this many flops: by the
 /// tables in docs/performance.md 75 to 81 (elas3d:20, elas3d:40) on a host of 16 cores, 103 to 115 on an
@@ -123,15 +125,19 @@ class KeptSolve : public Thyra::LinearOpWithSolveBase<double> {
     return transpose == Thyra::NOTRANS;
   }
   Thyra::SolveStatus<double> solveImpl(
-      const Thyra::EOpTransp transpose, const Vectors& b, const Ptr<Vectors>& x,
+      const Thyra::EOpTransp transpose, const Vectors& h, const Ptr<Vectors>& x,
       const Ptr<const Thyra::SolveCriteria<double>> /*criteria*/) const override {
+    if (right_side_.is_null()) right_side_ = Thyra::createMember(h.range());
+    solves_.scale_rows(Convert::getConstTpetraVector(h.col(0))->getData().getRawPtr(),
+                       Convert::getTpetraVector(right_side_)->getDataNonConst().getRawPtr());
+    const Vectors& b = *right_side_;
     if (iterating_ && (krylov_spent_ >= krylov_budget_ || !iterate(b, x))) {
       iterating_ = false;
       factor();
     }
     if (!iterating_)
       noting_failure([&] { timed(solves_.time_solve, [&] { factors_->solve(transpose, b, x); }); });
-    if (!solves_.scale.is_null()) Thyra::ele_wise_scale(*solves_.scale, x->col(0).ptr());
+    solves_.correct(Convert::getTpetraVector(x->col(0))->getDataNonConst().getRawPtr());
     Thyra::SolveStatus<double> status;
     status.solveStatus = Thyra::SOLVE_STATUS_CONVERGED;
     return status;
@@ -192,6 +198,7 @@ class KeptSolve : public Thyra::LinearOpWithSolveBase<double> {
   LinearSolves& solves_;
   RCP<const Source> source_;
   // A solve is const for Thyra, but it may have to factor.
+  mutable RCP<Thyra::VectorBase<double>> right_side_;
   mutable bool iterating_ = false;
   mutable int analyses_ = 0;
   mutable double krylov_spent_ = 0, krylov_budget_ = 0;  ///< steps since, and worth, a factorization

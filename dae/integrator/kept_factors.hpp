@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <exception>
+#include <functional>
 
 #include <Thyra_LinearOpWithSolveFactoryBase.hpp>
 
@@ -21,8 +22,10 @@ struct LinearSolves {
   // Told by Newton's method.
   bool new_matrix = false;  ///< the matrix has got new values; set back when they are taken
   bool factor_next = true;  ///< a new matrix is not to be solved by FGMRES
-  /// Every solution is multiplied by this, entry by entry; null: not.
-  Teuchos::RCP<const Thyra::VectorBase<double>> scale;
+  /// Makes the right-hand side b of a system with the matrix from the residual h.
+  std::function<void(const double* h, double* b)> scale_rows;
+  /// Makes a correction of a solution, in its place.
+  std::function<void(double* x)> correct;
   // Told by the solver.
   bool factored = false;       ///< there are factors of some matrix
   std::exception_ptr failure;  ///< what an evaluation, a factorization or a solve threw last

@@ -89,7 +89,6 @@ class StepModel : public Thyra::StateFuncModelEvaluatorBase<double> {
   void set_relation(const StepRelation& relation) { relation_ = &relation; }
   /// The next Jacobian that NOX asks for is evaluated; otherwise the old one stays.
   void want_jacobian() { wanted_ = true; }
-  double matrix_q_by_a() const { return matrix_q_by_a_; }
 
   RCP<Thyra::VectorBase<double>> make_vector() const {
     const auto x = Thyra::createMember(space_);
@@ -100,11 +99,6 @@ class StepModel : public Thyra::StateFuncModelEvaluatorBase<double> {
     const auto x = make_vector();
     equations_.pack(*relation_, lambda, Convert::getTpetraVector(x)->getDataNonConst().getRawPtr());
     return x;
-  }
-  RCP<const Thyra::VectorBase<double>> correction_scale(double ratio) const {
-    const auto scale = make_vector();
-    equations_.scale_corrections(ratio, Convert::getTpetraVector(scale)->getDataNonConst().getRawPtr());
-    return scale;
   }
   /// Where H was evaluated last: once NOX has given an iterate to be tested, that iterate.
   const State& state() const { return state_; }
@@ -151,10 +145,8 @@ class StepModel : public Thyra::StateFuncModelEvaluatorBase<double> {
                             Convert::getTpetraVector(out.get_f())->getDataNonConst().getRawPtr());
       if (jacobian) {
         equations_.jacobian(state_, *relation_, matrix_->getLocalMatrixHost().values.data());
-        matrix_q_by_a_ = relation_->q_by_a();
         wanted_ = false;
         solves_.new_matrix = true;
-        solves_.scale = Teuchos::null;
         ++report_.jacobians;
       }
     } catch (...) {
@@ -177,7 +169,6 @@ class StepModel : public Thyra::StateFuncModelEvaluatorBase<double> {
   // Evaluation is const for Thyra.
   mutable State state_;
   mutable bool wanted_ = true;
-  mutable double matrix_q_by_a_ = 0.0;
 };
 
 /// Ends the search, or asks for a new Jacobian.
@@ -297,15 +288,20 @@ RCP<Teuchos::ParameterList> newton_parameters() {
 class Newton::Impl {
  public:
   Impl(const StepEquations& equations, const IntegratorOptions& options, IntegrationReport& report)
-      : options_(options),
+      : equations_(equations),
+        options_(options),
         report_(report),
         model_(rcp(new StepModel(equations, make_kept_factors(options, solves_), solves_, report))),
-        test_(rcp(new NewtonTest(equations, *model_, options))) {}
+        test_(rcp(new NewtonTest(equations, *model_, options))) {
+    solves_.scale_rows = [this](const double* h, double* b) { equations_.scale_rows(h, b); };
+    solves_.correct = [this](double* x) { equations_.correct(*relation_, x); };
+  }
 
   Outcome solve(const StepRelation& relation, const std::vector<double>& lambda,
                 const std::vector<double>& weights, State& state) {
+    relation_ = &relation;
     model_->set_relation(relation);
-    const bool fresh = choose_matrix(relation);
+    const bool fresh = choose_matrix();
     Outcome outcome;
     bool converged = search(lambda, weights, fresh, outcome);
     if (!converged && !(fresh && solves_.factor_next)) {
@@ -321,13 +317,12 @@ class Newton::Impl {
 
  private:
   /// Whether the search begins with a new Jacobian; says what may be done with it.
-  bool choose_matrix(const StepRelation& relation) {
-    const double ratio = model_->matrix_q_by_a() / relation.q_by_a();
+  bool choose_matrix() {
+    const double ratio = equations_.ratio(*relation_);
     const bool known = solves_.factored && options_.keep_factors;
     solves_.factor_next =
         !known || options_.krylov_steps == 0 || ratio < kRelatedRates[0] || ratio > kRelatedRates[1];
     const bool fresh = !known || ratio < kKeptRates[0] || ratio > kKeptRates[1];
-    solves_.scale = !fresh && ratio != 1.0 ? model_->correction_scale(ratio) : Teuchos::null;
     expected_rate_ = std::abs(ratio - 1.0) / (ratio + 1.0);
     if (fresh) model_->want_jacobian();
     return fresh;
@@ -366,8 +361,10 @@ class Newton::Impl {
     report_.bytes_solver = std::max(report_.bytes_solver, solves_.bytes);
   }
 
+  const StepEquations& equations_;
   const IntegratorOptions& options_;
   IntegrationReport& report_;
+  const StepRelation* relation_ = nullptr;
   LinearSolves solves_, accounted_;
   double expected_rate_ = 0.0;  ///< at which corrections by a kept matrix shrink, because of the step alone
   RCP<StepModel> model_;

@@ -15,6 +15,20 @@ std::vector<int> set_members(const std::vector<char>& flags) {
   return members;
 }
 
+constexpr std::array<Block, 3> kForceByAVQ{Block::force_a, Block::force_v, Block::force_q};
+
+/// Where the diagonal entries are, -1 where there are none.
+std::vector<int> find_diagonal(const Pattern& pattern) {
+  std::vector<int> places;
+  for (int row = 0; row < pattern.rows; ++row) {
+    const auto begin = pattern.column.begin() + pattern.row_start[row];
+    const auto end = pattern.column.begin() + pattern.row_start[row + 1];
+    const auto place = std::lower_bound(begin, end, row);
+    places.push_back(place != end && *place == row ? static_cast<int>(place - pattern.column.begin()) : -1);
+  }
+  return places;
+}
+
 Pattern make_selection(const std::vector<int>& members, int columns) {
   return {static_cast<int>(members.size()), columns, consecutive(0, static_cast<int>(members.size()) + 1),
           members};
@@ -34,14 +48,15 @@ StepEquations::StepEquations(const ConstrainedSystem& system, Unknowns unknowns,
       independent_(set_members(independent)),
       size_(number_unknowns()),
       position_transposed_(system.tangent_pattern()[Block::position_q]),
+      augmentation_(system.tangent_pattern()[Block::position_q], position_transposed_, threads),
       selection_(make_selection(independent_, n_)),
       ones_(independent_.size(), 1.0),
+      minus_ones_(independent_.size(), -1.0),
       residual_(make_residual(system)),
       tangent_(make_tangent(system)),
       composition_(make_composition(threads)) {
-  const auto n = static_cast<std::size_t>(n_);
-  for (auto* factor : {&factor_v_, &factor_q_, &relation_a_, &relation_v_}) factor->assign(n, 1.0);
-  minus_.assign(n, -1.0);
+  for (std::size_t b = 0; b < kForceByAVQ.size(); ++b)
+    diagonal_[b] = find_diagonal(system.tangent_pattern()[kForceByAVQ[b]]);
 }
 
 int StepEquations::number_unknowns() {
@@ -57,37 +72,39 @@ int StepEquations::number_unknowns() {
 Composition StepEquations::make_composition(int threads) {
   const TangentPattern& patterns = system_.tangent_pattern();
   std::vector<Composition::Term> terms;
-  const auto add = [&](int first_row, Block block, Kind kind) {
-    terms.push_back({&patterns[block], first_row, column_[kind]});
+  const auto add = [&](Row row, Block block, Kind kind) {
+    const int level = row == kForce ? -1 : row - kPosition;
+    terms.push_back({&patterns[block], row == kForce ? 0 : n_ + level * m_, column_[kind]});
     due_.insert(block);
     if (patterns.constant[static_cast<std::size_t>(block)]) constant_.insert(block);
-    numbers_.push_back({&tangent_[block], kind == kV ? &factor_v_ : kind == kQ ? &factor_q_ : nullptr});
+    numbers_.push_back({&tangent_[block], row, kind});
   };
-  int row = 0;
-  add(row, Block::force_a, kA);
-  add(row, Block::force_v, kV);
-  add(row, Block::force_q, kQ);
-  terms.push_back({&position_transposed_.pattern, row, column_[kLambda], position_transposed_.source.data()});
-  numbers_.push_back({&tangent_[Block::position_q], nullptr});
-  add(row += n_, Block::position_q, kQ);
+  add(kForce, Block::force_a, kA);
+  add(kForce, Block::force_v, kV);
+  add(kForce, Block::force_q, kQ);
+  terms.push_back({&position_transposed_.pattern, 0, column_[kLambda], position_transposed_.source.data()});
+  numbers_.push_back({&tangent_[Block::position_q], kForce, kLambda});
+  terms.push_back({&augmentation_.pattern(), 0, column_[kA]});
+  numbers_.push_back({&augmentation_.values(), kForce, kA});
+  add(kPosition, Block::position_q, kQ);
   if (levels_ == 3) {
-    add(row += m_, Block::position_q, kV);
-    add(row, Block::velocity_q, kQ);
-    add(row += m_, Block::position_q, kA);
-    add(row, Block::acceleration_v, kV);
-    add(row, Block::acceleration_q, kQ);
+    add(kVelocity, Block::position_q, kV);
+    add(kVelocity, Block::velocity_q, kQ);
+    add(kAcceleration, Block::position_q, kA);
+    add(kAcceleration, Block::acceleration_v, kV);
+    add(kAcceleration, Block::acceleration_q, kQ);
   }
-  row += m_;
   if (!reduced_) {
-    const auto add_relation = [&](Kind upper, const std::vector<double>& factor, Kind lower) {
+    int row = n_ + levels_ * m_;
+    const auto add_relation = [&](Kind upper, Kind lower) {
       terms.push_back({&selection_, row, column_[upper]});
-      numbers_.push_back({&ones_, &factor});
+      numbers_.push_back({&ones_, kRelation, upper});
       terms.push_back({&selection_, row, column_[lower]});
-      numbers_.push_back({&ones_, &minus_});
+      numbers_.push_back({&minus_ones_, kRelation, lower});
       row += selection_.rows;
     };
-    add_relation(kA, relation_a_, kV);
-    add_relation(kV, relation_v_, kQ);
+    add_relation(kA, kV);
+    add_relation(kV, kQ);
   }
   return Composition(size_, std::move(terms), threads);
 }
@@ -115,14 +132,45 @@ void StepEquations::unpack(const double* x, const StepRelation& relation, State&
   });
 }
 
-void StepEquations::scale_corrections(double ratio, double* scale) const {
-  const double of_q = 2.0 / (1.0 + ratio);
-  std::fill(scale, scale + m_, 1.0);  // multipliers balance forces, whichever dominate
+double StepEquations::Scales::of(Row row) const {
+  return row == kPosition ? s / q_by_a : row == kVelocity ? s / v_by_a : row == kAcceleration ? s : 1.0;
+}
+
+double StepEquations::Scales::of(Kind column) const {
+  return column == kA ? 1.0 / s : column == kV ? v_by_a / s : column == kQ ? q_by_a / s : 1.0;
+}
+
+void StepEquations::scale_rows(const double* h, double* b) const {
+  const auto scale = [&](int count, double factor) {
+    parallel_for(static_cast<std::size_t>(count), threads_, [&](std::size_t i) { b[i] = factor * h[i]; });
+    h += count;
+    b += count;
+  };
+  scale(n_, 1.0);
+  scale(m_, scales_.of(kPosition));
+  if (levels_ == 3) {
+    scale(m_, scales_.of(kVelocity));
+    scale(m_, scales_.of(kAcceleration));
+  }
+  if (reduced_) return;
+  scale(selection_.rows, scales_.of(kVelocity));
+  scale(selection_.rows, scales_.of(kPosition));
+}
+
+void StepEquations::correct(const StepRelation& relation, double* x) const {
+  const Pattern& gradient = system_.tangent_pattern()[Block::position_q];
+  const std::vector<double>& values = constraint_gradient();
+  parallel_for(static_cast<std::size_t>(m_), threads_, [&](std::size_t row) {
+    for (int k = gradient.row_start[row]; k < gradient.row_start[row + 1]; ++k)
+      x[row] += values[k] * x[column_[kA][gradient.column[k]]];
+  });
+  // Multipliers balance forces, whichever dominate: they are not scaled.
+  const double shared = 2.0 * ratio(relation) / (1.0 + ratio(relation)) / scales_.s;
   parallel_for(is_independent_.size(), threads_, [&](std::size_t i) {
-    scale[column_[kA][i]] = ratio * of_q;
+    x[column_[kA][i]] *= shared;
     if (eliminated(i)) return;  // the matrix took v and q for a over its own rates
-    scale[column_[kV][i]] = std::sqrt(ratio) * of_q;
-    scale[column_[kQ][i]] = of_q;
+    x[column_[kV][i]] *= shared * relation.v_by_a;
+    x[column_[kQ][i]] *= shared * relation.q_by_a();
   });
 }
 
@@ -150,25 +198,28 @@ void StepEquations::residual(const State& state, const StepRelation& relation, d
     *h++ = relation.q_by_v * (state.v[i] - relation.v[i]) - (state.q[i] - relation.q[i]);
 }
 
-void StepEquations::set_factors(const StepRelation& relation) const {
-  if (reduced_) {
-    parallel_for(independent_.size(), threads_, [&](std::size_t k) {
-      factor_v_[independent_[k]] = relation.v_by_a;
-      factor_q_[independent_[k]] = relation.q_by_a();
-    });
-  } else {
-    std::fill(relation_a_.begin(), relation_a_.end(), relation.v_by_a);
-    std::fill(relation_v_.begin(), relation_v_.end(), relation.q_by_v);
-  }
+/// Of the derivatives of F that go to the columns of a, in the mean.
+double StepEquations::typical_diagonal(const StepRelation& relation) const {
+  const double factors[] = {1.0, relation.v_by_a, relation.q_by_a()};
+  const auto diagonal = [&](std::size_t i) {
+    double sum = 0.0;
+    for (std::size_t b = 0; b < kForceByAVQ.size(); ++b)
+      if (diagonal_[b][i] >= 0) sum += factors[b] * tangent_[kForceByAVQ[b]][diagonal_[b][i]];
+    return std::abs(sum);
+  };
+  const double sum = parallel_fold(is_independent_.size(), threads_, 0.0, diagonal, std::plus<>());
+  return sum > 0.0 ? sum / n_ : 1.0;
 }
 
 void StepEquations::jacobian(const State& state, const StepRelation& relation, double* values) const {
   system_.evaluate(view(state), tangent_, due_);
   due_.erase(constant_);
-  set_factors(relation);
+  scales_ = {typical_diagonal(relation), relation.v_by_a, relation.q_by_a()};
+  augmentation_.compute(scales_.s, constraint_gradient());
   std::vector<Composition::Values> terms;
   for (const Numbers& numbers : numbers_)
-    terms.push_back({numbers.block->data(), numbers.factor != nullptr ? numbers.factor->data() : nullptr});
+    terms.push_back({numbers.block->data(),
+                     numbers.row == kRelation ? 1.0 : scales_.of(numbers.row) * scales_.of(numbers.column)});
   composition_.compose(terms, values);
 }
 

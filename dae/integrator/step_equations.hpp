@@ -10,11 +10,22 @@
 // q_i of independent coordinates are no unknowns any more, and their columns of H_x go, times v_by_a and
 // q_by_a, to the column of a_i. (The other way round, a_i from q_i, rounding in q would be multiplied by
 // 1 / q_by_a ~ 1/h^2.)
+//
+// H_x itself is as badly scaled as a matrix can be, and anew by each step. What is factored is R H_x C, which
+// no unit and no step makes large or small (augmentation.hpp): with a typical diagonal entry s of F's
+// derivatives by a,
+//
+//   R    F by 1  | Phi by s / q_by_a | dPhi/dt by s / v_by_a | d2Phi/dt2 by s | relations as Phi's
+//   derivatives C    a, v, q by 1 / s, v_by_a / s, q_by_a / s,  then  lambda = lambda' + s Phi_q a
+//
+// so Phi_q itself stands in the rows of all its levels, and the first two groups of columns hold
+// (dF/da + v_by_a dF/dv + q_by_a dF/dq) / s + Phi_q^T Phi_q and Phi_q^T in the rows of F.
 #pragma once
 
 #include <array>
 #include <vector>
 
+#include "dae/integrator/augmentation.hpp"
 #include "dae/integrator/composition.hpp"
 #include "dae/integrator/formula.hpp"
 #include "dae/integrator/integrator.hpp"
@@ -42,27 +53,40 @@ class StepEquations {
   void pack(const StepRelation& relation, const std::vector<double>& lambda, double* x) const;
   /// The state that x stands for.
   void unpack(const double* x, const StepRelation& relation, State& state) const;
-  /// By what to multiply corrections that a matrix of another step has given, when `ratio` is 1 / q_by_a
-  /// over that of the matrix: one number per unknown. Where inertia dominates, such corrections of q are too
-  /// large by the ratio, where stiffness does they are right; this shares the error out. Corrections of v and
-  /// a follow those of q by the rates of this step, for dependent coordinates too: else each correction of a,
-  /// many times that of q, would violate the constraints on accelerations anew.
-  void scale_corrections(double ratio, double* scale) const;
   /// H at `state`, the unpacked x.
   void residual(const State& state, const StepRelation& relation, double* h) const;
-  /// H_x at `state`: values in the order of the pattern.
+  /// R H_x C at `state`: values in the order of the pattern.
   void jacobian(const State& state, const StepRelation& relation, double* values) const;
+  /// 1 / q_by_a of `relation` over that of the last Jacobian.
+  double ratio(const StepRelation& relation) const { return scales_.q_by_a / relation.q_by_a(); }
+  /// b = R h, with R of the last Jacobian.
+  void scale_rows(const double* h, double* b) const;
+  /// Makes a correction in the step of `relation` of the solution x of a system with the last Jacobian: C x,
+  /// and where that is of another step, scaled. Where inertia dominates, corrections of q by such a matrix
+  /// are too large by the ratio, where stiffness does they are right; this shares the error out. Corrections
+  /// of v and a follow those of q by the rates of this step, for dependent coordinates too: else each
+  /// correction of a, many times that of q, would violate the constraints on accelerations anew.
+  void correct(const StepRelation& relation, double* x) const;
 
  private:
   enum Kind { kA, kV, kQ, kLambda };
-  /// Where a term of H_x has its numbers; no factor: 1.
+  enum Row { kForce, kPosition, kVelocity, kAcceleration, kRelation };
+  /// Where a term of H_x has its numbers, and where it stands.
   struct Numbers {
-    const std::vector<double>*block, *factor;
+    const std::vector<double>* block;
+    Row row;
+    Kind column;
+  };
+  /// What R and C of the last Jacobian are made of.
+  struct Scales {
+    double s = 1.0, v_by_a = 0.0, q_by_a = 0.0;
+    double of(Row row) const;
+    double of(Kind column) const;
   };
   bool eliminated(std::size_t i) const { return reduced_ && is_independent_[i] != 0; }
   int number_unknowns();
   Composition make_composition(int threads);
-  void set_factors(const StepRelation& relation) const;
+  double typical_diagonal(const StepRelation& relation) const;
 
   const ConstrainedSystem& system_;
   const int n_, m_, levels_;
@@ -73,16 +97,17 @@ class StepEquations {
   std::array<std::vector<int>, 4> column_;  ///< by Kind: where an unknown's derivatives go
   const int size_;
   TransposedPattern position_transposed_;
+  mutable Augmentation augmentation_;
   Pattern selection_;  ///< U^T: a row with one entry for each independent coordinate
-  std::vector<double> ones_;
+  std::vector<double> ones_, minus_ones_;
   mutable Residual residual_;
   mutable Tangent tangent_;
   mutable BlockSet due_;          ///< blocks that the next Jacobian has to evaluate
   BlockSet constant_;             ///< those of them that the first one evaluates for all
   std::vector<Numbers> numbers_;  ///< by term
   Composition composition_;
-  mutable std::vector<double> factor_v_, factor_q_;  ///< of eliminated columns as above; else 1
-  mutable std::vector<double> relation_a_, relation_v_, minus_;
+  std::array<std::vector<int>, 3> diagonal_;  ///< where dF/da, dF/dv and dF/dq have their diagonal entries
+  mutable Scales scales_;
 };
 
 }  // namespace mfs::dae

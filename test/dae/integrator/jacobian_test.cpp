@@ -129,38 +129,79 @@ struct Linear {
   }
 };
 
-TEST(Jacobian, CorrectionsByThatOfAnotherStepKeepConstraintsAndRelations) {
+/// The matrix that is factored, of `state`.
+Eigen::MatrixXd jacobian(const StepEquations& equations, const State& state, const StepRelation& relation) {
+  const Pattern& pattern = equations.pattern();
+  std::vector<double> values(pattern.entries());
+  equations.jacobian(state, relation, values.data());
+  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(pattern.rows, pattern.columns);
+  for (int i = 0; i < pattern.rows; ++i)
+    for (int k = pattern.row_start[i]; k < pattern.row_start[i + 1]; ++k)
+      matrix(i, pattern.column[k]) = values[k];
+  return matrix;
+}
+
+TEST(Jacobian, OneCorrectionSolvesLinearEquationsAndThatOfAnotherStepKeepsConstraintsAndRelations) {
   const DenseSystem<Linear> system;
   const auto relation = [](double rate) {
     return StepRelation{
         0.0, 1.0 / rate, 1.0 / rate, {1.0, -3.0, 2.0}, {-5.0, 2.0, 3.0}, {100.0, 30.0, -130.0}};
   };
   for (const Unknowns unknowns : {Unknowns::full, Unknowns::reduced})
-    for (const double factor : {0.8, 1.25}) {
+    for (const double factor : {0.8, 1.0, 1.25}) {
       const StepEquations equations(system, unknowns, true, {1, 1, 0}, 1);
       const auto n = static_cast<Eigen::Index>(equations.size());
       const StepRelation old = relation(20.0), now = relation(20.0 * factor);
-      Eigen::VectorXd x(n), h(n), scale(n);
+      Eigen::VectorXd x(n), h(n), b(n);
       State state;
       equations.pack(now, {0.7}, x.data());
       equations.unpack(x.data(), now, state);
       equations.residual(state, now, h.data());
 
-      const Pattern& pattern = equations.pattern();
-      std::vector<double> values(pattern.entries());
-      equations.jacobian(state, old, values.data());
-      Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(n, n);
-      for (int i = 0; i < pattern.rows; ++i)
-        for (int k = pattern.row_start[i]; k < pattern.row_start[i + 1]; ++k)
-          matrix(i, pattern.column[k]) = values[k];
-      equations.scale_corrections(factor * factor, scale.data());
-      x -= scale.cwiseProduct(matrix.lu().solve(h));
+      const Eigen::MatrixXd matrix = jacobian(equations, state, old);
+      EXPECT_NEAR(equations.ratio(now), factor * factor, 1e-12);
+      equations.scale_rows(h.data(), b.data());
+      Eigen::VectorXd correction = matrix.lu().solve(b);
+      equations.correct(now, correction.data());
+      x -= correction;
 
       const double before = h.head(3).norm();
       equations.unpack(x.data(), now, state);
       equations.residual(state, now, h.data());
-      EXPECT_LT(h.head(3).norm(), 0.5 * before);  // F gets smaller,
-      EXPECT_LT(h.tail(n - 3).norm(), 1e-9);      // and all else stays fulfilled
+      EXPECT_LT(h.head(3).norm(), (factor == 1.0 ? 1e-9 : 0.5) * before);  // F gets smaller,
+      EXPECT_LT(h.tail(n - 3).norm(), 1e-9);                               // and all else stays fulfilled
+    }
+}
+
+/// A stiff spring between two small masses, the second of which is tied to a coordinate without inertia.
+struct Tied {
+  int coordinates() const { return 3; }
+  int constraints() const { return 1; }
+  template <class T>
+  std::vector<T> force(double /*t*/, const std::vector<T>& q, const std::vector<T>& v,
+                       const std::vector<T>& a) const {
+    const T pull = 1e9 * (q[1] - q[0]) + 1e4 * (v[1] - v[0]);
+    return {T(1e-3 * a[0] - pull), T(1e-3 * a[1] + pull), T(0.0 * a[2])};
+  }
+  template <class T>
+  std::vector<T> constraint(const T& /*t*/, const std::vector<T>& q) const {
+    return {q[1] - q[2]};
+  }
+};
+
+TEST(Jacobian, HasAPivotWithoutInertiaAndNoStepMakesItLargeOrSmall) {
+  const DenseSystem<Tied> system;
+  for (const Unknowns unknowns : {Unknowns::full, Unknowns::reduced})
+    for (const double rate : {1.0, 1e3, 1e6, 1e9}) {
+      const StepEquations equations(system, unknowns, true, {1, 1, 0}, 1);
+      const std::vector<double> rest(3, 0.0);
+      const StepRelation relation{0.0, 1.0 / rate, 1.0 / rate, rest, rest, rest};
+      const State state{0.0, rest, rest, rest, {0.0}};
+      const Eigen::MatrixXd matrix = jacobian(equations, state, relation);
+      EXPECT_GT(matrix(2, 1 + 2), 0.1) << rate;  // behind one multiplier
+      EXPECT_LT(matrix.cwiseAbs().maxCoeff(), 5.0) << rate;
+      EXPECT_GT(matrix.rowwise().lpNorm<Eigen::Infinity>().minCoeff(), 0.1) << rate;
+      EXPECT_GT(matrix.colwise().lpNorm<Eigen::Infinity>().minCoeff(), 0.1) << rate;
     }
 }
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 #include <utility>
 
@@ -13,7 +12,6 @@
 #include <Teuchos_oblackholestream.hpp>
 #include <Thyra_StateFuncModelEvaluatorBase.hpp>
 #include <Thyra_TpetraThyraWrappers.hpp>
-#include <Tpetra_Core.hpp>
 #include <Tpetra_CrsMatrix.hpp>
 
 #include "dae/integrator/kept_factors.hpp"
@@ -46,20 +44,7 @@ constexpr double kLeastLeftOver = 0.1;
 /// factors still are a preconditioner.
 constexpr double kKeptRates[] = {0.6, 1.7}, kRelatedRates[] = {0.25, 4.0};
 
-/// A program that has not started Tpetra gets it started for one process.
-void start_tpetra() {
-  if (Tpetra::isInitialized()) return;
-  static int argc = 0;
-  static char** argv = nullptr;
-  const RCP<const Teuchos::Comm<int>> comm = rcp(new Teuchos::SerialComm<int>());
-  Tpetra::initialize(&argc, &argv, comm);
-  std::atexit([] {
-    if (Tpetra::isInitialized()) Tpetra::finalize();
-  });
-}
-
 RCP<Matrix> make_matrix(const Pattern& pattern) {
-  start_tpetra();
   const RCP<const Teuchos::Comm<int>> comm = rcp(new Teuchos::SerialComm<int>());
   const auto map = rcp(new Map(static_cast<Tpetra::global_size_t>(pattern.rows), 0, comm));
   const auto offsets = Teuchos::arcp<std::size_t>(static_cast<Teuchos::Ordinal>(pattern.row_start.size()));

@@ -26,16 +26,18 @@ double largest(const std::vector<double>& values) {
   return most;
 }
 
-/// The matrix above for one K.
+/// The matrix above.
 class SaddlePoint {
  public:
-  SaddlePoint(const ConstrainedSystem& system, const Pattern& k, const IntegratorOptions& options)
+  SaddlePoint(const ConstrainedSystem& system, const std::vector<double>& k, const IntegratorOptions& options)
       : system_(system),
         n_(system.coordinates()),
         m_(system.constraints()),
+        k_(k),
+        k_pattern_(diagonal(n_)),
         transposed_(system.tangent_pattern()[Block::position_q]),
         matrix_(n_ + m_,
-                {{&k, 0, consecutive(0, n_)},
+                {{&k_pattern_, 0, consecutive(0, n_)},
                  {&transposed_.pattern, 0, consecutive(n_, m_), transposed_.source.data()},
                  {&system.tangent_pattern()[Block::position_q], n_, consecutive(0, n_)}},
                 options.threads),
@@ -43,9 +45,8 @@ class SaddlePoint {
         solver_(solver_options(options)) {}
 
   /// Solves with `right_side` = [n, m]; returns [change, mu].
-  std::vector<double> solve(const std::vector<double>& k, const std::vector<double>& gradient,
-                            std::vector<double> right_side) {
-    matrix_.compose({{k.data()}, {gradient.data()}, {gradient.data()}}, values_.data());
+  std::vector<double> solve(const std::vector<double>& gradient, std::vector<double> right_side) {
+    matrix_.compose({{k_.data()}, {gradient.data()}, {gradient.data()}}, values_.data());
     const Pattern& pattern = matrix_.pattern();
     try {
       solver_.factor(
@@ -71,6 +72,8 @@ class SaddlePoint {
 
   const ConstrainedSystem& system_;
   const int n_, m_;
+  const std::vector<double>& k_;
+  Pattern k_pattern_;
   TransposedPattern transposed_;
   Composition matrix_;
   std::vector<double> values_;
@@ -100,12 +103,11 @@ std::vector<double> inverse_squares(const ConstrainedSystem& system) {
 /// Moves q and v to where the constraints hold.
 void project(const ConstrainedSystem& system, const IntegratorOptions& options, State& state) {
   const int n = system.coordinates(), m = system.constraints();
-  const Pattern k_pattern = diagonal(n);
   const std::vector<double> k = inverse_squares(system), q0 = state.q;
   std::optional<SaddlePoint> matrix;  // where nothing is to be moved, there is no need of it
   const auto solve = [&](const std::vector<double>& right_side) {
-    if (!matrix) matrix.emplace(system, k_pattern, options);
-    return matrix->solve(k, constraint_gradient(system, state.t, state.q), right_side);
+    if (!matrix) matrix.emplace(system, k, options);
+    return matrix->solve(constraint_gradient(system, state.t, state.q), right_side);
   };
   Residual residual = make_residual(system);
   std::vector<double> right_side(static_cast<std::size_t>(n + m));
@@ -142,27 +144,10 @@ std::vector<double> constraint_gradient(const ConstrainedSystem& system, double 
   return std::move(tangent[Block::position_q]);
 }
 
-State consistent_state(const ConstrainedSystem& system, const IntegratorOptions& options, State state) {
-  const auto n = static_cast<std::size_t>(system.coordinates());
-  const auto m = static_cast<std::size_t>(system.constraints());
-  state.a.assign(n, 0.0);
-  state.lambda.assign(m, 0.0);
-  if (m > 0) project(system, options, state);
-
-  Residual residual = make_residual(system);
-  Tangent tangent;
-  for (const Block block : {Block::force_a, Block::position_q})
-    tangent[block].resize(system.tangent_pattern()[block].entries());
-  system.evaluate(view(state), residual);
-  system.evaluate(view(state), tangent, {Block::force_a, Block::position_q});
-  std::vector<double> right_side;
-  for (const double force : residual.force) right_side.push_back(-force);
-  for (const double acceleration : residual.acceleration) right_side.push_back(-acceleration);
-  SaddlePoint matrix(system, system.tangent_pattern()[Block::force_a], options);
-  const auto solution =
-      matrix.solve(tangent[Block::force_a], tangent[Block::position_q], std::move(right_side));
-  std::copy_n(solution.begin(), n, state.a.begin());
-  std::copy_n(solution.begin() + static_cast<std::ptrdiff_t>(n), m, state.lambda.begin());
+State consistent_motion(const ConstrainedSystem& system, const IntegratorOptions& options, State state) {
+  state.a.assign(static_cast<std::size_t>(system.coordinates()), 0.0);
+  state.lambda.assign(static_cast<std::size_t>(system.constraints()), 0.0);
+  if (system.constraints() > 0) project(system, options, state);
   return state;
 }
 

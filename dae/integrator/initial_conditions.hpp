@@ -1,10 +1,10 @@
-// Initial conditions that fulfil the constraints, found in three steps, each a linear system
+// Initial positions and velocities that fulfil the constraints: q0 moves to Phi = 0 (Gauss-Newton) and v0 to
+// d/dt Phi = 0, as little as possible in the scales of the coordinates, each by linear systems
 //
-//   [ K      Phi_q^T ] [ change ]   [ ... ]        K: 1 / scale^2 on the diagonal, or the mass matrix
+//   [ K      Phi_q^T ] [ change ]   [ ... ]        K: 1 / scale^2 on the diagonal
 //   [ Phi_q     0    ] [   mu   ] = [ ... ]
 //
-// solved by mfs::Solver: q0 moves to Phi = 0 and v0 to d/dt Phi = 0, as little as possible in the scales of
-// the coordinates (Gauss-Newton); then a0 and lambda0 follow from the equations of motion.
+// solved by mfs::Solver. Newton then finds a0 and lambda0 by the equations of motion.
 #pragma once
 
 #include "dae/integrator/integrator.hpp"
@@ -12,10 +12,9 @@
 
 namespace mfs::dae {
 
-/// `given`: t, q, v. Returns all of the state. Constraints have to be independent.
-/// Throws InvalidInput where no q near the given one fulfils the constraints (names one), SingularMatrix
-/// where the mass matrix leaves accelerations undetermined (names a coordinate or constraint).
-State consistent_state(const ConstrainedSystem& system, const IntegratorOptions& options, State given);
+/// `given`: t, q, v. Returns the state with a and lambda zero. Constraints have to be independent.
+/// Throws InvalidInput where no q near the given one fulfils the constraints (names one).
+State consistent_motion(const ConstrainedSystem& system, const IntegratorOptions& options, State given);
 
 /// Values of Phi_q at t and q.
 std::vector<double> constraint_gradient(const ConstrainedSystem& system, double t,

@@ -152,13 +152,14 @@ class Integrator::Impl {
     system_ = filtered_ ? static_cast<const ConstrainedSystem*>(&*filtered_) : &given_;
     for (const int row : redundant) report_.redundant.push_back(given_.constraint_name(row));
 
-    state_ = consistent_state(*system_, options_, std::move(given));
-    last_lambda_ = state_.lambda;
-    last_lambda_step_ = 0.0;
-    check_redundant();
+    state_ = consistent_motion(*system_, options_, std::move(given));
     report_.coordinates = system_->coordinates();
     report_.constraints = system_->constraints();
     choose_coordinates();
+    newton_->find_accelerations(state_);
+    last_lambda_ = state_.lambda;
+    last_lambda_step_ = 0.0;
+    check_redundant();
     set_weights();
     step_ = first_step();
     formula_ = make_formula(options_);

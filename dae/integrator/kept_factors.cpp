@@ -128,7 +128,7 @@ class KeptSolve : public Thyra::LinearOpWithSolveBase<double> {
       const Thyra::EOpTransp transpose, const Vectors& h, const Ptr<Vectors>& x,
       const Ptr<const Thyra::SolveCriteria<double>> /*criteria*/) const override {
     if (right_side_.is_null()) right_side_ = Thyra::createMember(h.range());
-    solves_.scale_rows(Convert::getConstTpetraVector(h.col(0))->getData().getRawPtr(),
+    solves_.right_side(Convert::getConstTpetraVector(h.col(0))->getData().getRawPtr(),
                        Convert::getTpetraVector(right_side_)->getDataNonConst().getRawPtr());
     const Vectors& b = *right_side_;
     if (iterating_ && (krylov_spent_ >= krylov_budget_ || !iterate(b, x))) {
@@ -208,14 +208,10 @@ class KeptFactorsFactory : public Factory {
  public:
   KeptFactorsFactory(const IntegratorOptions& options, LinearSolves& solves)
       : direct_(make_mfs(options)),
-        krylov_(make_fgmres(options)),
-        backend_(options.backend),
-        solves_(solves) {}
+        op_(rcp(new KeptSolve(direct_, make_fgmres(options), options.backend, solves))) {}
 
   bool isCompatible(const Source& source) const override { return direct_->isCompatible(source); }
-  RCP<Thyra::LinearOpWithSolveBase<double>> createOp() const override {
-    return rcp(new KeptSolve(direct_, krylov_, backend_, solves_));
-  }
+  RCP<Thyra::LinearOpWithSolveBase<double>> createOp() const override { return op_; }
   void initializeOp(const RCP<const Source>& source, Thyra::LinearOpWithSolveBase<double>* op,
                     const Thyra::ESupportSolveUse /*use*/) const override {
     Teuchos::dyn_cast<KeptSolve>(*op).take(source);
@@ -239,9 +235,8 @@ class KeptFactorsFactory : public Factory {
   }
 
  private:
-  RCP<const Factory> direct_, krylov_;
-  Backend backend_;
-  LinearSolves& solves_;
+  RCP<const Factory> direct_;
+  RCP<KeptSolve> op_;
   RCP<Teuchos::ParameterList> parameters_;
 };
 

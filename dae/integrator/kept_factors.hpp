@@ -23,7 +23,7 @@ struct LinearSolves {
   bool new_matrix = false;  ///< the matrix has got new values; set back when they are taken
   bool factor_next = true;  ///< a new matrix is not to be solved by FGMRES
   /// Makes the right-hand side b of a system with the matrix from the residual h.
-  std::function<void(const double* h, double* b)> scale_rows;
+  std::function<void(const double* h, double* b)> right_side;
   /// Makes a correction of a solution, in its place.
   std::function<void(double* x)> correct;
   // Told by the solver.
@@ -34,7 +34,8 @@ struct LinearSolves {
   double time_analysis = 0, time_factor = 0, time_solve = 0;  ///< s
 };
 
-/// `solves` is shared with Newton's method and has to live as long.
+/// `solves` is shared with Newton's method and has to live as long. There is one matrix, so createOp()
+/// returns the same object each time.
 Teuchos::RCP<Thyra::LinearOpWithSolveFactoryBase<double>> make_kept_factors(const IntegratorOptions& options,
                                                                             LinearSolves& solves);
 

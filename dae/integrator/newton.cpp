@@ -14,6 +14,8 @@
 #include <Thyra_TpetraThyraWrappers.hpp>
 #include <Tpetra_CrsMatrix.hpp>
 
+#include <mfs/error.hpp>
+
 #include "dae/integrator/kept_factors.hpp"
 #include "dae/integrator/vector_loops.hpp"
 #include "ordering/stopwatch.hpp"
@@ -84,6 +86,13 @@ class StepModel : public Thyra::StateFuncModelEvaluatorBase<double> {
     const auto x = make_vector();
     equations_.pack(*relation_, lambda, Convert::getTpetraVector(x)->getDataNonConst().getRawPtr());
     return x;
+  }
+  /// The matrix for initial accelerations takes the place of the Jacobian.
+  void evaluate_initial(const State& state) {
+    const Stopwatch watch;
+    equations_.initial_jacobian(state, matrix_->getLocalMatrixHost().values.data());
+    solves_.new_matrix = true;
+    report_.time_assembly += watch.seconds();
   }
   /// Where H was evaluated last: once NOX has given an iterate to be tested, that iterate.
   const State& state() const { return state_; }
@@ -278,14 +287,35 @@ class Newton::Impl {
         report_(report),
         model_(rcp(new StepModel(equations, make_kept_factors(options, solves_), solves_, report))),
         test_(rcp(new NewtonTest(equations, *model_, options))) {
-    solves_.scale_rows = [this](const double* h, double* b) { equations_.scale_rows(h, b); };
     solves_.correct = [this](double* x) { equations_.correct(*relation_, x); };
+  }
+
+  // The first analysis of the matrix: its values differ from those of steps, but its large entries are
+  // theirs.
+  void find_accelerations(State& state) {
+    const StepRelation no_time;
+    relation_ = &no_time;
+    model_->evaluate_initial(state);
+    solves_.right_side = [&](const double*, double* b) { equations_.initial_right_side(state, b); };
+    const auto op = model_->get_W_factory()->createOp();
+    const auto x = model_->make_vector(), nothing = model_->make_vector();
+    try {
+      Thyra::initializeOp<double>(*model_->get_W_factory(), model_->create_W_op(), op.ptr());
+      Thyra::solve<double>(*op, Thyra::NOTRANS, *nothing, x.ptr());
+    } catch (SingularMatrix& e) {
+      if (e.column() >= 0)
+        e.append(" (initial conditions: " + equations_.unknown_name(static_cast<int>(e.column())) + ")");
+      throw;
+    }
+    equations_.change_accelerations(Convert::getConstTpetraVector(x)->getData().getRawPtr(), state);
+    account();
   }
 
   Outcome solve(const StepRelation& relation, const std::vector<double>& lambda,
                 const std::vector<double>& weights, State& state) {
     relation_ = &relation;
     model_->set_relation(relation);
+    solves_.right_side = [this](const double* h, double* b) { equations_.scale_rows(h, b); };
     const bool fresh = choose_matrix();
     Outcome outcome;
     bool converged = search(lambda, weights, fresh, outcome);
@@ -360,6 +390,10 @@ class Newton::Impl {
 Newton::Newton(const StepEquations& equations, const IntegratorOptions& options, IntegrationReport& report)
     : impl_(std::make_unique<Impl>(equations, options, report)) {}
 Newton::~Newton() = default;
+
+void Newton::find_accelerations(State& state) {
+  impl_->find_accelerations(state);
+}
 
 Newton::Outcome Newton::solve(const StepRelation& relation, const std::vector<double>& lambda,
                               const std::vector<double>& weights, State& state) {

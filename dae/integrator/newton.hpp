@@ -31,6 +31,10 @@ class Newton {
   Newton(const StepEquations& equations, const IntegratorOptions& options, IntegrationReport& report);
   ~Newton();
 
+  /// Sets a and lambda of `state` to what the equations of motion and the constraints on accelerations ask
+  /// for. Throws SingularMatrix where they leave some undetermined (names a coordinate or constraint).
+  void find_accelerations(State& state);
+
   /// Solves for the new time. `lambda` is where multipliers start, `weights` belong to [q, v]. Where it does
   /// not converge, `state` stays as it was; otherwise its arrays are used again.
   Outcome solve(const StepRelation& relation, const std::vector<double>& lambda,

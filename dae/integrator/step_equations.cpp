@@ -109,6 +109,15 @@ Composition StepEquations::make_composition(int threads) {
   return Composition(size_, std::move(terms), threads);
 }
 
+std::string StepEquations::unknown_name(int unknown) const {
+  for (const Kind kind : {kA, kV, kQ}) {
+    const auto place = std::find(column_[kind].begin(), column_[kind].end(), unknown);
+    if (place != column_[kind].end())
+      return system_.coordinate_name(static_cast<int>(place - column_[kind].begin()));
+  }
+  return system_.constraint_name(unknown);
+}
+
 void StepEquations::pack(const StepRelation& relation, const std::vector<double>& lambda, double* x) const {
   std::copy(lambda.begin(), lambda.end(), x);
   parallel_for(is_independent_.size(), threads_, [&](std::size_t i) {
@@ -132,12 +141,12 @@ void StepEquations::unpack(const double* x, const StepRelation& relation, State&
   });
 }
 
-double StepEquations::Scales::of(Row row) const {
-  return row == kPosition ? s / q_by_a : row == kVelocity ? s / v_by_a : row == kAcceleration ? s : 1.0;
-}
-
-double StepEquations::Scales::of(Kind column) const {
-  return column == kA ? 1.0 / s : column == kV ? v_by_a / s : column == kQ ? q_by_a / s : 1.0;
+/// The product of both, which is finite where a step takes no time.
+double StepEquations::Scales::of(Row row, Kind column) const {
+  if (row == kRelation || column == kLambda) return 1.0;
+  if (row == kForce) return (column == kA ? 1.0 : column == kV ? v_by_a : q_by_a()) / s;
+  return (row == kAcceleration && column != kA ? v_by_a : 1.0) *
+         (row != kPosition && column == kQ ? q_by_v : 1.0);
 }
 
 void StepEquations::scale_rows(const double* h, double* b) const {
@@ -146,15 +155,16 @@ void StepEquations::scale_rows(const double* h, double* b) const {
     h += count;
     b += count;
   };
+  const double of_position = scales_.s / scales_.q_by_a(), of_velocity = scales_.s / scales_.v_by_a;
   scale(n_, 1.0);
-  scale(m_, scales_.of(kPosition));
+  scale(m_, of_position);
   if (levels_ == 3) {
-    scale(m_, scales_.of(kVelocity));
-    scale(m_, scales_.of(kAcceleration));
+    scale(m_, of_velocity);
+    scale(m_, scales_.s);
   }
   if (reduced_) return;
-  scale(selection_.rows, scales_.of(kVelocity));
-  scale(selection_.rows, scales_.of(kPosition));
+  scale(selection_.rows, of_velocity);
+  scale(selection_.rows, of_position);
 }
 
 void StepEquations::correct(const StepRelation& relation, double* x) const {
@@ -214,13 +224,35 @@ double StepEquations::typical_diagonal(const StepRelation& relation) const {
 void StepEquations::jacobian(const State& state, const StepRelation& relation, double* values) const {
   system_.evaluate(view(state), tangent_, due_);
   due_.erase(constant_);
-  scales_ = {typical_diagonal(relation), relation.v_by_a, relation.q_by_a()};
+  compose(relation, values);
+}
+
+void StepEquations::initial_jacobian(const State& state, double* values) const {
+  const BlockSet blocks{Block::force_a, Block::position_q};
+  system_.evaluate(view(state), tangent_, blocks);
+  due_.erase(constant_ & blocks);
+  compose({}, values);
+}
+
+void StepEquations::compose(const StepRelation& relation, double* values) const {
+  scales_ = {typical_diagonal(relation), relation.v_by_a, relation.q_by_v};
   augmentation_.compute(scales_.s, constraint_gradient());
   std::vector<Composition::Values> terms;
   for (const Numbers& numbers : numbers_)
-    terms.push_back({numbers.block->data(),
-                     numbers.row == kRelation ? 1.0 : scales_.of(numbers.row) * scales_.of(numbers.column)});
+    terms.push_back({numbers.block->data(), scales_.of(numbers.row, numbers.column)});
   composition_.compose(terms, values);
+}
+
+void StepEquations::initial_right_side(const State& state, double* b) const {
+  system_.evaluate(view(state), residual_);
+  std::fill(std::copy(residual_.force.begin(), residual_.force.end(), b), b + size_, 0.0);
+  const int last_level = first_constraint() + (levels_ - 1) * m_;
+  for (int row = 0; row < m_; ++row) b[last_level + row] = scales_.s * residual_.acceleration[row];
+}
+
+void StepEquations::change_accelerations(const double* x, State& state) const {
+  for (int row = 0; row < m_; ++row) state.lambda[row] -= x[row];
+  for (int i = 0; i < n_; ++i) state.a[i] -= x[column_[kA][i]];
 }
 
 }  // namespace mfs::dae

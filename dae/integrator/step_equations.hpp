@@ -23,6 +23,7 @@
 #pragma once
 
 #include <array>
+#include <string>
 #include <vector>
 
 #include "dae/integrator/augmentation.hpp"
@@ -46,6 +47,8 @@ class StepEquations {
   /// Rows of H of the constraints: `levels` times m from `first_constraint`.
   int first_constraint() const { return n_; }
   int levels() const { return levels_; }
+  /// What an unknown belongs to: a coordinate or a constraint.
+  std::string unknown_name(int unknown) const;
   /// Phi_q of the last Jacobian.
   const std::vector<double>& constraint_gradient() const { return tangent_[Block::position_q]; }
 
@@ -57,8 +60,17 @@ class StepEquations {
   void residual(const State& state, const StepRelation& relation, double* h) const;
   /// R H_x C at `state`: values in the order of the pattern.
   void jacobian(const State& state, const StepRelation& relation, double* values) const;
+  /// The same in a step of no time, in which v and q do not move with a.
+  void initial_jacobian(const State& state, double* values) const;
+  /// The right-hand side b of the system for what lambda and a, zero in `state`, are to be changed by, so
+  /// that F and the constraints on accelerations hold.
+  void initial_right_side(const State& state, double* b) const;
+  /// Changes lambda and a by the correction x.
+  void change_accelerations(const double* x, State& state) const;
   /// 1 / q_by_a of `relation` over that of the last Jacobian.
-  double ratio(const StepRelation& relation) const { return scales_.q_by_a / relation.q_by_a(); }
+  double ratio(const StepRelation& relation) const {
+    return relation.q_by_a() == scales_.q_by_a() ? 1.0 : scales_.q_by_a() / relation.q_by_a();
+  }
   /// b = R h, with R of the last Jacobian.
   void scale_rows(const double* h, double* b) const;
   /// Makes a correction in the step of `relation` of the solution x of a system with the last Jacobian: C x,
@@ -79,14 +91,15 @@ class StepEquations {
   };
   /// What R and C of the last Jacobian are made of.
   struct Scales {
-    double s = 1.0, v_by_a = 0.0, q_by_a = 0.0;
-    double of(Row row) const;
-    double of(Kind column) const;
+    double s = 1.0, v_by_a = 0.0, q_by_v = 0.0;
+    double q_by_a() const { return v_by_a * q_by_v; }
+    double of(Row row, Kind column) const;
   };
   bool eliminated(std::size_t i) const { return reduced_ && is_independent_[i] != 0; }
   int number_unknowns();
   Composition make_composition(int threads);
   double typical_diagonal(const StepRelation& relation) const;
+  void compose(const StepRelation& relation, double* values) const;
 
   const ConstrainedSystem& system_;
   const int n_, m_, levels_;

@@ -100,8 +100,8 @@ struct DepthLaunches {
   Range exchange;  // block rows left of later panels
   std::vector<Launch> update;
   Range tiny;        // fronts that one warp solves with
-  Range solve;       // parts of tiles of the others, forward
-  Range solve_back;  // and backward
+  Range solve;       // tiles of the others, forward
+  Range solve_back;  // and their parts, backward
 };
 
 struct DevicePlan {

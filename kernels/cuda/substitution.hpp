@@ -427,10 +427,6 @@ __global__ void __launch_bounds__(kSolveThreads, kSolveBlocks<K>)
     return k < before ? pivots_at + k : Offset(-1);
   };
   auto sweep = tile_sweep<Transposed>(shared, part, tile.width, panel, place);
-  if (!part.finishes) {
-    sweep.leave_sums(vectors.y, vectors.partial);
-    return;
-  }
   for (int i = threadIdx.x; i < kSolveTile * K; i += kSolveThreads) {
     const int r = i / K, c = i % K;
     S value = S(0);

@@ -63,18 +63,21 @@ class ListInterpreter {
 
   /// v := A^-1 v by position. A tile that needs what comes later in its list makes NaN of it.
   void solve(std::vector<double>& v) const {
-    std::vector<double> y(v.size(), kNothing), border(plan_.border.size(), kNothing), partial = no_sums();
+    std::vector<double> y(v.size(), kNothing), border(plan_.border.size(), kNothing);
     for (const cuda::DepthLaunches& depth : lists_.depths) {
       for (Offset i = depth.tiny.begin; i < depth.tiny.end; ++i) {
         const Vertex f = lists_.tiny_fronts[i];
-        forward(whole(f, 0), plan_.pivots(f), v, y, border, partial);
-        forward(whole(f, plan_.pivots(f)), rows(f), v, y, border, partial);
+        forward(f, 0, plan_.pivots(f), v, y, border);
+        forward(f, plan_.pivots(f), rows(f), v, y, border);
       }
-      for (Offset i = depth.solve.begin; i < depth.solve.end; ++i)
-        forward(lists_.solve[i], tile_end(lists_.solve[i]), v, y, border, partial);
+      for (Offset i = depth.solve.begin; i < depth.solve.end; ++i) {
+        const cuda::SolvePart& part = lists_.solve[i];
+        EXPECT_TRUE(part.finishes && part.first_step == 0 && part.parts == 0) << "parts are for backward";
+        forward(part.front, part.begin, tile_end(part), v, y, border);
+      }
     }
     v.assign(v.size(), kNothing);
-    partial = no_sums();
+    std::vector<double> partial = no_sums();
     for (auto depth = lists_.depths.rbegin(); depth != lists_.depths.rend(); ++depth) {
       for (Offset i = depth->tiny.begin; i < depth->tiny.end; ++i)
         backward(whole(lists_.tiny_fronts[i], 0), plan_.pivots(lists_.tiny_fronts[i]), y, v, partial);
@@ -274,22 +277,16 @@ class ListInterpreter {
     to = sum;
   }
 
-  void forward(const cuda::SolvePart& part, Vertex end, const std::vector<double>& v, std::vector<double>& y,
-               std::vector<double>& border, std::vector<double>& partial) const {
-    const Vertex f = part.front, p = plan_.pivots(f), first = plan_.pivot_begin[f];
-    for (Vertex i = part.begin; i < end; ++i) {
-      const auto value = [&](Vertex k) { return y[first + k]; };
-      const Vertex begin = part.first_step * cuda::kSolveTile;
+  void forward(Vertex f, Vertex begin, Vertex end, const std::vector<double>& v, std::vector<double>& y,
+               std::vector<double>& border) const {
+    const Vertex p = plan_.pivots(f), first = plan_.pivot_begin[f];
+    for (Vertex i = begin; i < end; ++i) {
       double sum = 0;
-      if (!part.finishes) {
-        sum_columns(f, i, begin, part.last_step * cuda::kSolveTile, value, sum);
-        leave(part, i, sum, partial);
-        continue;
-      }
-      sum_columns(f, i, begin, std::min(i, p), value, sum);
+      sum_columns(
+          f, i, 0, std::min(i, p), [&](Vertex k) { return y[first + k]; }, sum);
       double& to = i < p ? y[first + i] : border[plan_.border_begin[f] + i - p];
       EXPECT_TRUE(std::isnan(to)) << "done twice";
-      to = from_children(f, i, border) + (i < p ? v[first + i] : 0) - sums_before(part, i, partial) - sum;
+      to = from_children(f, i, border) + (i < p ? v[first + i] : 0) - sum;
     }
   }
 

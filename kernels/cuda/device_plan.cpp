@@ -176,11 +176,12 @@ class Builder {
   // reach the last row take those along that only align the next column: the library is faster so.
   void add_products(Vertex f, Vertex k, Vertex next, Span down, Span right,
                     std::vector<ProductTask>& products) const {
-    const Offset ld = plan_.lower_ld(f), lower = plan_.lower_begin[f], upper = plan_.upper_begin[f];
+    const Vertex leading = plan_.lower_ld(f);
+    const Offset ld = leading, lower = plan_.lower_begin[f], upper = plan_.upper_begin[f];
     const Vertex p = plan_.pivots(f), s = next - k;
     const Span own{right.begin, std::min(right.end, p)};
     if (own.length() > 0 && down.length() > 0) {
-      const Vertex leading = plan_.lower_ld(f), end = down.end == rows(f) ? leading : down.end;
+      const Vertex end = down.end == rows(f) ? leading : down.end;
       products.push_back({lower + down.begin + k * ld, lower + k + own.begin * ld,
                           lower + down.begin + own.begin * ld, end - down.begin, own.length(), s, leading,
                           leading, leading, 0});
@@ -189,7 +190,7 @@ class Builder {
     if (border.length() > 0 && pivots.length() > 0) {
       const Offset first = static_cast<Offset>(border.begin - p) * p;
       products.push_back({lower + pivots.begin + k * ld, upper + k + first, upper + pivots.begin + first,
-                          pivots.length(), border.length(), s, plan_.lower_ld(f), p, p, 0});
+                          pivots.length(), border.length(), s, leading, p, p, 0});
     }
   }
 

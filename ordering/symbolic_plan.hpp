@@ -16,7 +16,7 @@
 //          +-------+-----------------+                              contribution_ld(f)
 //
 // Leading dimensions of large blocks are multiples of 16, and so are the pivots of large fronts
-// (align_pivots): products whose operands do not begin at multiples of 128 bytes take cuBLAS 1.4 times as
+// (align_nodes): products whose operands do not begin at multiples of 128 bytes take cuBLAS 1.4 times as
 // long.
 //
 // One region holds them all. Factors lie in it in the order of their fronts, from the left. A contribution

@@ -46,8 +46,8 @@ struct SolveOptions {
   int max_refinement_steps = 10;
   /// Above 0, rows that hold nothing but rounding do not fail a solve: what row i is divided by in that error
   /// counts at least row_floor * max_j |x_j / c_j| / r_i, with the scales r and c of rows and columns, which
-  /// is a part of what a row is whose largest entry meets the largest unknown of the scaled system. In [0,
-  /// 1]; 1 is close to what Arioli, Demmel and Duff (1989) do for such rows. For callers that need no
+  /// is a part of what a row is whose largest entry meets the largest unknown of the scaled system. From 0 to
+  /// 1, and 1 is close to what Arioli, Demmel and Duff (1989) do for such rows. For callers that need no
   /// accuracy in unknowns that are tiny beside the others, as Newton's method does not in corrections.
   double row_floor = 0.0;
 };

@@ -6,8 +6,7 @@
 namespace mfs::dae {
 namespace {
 
-constexpr int kColours = 64;               // bits of the set of colours that a coordinate has
-constexpr std::size_t kWorthThreads = 16;  // elements
+constexpr int kColours = 64;  // bits of the set of colours that a coordinate has
 
 int first_free(std::uint64_t used) {
   int colour = 0;

@@ -15,6 +15,9 @@
 
 namespace mfs::dae {
 
+/// Fewer elements are not worth waking threads.
+constexpr std::size_t kWorthThreads = 16;
+
 struct ElementId {
   int group, element;
 };

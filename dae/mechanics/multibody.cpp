@@ -24,8 +24,8 @@ using Kind = LocalStructure::Kind;
 constexpr std::array<Block, 4> kConstraintBlocks{Block::position_q, Block::velocity_q, Block::acceleration_q,
                                                  Block::acceleration_v};
 
-/// Elements without a colour that are computed together, and how few of them are not worth waking threads.
-constexpr std::size_t kMostWaiting = 512, kWorthThreads = 16;
+/// Elements without a colour that are computed together.
+constexpr std::size_t kMostWaiting = 512;
 
 /// Keeps the first of the exceptions that elements throw, first in the order of the sum.
 class FirstFailure {

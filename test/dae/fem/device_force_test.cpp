@@ -90,25 +90,30 @@ SolidOptions options_with(double beta, MassKind mass) {
 
 using Case = std::tuple<ElementKind, MaterialLaw, double, MassKind, int>;
 
-class DeviceForceOf : public mfs::test::OnDevice, public ::testing::WithParamInterface<Case> {};
+class DeviceForceOf : public mfs::test::OnDevice, public ::testing::WithParamInterface<Case> {
+ protected:
+  const Case& given_ = GetParam();
+  const int elements_ = std::get<4>(given_);
+  const double beta_ = std::get<2>(given_);
+  const unsigned seed_ = std::random_device{}();
+  const ::testing::ScopedTrace trace_{__FILE__, __LINE__, "seed " + std::to_string(seed_)};
+  const SolidGroup body_ = body_of(std::get<0>(given_), elements_, {std::get<1>(given_), 200.0, 0.3, 5.0},
+                                   options_with(beta_, std::get<3>(given_)));
+  const State state_ = random_state(body_, elements_, seed_);
+};
 
 TEST_P(DeviceForceOf, ABodyIsThatOfTheHost) {
-  const auto [kind, law, beta, mass, elements] = GetParam();
-  const unsigned seed = std::random_device{}();
-  SCOPED_TRACE("seed " + std::to_string(seed));
-  const SolidGroup body = body_of(kind, elements, {law, 200.0, 0.3, 5.0}, options_with(beta, mass));
-  const State state = random_state(body, elements, seed);
-  const Eigen::VectorXd expected = body_force(body, state.q, state.v, state.a);
+  const Eigen::VectorXd expected = body_force(body_, state_.q, state_.v, state_.a);
   ASSERT_TRUE(expected.allFinite());
 
-  const auto device = body.device_force(2);
-  const std::vector<double> force = device_force(*device, state);
-  const double tolerance = 1e-13 * std::max(1.0, size_of_terms(body, state));
+  const auto device = body_.device_force(2);
+  const std::vector<double> force = device_force(*device, state_);
+  const double tolerance = 1e-13 * std::max(1.0, size_of_terms(body_, state_));
   for (std::size_t i = 0; i < force.size(); ++i)
     ASSERT_NEAR(force[i], expected(static_cast<Eigen::Index>(i)), tolerance) << "coordinate " << i;
 
-  EXPECT_EQ(device_force(*device, state), force);
-  EXPECT_EQ(device_force(*body.device_force(1), state), force);
+  EXPECT_EQ(device_force(*device, state_), force);
+  EXPECT_EQ(device_force(*body_.device_force(1), state_), force);
 }
 
 constexpr Block kTangentBlocks[] = {Block::force_q, Block::force_v};
@@ -163,18 +168,13 @@ Tangent device_tangent(DeviceForce& device, const State& state, const TangentPat
 }
 
 TEST_P(DeviceForceOf, ABodyHasTheDerivativesOfTheHost) {
-  const auto [kind, law, beta, mass, elements] = GetParam();
-  const unsigned seed = std::random_device{}();
-  SCOPED_TRACE("seed " + std::to_string(seed));
-  const SolidGroup body = body_of(kind, elements, {law, 200.0, 0.3, 5.0}, options_with(beta, mass));
-  const State state = random_state(body, elements, seed);
-  const PlainTangent plain(body, state, seed);
+  const PlainTangent plain(body_, state_, seed_);
 
-  const auto device = body.device_force(2);
+  const auto device = body_.device_force(2);
   const BlockSet blocks = device->blocks();
   EXPECT_TRUE(blocks.has(Block::force_q));
-  EXPECT_EQ(blocks.has(Block::force_v), beta > 0);
-  const Tangent tangent = device_tangent(*device, state, plain.pattern, blocks);
+  EXPECT_EQ(blocks.has(Block::force_v), beta_ > 0);
+  const Tangent tangent = device_tangent(*device, state_, plain.pattern, blocks);
   for (std::size_t b = 0; b < 2; ++b) {
     if (!blocks.has(kTangentBlocks[b])) continue;
     const std::vector<double>& values = tangent[kTangentBlocks[b]];
@@ -185,9 +185,9 @@ TEST_P(DeviceForceOf, ABodyHasTheDerivativesOfTheHost) {
     }
   }
 
-  EXPECT_EQ(device_tangent(*device, state, plain.pattern, blocks).values, tangent.values);
-  EXPECT_EQ(device_tangent(*body.device_force(1), state, plain.pattern, blocks).values, tangent.values);
-  const Tangent by_q = device_tangent(*device, state, plain.pattern, {Block::force_q});
+  EXPECT_EQ(device_tangent(*device, state_, plain.pattern, blocks).values, tangent.values);
+  EXPECT_EQ(device_tangent(*body_.device_force(1), state_, plain.pattern, blocks).values, tangent.values);
+  const Tangent by_q = device_tangent(*device, state_, plain.pattern, {Block::force_q});
   EXPECT_EQ(by_q[Block::force_q], tangent[Block::force_q]);
   EXPECT_EQ(by_q[Block::force_v], std::vector<double>(by_q[Block::force_v].size(), 0.0));
 }

@@ -21,6 +21,15 @@ using testing::HasSubstr;
 using testing::Property;
 using testing::Throws;
 
+/// That a run for one second from q0 and v0 ends with an Error whose text matches.
+template <class Error, class Matcher>
+void expect_refused(Integrator& integrator, const std::vector<double>& q0, const std::vector<double>& v0,
+                    const Matcher& text) {
+  Observer nobody;
+  EXPECT_THAT([&] { integrator.run(0.0, q0, v0, 1.0, {}, nobody); },
+              Throws<Error>(Property(&Error::what, text)));
+}
+
 IntegratorOptions tolerance(double value) {
   IntegratorOptions options;
   options.rtol = options.atol_position = options.atol_velocity = value;
@@ -145,12 +154,7 @@ struct Massless {
 TEST(InitialConditions, WithoutAccelerationsAreRefused) {
   const DenseSystem<Massless> system;
   Integrator integrator(system);
-  Observer nobody;
-  EXPECT_THAT(
-      [&] {
-        integrator.run(0.0, {0.0, 0.0}, {0.0, 0.0}, 1.0, {}, nobody);
-      },
-      Throws<SingularMatrix>(Property(&SingularMatrix::what, HasSubstr("initial conditions: q[1]"))));
+  expect_refused<SingularMatrix>(integrator, {0.0, 0.0}, {0.0, 0.0}, HasSubstr("initial conditions: q[1]"));
 }
 
 /// No circle has such a radius.
@@ -164,12 +168,7 @@ struct Unreachable : Pendulum {
 TEST(InitialConditions, OutOfReachAreRefused) {
   const DenseSystem<Unreachable> system;
   Integrator integrator(system);
-  Observer nobody;
-  EXPECT_THAT(
-      [&] {
-        integrator.run(0.0, {1.0, 0.3}, {0.0, 0.0}, 1.0, {}, nobody);
-      },
-      Throws<InvalidInput>(Property(&InvalidInput::what, HasSubstr("constraint 0"))));
+  expect_refused<InvalidInput>(integrator, {1.0, 0.3}, {0.0, 0.0}, HasSubstr("constraint 0"));
 }
 
 /// The pendulum with its constraint said twice, the second time `factor` times as large and, of time, `drift`
@@ -204,12 +203,7 @@ TEST(RedundantConstraints, ThatContradictAreRefused) {
   drifting.drift = 1.0;
   const DenseSystem<SaidTwice> system(drifting);
   Integrator integrator(system);
-  Observer nobody;
-  EXPECT_THAT(
-      [&] {
-        integrator.run(0.0, pendulum_at(1.0), {0.0, 0.0}, 1.0, {}, nobody);
-      },
-      Throws<InvalidInput>(Property(&InvalidInput::what, HasSubstr("contradicts"))));
+  expect_refused<InvalidInput>(integrator, pendulum_at(1.0), {0.0, 0.0}, HasSubstr("contradicts"));
 }
 
 /// Its derivatives cannot be had, or are no numbers, between two times.
@@ -253,13 +247,9 @@ TEST(Rejection, OneThatNeverEndsIsReported) {
   IntegratorOptions options = tolerance(1e-6);
   options.keep_factors = false;
   Integrator integrator(system, options);
-  Observer nobody;
-  EXPECT_THAT(
-      [&] {
-        integrator.run(0.0, pendulum_at(1.0), {0.0, 0.0}, 1.0, {}, nobody);
-      },
-      Throws<Error>(Property(&Error::what, testing::AllOf(HasSubstr("too small"), HasSubstr("t = 0.1"),
-                                                          HasSubstr("order"), HasSubstr("a flat tyre")))));
+  expect_refused<Error>(integrator, pendulum_at(1.0), {0.0, 0.0},
+                        testing::AllOf(HasSubstr("too small"), HasSubstr("t = 0.1"), HasSubstr("order"),
+                                       HasSubstr("a flat tyre")));
 }
 
 TEST(Rejection, ErrorOfAnObserverEndsTheRun) {

@@ -22,8 +22,8 @@ namespace {
 using mfs::Vertex;
 using mfs::cuda::Kernel;
 
-constexpr const char* kNames[] = {"largest", "small",    "assemble", "diagonal",
-                                  "strips",  "products", "exchange", "update"};
+constexpr const char* kNames[] = {"largest",  "small",    "assemble", "diagonal", "strips",
+                                  "products", "exchange", "update",   "inverses"};
 constexpr int kKinds = static_cast<int>(Kernel::end);
 
 struct Launch {

@@ -35,6 +35,7 @@ class Builder {
       list_update();
       list_solve(k);
     }
+    list_wide_tiles();
     list_sources();
     list_child_rows();
     return std::move(made_);
@@ -322,6 +323,13 @@ class Builder {
       made_.solve.push_back({f, begin, i * solve_steps_, (i + 1) * solve_steps_, false, places + i, 0});
     made_.solve.push_back({f, begin, parts * solve_steps_, of_border + right, true, places, parts});
     places += parts;
+  }
+
+  void list_wide_tiles() {
+    for (Vertex f = 0; f < plan_.num_fronts; ++f) {
+      for (Vertex k = 0; k + kInverted < plan_.pivots(f); k += kSolveTile)
+        made_.wide_tiles.push_back({f, k, k});
+    }
   }
 
   void list_sources() {

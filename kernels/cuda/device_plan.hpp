@@ -109,6 +109,7 @@ struct DevicePlan {
   std::vector<Vertex> small_fronts, tiny_fronts;
   std::vector<AssemblyPart> assemble;
   std::vector<FrontPart> exchange;
+  std::vector<FrontPart> wide_tiles;  // of kSolveTile pivots: those that have more than one inverted block
   std::vector<SolvePart> solve;
   Offset solve_places = 0;  // of partial sums
   std::vector<StepTask> steps;
@@ -132,6 +133,8 @@ constexpr Vertex kAssembleEntries = 2048, kAssembleColumns = 4;
 /// Rows of a strip, of a tile of the solve.
 constexpr Vertex kStrip = 128;
 constexpr Vertex kSolveTile = 64;
+/// The triangles of blocks of so many pivots are left inverted by what factors a diagonal tile.
+constexpr Vertex kInverted = 32;
 /// Steps of a part of a tile.
 constexpr Vertex kSolveSteps = 16;
 

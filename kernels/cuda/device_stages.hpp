@@ -20,8 +20,20 @@ struct DeviceStatus {
   double largest;
 };
 
-/// Told what is launched next, and for which step of the plan (deepest depth first).
-enum class Kernel { largest, small_fronts, assemble, diagonal, strips, products, exchange, update, end };
+/// Told what is launched next, and for which step of the plan (deepest depth first); inverses, of all fronts,
+/// count as the last one's.
+enum class Kernel {
+  largest,
+  small_fronts,
+  assemble,
+  diagonal,
+  strips,
+  products,
+  exchange,
+  update,
+  inverses,
+  end
+};
 using Mark = std::function<void(Kernel, Vertex step)>;
 
 /// Columns that a solve for `columns` of them works on: a multiple of what its kernels are made for.

@@ -9,6 +9,7 @@
 #include "kernels/cuda/small_fronts.hpp"
 #include "kernels/cuda/strips.hpp"
 #include "kernels/cuda/substitution.hpp"
+#include "kernels/cuda/tile_inverses.hpp"
 #include "kernels/cuda/tiny_substitution.hpp"
 #include "kernels/vector_ops.hpp"
 
@@ -64,6 +65,7 @@ struct DeviceStages<S, V>::Layout {
     copy(store.tiny_fronts, lists.tiny_fronts);
     copy(store.assemble, lists.assemble);
     copy(store.exchange, lists.exchange);
+    copy(store.wide_tiles, lists.wide_tiles);
     copy(store.solve, lists.solve);
     copy(store.steps, lists.steps);
     copy(store.products, lists.products);
@@ -117,6 +119,7 @@ DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& patter
     set_shared_memory(reinterpret_cast<const void*>(&factor_small_fronts<128, 4, S, V>), kMiddle);
   set_shared_memory(reinterpret_cast<const void*>(&factor_diagonal_tiles<S, V>), block_lu_bytes<S>());
   set_shared_memory(reinterpret_cast<const void*>(&solve_strips<S, V>), strip_bytes<S>());
+  set_shared_memory(reinterpret_cast<const void*>(&invert_tiles<S, V>), sizeof(TileInverseWork<S>));
   set_shared_memory(reinterpret_cast<const void*>(&subtract_products<NarrowShape, S, V>),
                     NarrowShape::bytes<S>());
   if constexpr (kWideProducts<S>)
@@ -232,6 +235,12 @@ void DeviceStages<S, V>::launch_stages(double tolerance, bool look_ahead, const 
     for (const Launch& part : depth.update) launch(part, stream_, blas_);
     join_small_fronts(depth.small);
     ++step;
+  }
+  --step;  // all fronts, told as the last step's
+  next(Kernel::inverses);
+  if (!lists_.wide_tiles.empty()) {
+    invert_tiles<<<static_cast<unsigned>(lists_.wide_tiles.size()), kInverseThreads,
+                   sizeof(TileInverseWork<S>), stream_.get()>>>(store_);
   }
   next(Kernel::end);
   check_launch("factor");

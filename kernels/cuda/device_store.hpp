@@ -21,7 +21,7 @@ struct DeviceStore {
 
   const Vertex *small_fronts, *tiny_fronts;
   const AssemblyPart* assemble;
-  const FrontPart* exchange;
+  const FrontPart *exchange, *wide_tiles;
   const SolvePart* solve;
   const StepTask* steps;
   const ProductTask* products;

@@ -6,14 +6,13 @@
 // and updated on the tensor cores.
 #pragma once
 
+#include "kernels/cuda/device_plan.hpp"
 #include "kernels/cuda/warp_tile.hpp"
 #include "kernels/panel_lu.hpp"
 
 namespace mfs::cuda {
 
 constexpr int kPanelColumns = 16;
-/// The triangles of the 32 x 32 blocks on the diagonal are left inverted: what follows only multiplies.
-constexpr int kInverted = 32;
 constexpr int kMostWarps = 16, kMostPivotWarps = 5;
 
 /// A tile in shared memory, column-major: `rows` rows and columns of which the first `pivots` are eliminated
@@ -295,7 +294,8 @@ __device__ void invert_upper(S* m, int ld, int size) {
   }
 }
 
-/// Puts the inverses of the unit lower and of the upper triangle of each 32 x 32 diagonal block in its place.
+/// Puts the inverses of the unit lower and of the upper triangle of each 32 x 32 diagonal block in its place:
+/// what follows only multiplies.
 template <class S>
 __device__ void invert_diagonal_blocks(const Tile<S>& tile) {
   const int warp = threadIdx.x / kWarp, warps = blockDim.x / kWarp;

@@ -7,7 +7,6 @@
 
 #include "kernels/cuda/device.hpp"
 #include "kernels/cuda/device_stages.hpp"
-#include "kernels/cuda/tile_lu.hpp"
 #include "test/stages/factored_fronts.hpp"
 #include "test/stages/inverted_blocks.hpp"
 
@@ -62,7 +61,7 @@ class DeviceBench {
     FactoredFronts<Scalar> result = as_left();
     for (Vertex f = 0; f < plan_->num_fronts; ++f) {
       const Vertex p = plan_->pivots(f);
-      invert_diagonal(result.fronts[f].lower, p, p + plan_->border_rows(f), cuda::kInverted);
+      invert_diagonal(result.fronts[f].lower, p, p + plan_->border_rows(f), cuda::kSolveTile);
     }
     return result;
   }

@@ -1,0 +1,150 @@
+// What both ways of doing a tile of the solve share: where it lies, how its parts of the factor and of the
+// vector are had, and how a block waits for the results of others.
+#pragma once
+
+#include "kernels/cuda/async_copy.hpp"
+#include "kernels/cuda/device_store.hpp"
+#include "kernels/cuda/tile_lu.hpp"
+
+namespace mfs::cuda {
+
+constexpr int kSolveThreads = 256;
+/// Columns of the factor that a step takes: as many as the diagonal tile has.
+constexpr int kStep = kSolveTile;
+
+/// Every byte of an entry whose tile has not been done: a NaN that no operation makes.
+constexpr int kUnset = 0xff;
+
+/// Vectors of one solve in elimination order, K columns side by side; `border` holds a row per border row of
+/// every front, `partial` 64 rows per place of a part. y is unset before the forward pass, v and partial
+/// before the backward pass.
+template <class S>
+struct DeviceVectors {
+  S* v;        // n x K
+  S* y;        // n x K
+  S* border;   // borders x K
+  S* partial;  // 64 places x K
+};
+
+/// One tile of a front in the pass that is under way.
+template <class S>
+struct SolveTile {
+  Front<S> front;
+  Offset ld;
+  int begin, width;  // its rows (or columns) of the front
+  bool pivots;       // whether it holds pivots
+};
+
+template <class S, class Value>
+__device__ SolveTile<S> solve_tile(const FrontStore<S, Value>& fronts, const SolvePart& part) {
+  SolveTile<S> tile;
+  tile.front = fronts.front(part.front);
+  tile.ld = tile.front.lower_ld;
+  tile.begin = part.begin;
+  tile.pivots = part.begin < tile.front.pivots;
+  tile.width = min(kSolveTile, (tile.pivots ? tile.front.pivots : tile.front.rows()) - part.begin);
+  return tile;
+}
+
+/// What a step multiplies: B(row, k), k < count <= 64, at base[row + k * ld], or base[k + row * ld] where the
+/// factor is used transposed.
+template <class S>
+struct Panel {
+  const S* base;
+  Offset ld;
+  int count;
+};
+
+template <class S>
+__device__ Panel<S> diagonal_panel(const SolveTile<S>& tile) {
+  return {tile.front.lower + (tile.pivots ? tile.begin + tile.begin * tile.ld : 0), tile.ld,
+          tile.pivots ? tile.width : 0};
+}
+
+/// How a panel lies in shared memory: reads of doubles are free of bank conflicts whether lanes run along
+/// rows (one column) or over tiles for the tensor cores.
+template <bool Transposed, int K>
+struct PanelPlace {
+  static constexpr int ld = kSolveTile + (K == 1 ? 1 : 4);
+  static constexpr int row = Transposed ? ld : 1, k = Transposed ? 1 : ld;
+  static constexpr int entries = kSolveTile * ld;
+};
+
+// Begins to copy; rows from `width` and columns from the panel's count on become zero.
+template <bool Transposed, int K, class S>
+__device__ void fetch_panel(const Panel<S>& panel, int width, S* to) {
+  using Place = PanelPlace<Transposed, K>;
+  constexpr int kAlong = kSolveTile;  // entries that lie one after the other
+  constexpr int kApart = kSolveThreads / kAlong, kTimes = kSolveTile / kApart;
+  const int along = threadIdx.x % kAlong, first = threadIdx.x / kAlong;
+  const bool within = along < (Transposed ? panel.count : width);
+  const int end = Transposed ? width : panel.count;
+  const S* from = panel.base + along + first * panel.ld;
+  const unsigned address = shared_address(to + along + first * Place::ld);
+#pragma unroll
+  for (int i = 0; i < kTimes; ++i) {
+    const bool inside = within && first + i * kApart < end;
+    copy_async<sizeof(S)>(address + i * kApart * Place::ld * static_cast<int>(sizeof(S)),
+                          inside ? from + i * kApart * panel.ld : panel.base, inside);
+  }
+}
+
+/// Entry (i, j) of the inverse of a triangle, `value` being what lies there: the other triangle of the tile
+/// has its own.
+template <bool Upper, bool Unit, class S>
+__device__ S triangle_entry(const S& value, int i, int j) {
+  return i == j && Unit ? S(1) : (Upper ? j < i : j > i) ? S(0) : value;
+}
+
+// An entry that another block may be about to write.
+__device__ inline double peek(const double* place) {
+  double value;
+  asm volatile("ld.relaxed.gpu.f64 %0, [%1];" : "=d"(value) : "l"(place) : "memory");
+  return value;
+}
+__device__ inline float peek(const float* place) {
+  float value;
+  asm volatile("ld.relaxed.gpu.f32 %0, [%1];" : "=f"(value) : "l"(place) : "memory");
+  return value;
+}
+template <class Real>
+__device__ Kokkos::complex<Real> peek(const Kokkos::complex<Real>* place) {
+  const Real* parts = reinterpret_cast<const Real*>(place);
+  return {peek(parts), peek(parts + 1)};
+}
+__device__ inline bool is_unset(double value) {
+  return __double_as_longlong(value) == -1;
+}
+__device__ inline bool is_unset(float value) {
+  return __float_as_int(value) == -1;
+}
+template <class Real>
+__device__ bool is_unset(const Kokkos::complex<Real>& value) {
+  return is_unset(value.real()) || is_unset(value.imag());
+}
+
+/// The entry at `place` once it is set; `value` is what it was. `tiles`: how many others must be done after
+/// that one before this block can end. Those that are far from their end look rarely: all wait for the same
+/// entries, and the one whose turn is next would wait behind them.
+template <class S>
+__device__ S wait_for(const S* place, S value, int tiles) {
+  constexpr int kPause = 128, kMostTiles = 16;  // ns per tile
+  while (is_unset(value)) {
+    if (tiles > 0) __nanosleep(kPause * min(tiles, kMostTiles));
+    value = peek(place);
+  }
+  return value;
+}
+
+/// What the parts of a tile before this one have left, entry `i` of 64 x K.
+template <int K, class S>
+__device__ S sum_of_parts(const SolvePart& part, const S* partial, int i) {
+  S total = S(0);
+  for (Offset at = part.place; at < part.place + part.parts; ++at) {
+    const S* const from = partial + at * (kSolveTile * K) + i;
+    total += wait_for(from, peek(from), 0);
+  }
+  return total;
+}
+
+}  // namespace mfs::cuda

@@ -142,5 +142,22 @@ TEST(DevicePlan, ExchangesRowsOfEveryBlockLeftOfTheDiagonal) {
   }
 }
 
+TEST(DevicePlan, InvertsTilesOfMoreThanOneBlock) {
+  const StageProblem<double> problem = artificial_problem(mixed_tree(), {7});
+  const SymbolicPlan& plan = *problem.plan;
+  std::set<std::pair<Vertex, Vertex>> expected, listed;
+  for (Vertex f = 0; f < plan.num_fronts; ++f) {
+    for (Vertex k = 0; k < plan.pivots(f); k += 64) {
+      if (plan.pivots(f) - k > 32) expected.insert({f, k});
+    }
+  }
+  ASSERT_FALSE(expected.empty());
+  for (const cuda::FrontPart& tile : cuda::make_device_plan(plan, 128, 160, true).wide_tiles) {
+    EXPECT_EQ(tile.begin, tile.column);
+    EXPECT_TRUE(listed.insert({tile.front, tile.begin}).second) << "twice";
+  }
+  EXPECT_EQ(listed, expected);
+}
+
 }  // namespace
 }  // namespace mfs::test

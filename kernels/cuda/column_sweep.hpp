@@ -18,15 +18,20 @@ class ColumnSweep {
   static constexpr int kRows = kWarp, kDepth = 16;  // what a warp multiplies of a panel
   static constexpr int kGroups = kStep / kDepth;    // of warps that share a row
   static constexpr int kApart = kWarp / kDepth;     // rows between a lane's entries, transposed
-  static constexpr int kPrefetched = 4;             // steps from the memory to the L2 ahead
+  static constexpr int kPrefetched = 2;             // steps ahead to the L2, which more would overflow
+  static constexpr int kParts = 4;  // of a sum, as additions take longer than multiplications begin
+  static constexpr int kSums = Transposed ? kDepth : kParts;
+  static constexpr int kWarps = kSolveThreads / kWarp;
   static constexpr int kLine = 128 / static_cast<int>(sizeof(S));  // entries
 
  public:
-  static constexpr std::size_t bytes = sizeof(S) * (Place::entries + (1 + 2 * kGroups) * kSolveTile);
+  static constexpr std::size_t bytes =
+      sizeof(S) * (kWarps * kDepth + Place::entries + (1 + 2 * kGroups) * kSolveTile);
 
   __device__ ColumnSweep(void* memory, const SolvePart& part, int width, const PanelOf& panel,
                          const PlaceOf& place)
-      : diagonal_(static_cast<S*>(memory)),
+      : vector_(static_cast<S*>(memory)),
+        diagonal_(vector_ + kWarps * kDepth),
         result_(diagonal_ + Place::entries),
         sums_(result_ + kSolveTile),
         solved_(sums_ + kGroups * kSolveTile),
@@ -127,14 +132,26 @@ class ColumnSweep {
     }
   }
 
+  // The 16 rows of the vector that lanes 0...15 have, for all lanes.
+  struct alignas(2 * sizeof(S)) WarpVector {
+    S row[kDepth];
+  };
+  __device__ const WarpVector& share(const S& x) const {
+    S* const to = vector_ + threadIdx.x / kWarp * kDepth;
+    __syncwarp();
+    if (lane() < kDepth) to[lane()] = x;
+    __syncwarp();
+    return *reinterpret_cast<const WarpVector*>(to);
+  }
+
   __device__ void multiply(const S& x) {
+    if constexpr (Transposed) {
 #pragma unroll
-    for (int j = 0; j < kDepth; ++j) {
-      if constexpr (Transposed) {
-        sum_[j] += entry_[j] * x;
-      } else {
-        sum_[j % kSums] += entry_[j] * shuffle(x, j);
-      }
+      for (int j = 0; j < kDepth; ++j) sum_[j] += entry_[j] * x;
+    } else {
+      const WarpVector shared = share(x);
+#pragma unroll
+      for (int j = 0; j < kDepth; ++j) sum_[j % kParts] += entry_[j] * shared.row[j];
     }
   }
 
@@ -152,7 +169,6 @@ class ColumnSweep {
     for (int step = first; step < last; ++step) {
       if (step + 1 == last) before_last();
       const S x = at < 0 ? S(0) : wait_for(vector + at, value, last - 1 - step);
-      __syncwarp();
       at = next;
       value = ask(at);
       next = look_up(step + 2);
@@ -178,7 +194,7 @@ class ColumnSweep {
       }
       row = lane() / kDepth + lane() % kDepth * kApart;
     } else {
-      sum_[0] += sum_[1];
+      sum_[0] = (sum_[0] + sum_[1]) + (sum_[2] + sum_[3]);
     }
     sums_[group() * kSolveTile + first_row() + row] = sum_[0];
     __syncthreads();
@@ -193,8 +209,7 @@ class ColumnSweep {
     return result_[row] - total_of(sums_, row);
   }
 
-  static constexpr int kSums = Transposed ? kDepth : 2;
-  S *diagonal_, *result_, *sums_, *solved_;
+  S *vector_, *diagonal_, *result_, *sums_, *solved_;
   const SolvePart& part_;
   int width_;
   const PanelOf& panel_;

@@ -26,6 +26,7 @@ class Builder {
   }
 
   DevicePlan build() {
+    list_sources();
     for (Vertex k = 0; k < plan_.num_depths; ++k) {
       made_.depths.emplace_back();
       sort_fronts(k);
@@ -36,7 +37,6 @@ class Builder {
       list_solve(k);
     }
     list_wide_tiles();
-    list_sources();
     list_child_rows();
     return std::move(made_);
   }
@@ -296,13 +296,13 @@ class Builder {
     depth().solve.begin = static_cast<Offset>(made_.solve.size());
     for (Vertex i = 0; i < most; ++i) {
       for (const Vertex f : fronts) {
-        if (i * kSolveTile < plan_.pivots(f)) made_.solve.push_back({f, i * kSolveTile, 0, i, true, 0, 0});
+        if (i * kSolveTile < plan_.pivots(f)) add_part({f, i * kSolveTile, 0, i, true, 0, 0, {}});
       }
     }
     for (const Vertex f : fronts) {
       const Vertex steps = tiles_of(plan_.pivots(f), kSolveTile);
       for (Vertex i = 0; i < plan_.border_rows(f); i += kSolveTile)
-        made_.solve.push_back({f, plan_.pivots(f) + i, 0, steps, true, 0, 0});
+        add_part({f, plan_.pivots(f) + i, 0, steps, true, 0, 0, {}});
     }
     depth().solve.end = depth().solve_back.begin = static_cast<Offset>(made_.solve.size());
     for (Vertex i = 0; i < most; ++i) {
@@ -320,9 +320,16 @@ class Builder {
     const Vertex of_border = tiles_of(plan_.border_rows(f), kSolveTile), parts = of_border / solve_steps_;
     Offset& places = made_.solve_places;
     for (Vertex i = 0; i < parts; ++i)
-      made_.solve.push_back({f, begin, i * solve_steps_, (i + 1) * solve_steps_, false, places + i, 0});
-    made_.solve.push_back({f, begin, parts * solve_steps_, of_border + right, true, places, parts});
+      add_part({f, begin, i * solve_steps_, (i + 1) * solve_steps_, false, places + i, 0, {}});
+    add_part({f, begin, parts * solve_steps_, of_border + right, true, places, parts, {}});
     places += parts;
+  }
+
+  void add_part(SolvePart part) {
+    const Vertex f = part.front;
+    part.where = {plan_.lower_begin[f], plan_.upper_begin[f], plan_.border_begin[f], made_.row_begin[f],
+                  plan_.pivot_begin[f], plan_.pivots(f),      plan_.border_rows(f),  plan_.lower_ld(f)};
+    made_.solve.push_back(part);
   }
 
   void list_wide_tiles() {
@@ -339,9 +346,9 @@ class Builder {
     for_each_child_row([&](Offset row, Offset) { ++made_.source_begin[row + 1]; });
     for (std::size_t i = 1; i < made_.source_begin.size(); ++i)
       made_.source_begin[i] += made_.source_begin[i - 1];
-    made_.source.resize(static_cast<std::size_t>(made_.source_begin.back()));
+    made_.destination.resize(plan_.border.size());
     std::vector<Offset> next(made_.source_begin.begin(), made_.source_begin.end() - 1);
-    for_each_child_row([&](Offset row, Offset place) { made_.source[next[row]++] = place; });
+    for_each_child_row([&](Offset row, Offset place) { made_.destination[place] = next[row]++; });
   }
 
   // Only of larger fronts: small ones add their children up in shared memory.

@@ -53,6 +53,13 @@ struct FrontPart {
   Vertex front, begin, column;
 };
 
+/// What a tile of the solve must know of its front, so that it need not look it up: places in the region of
+/// the plan, the first pivot by position, the first border row by place, the first of all rows in row_begin.
+struct SolveFront {
+  Offset lower, upper, border_at, rows_at;
+  Vertex pivots_at, pivots, border, ld;
+};
+
 /// Steps [first_step, last_step) of the tile of a front that begins at row `begin`, for the solve: a step is
 /// kSolveTile entries of the vector times what of the factor multiplies them. Backward, what a long border
 /// needs is cut in parts, so that few large fronts fill the device. All but the last leave their sums in
@@ -64,6 +71,7 @@ struct SolvePart {
   bool finishes;
   Offset place;  // of 64 sums: its own, or of the first part
   Vertex parts;  // before the one that finishes
+  SolveFront where;
 };
 
 struct Range {
@@ -119,10 +127,11 @@ struct DevicePlan {
   // in the plan's children, -1 for none.
   std::vector<Offset> child_row_begin;  // children + 1
   std::vector<Vertex> child_row;
-  // Row i of front f takes border values source[source_begin[row_begin[f] + i]...] of its children, in order.
+  // Row i of front f takes what its children left at [source_begin[row_begin[f] + i], source_begin[... + 1]).
+  // A border row leaves its value at destination[its place in the plan's border].
   std::vector<Offset> row_begin;     // num_fronts + 1
   std::vector<Offset> source_begin;  // rows of all fronts + 1
-  std::vector<Offset> source;        // places in the border of all fronts
+  std::vector<Offset> destination;
 };
 
 /// Pivots that are factored before what is right of them, in fronts that have at least kPanelled.

@@ -71,7 +71,7 @@ struct DeviceStages<S, V>::Layout {
     copy(store.products, lists.products);
     copy(store.row_begin, lists.row_begin);
     copy(store.source_begin, lists.source_begin);
-    copy(store.source, lists.source);
+    copy(store.destination, lists.destination);
     copy(store.child_row_begin, lists.child_row_begin);
     copy(store.child_row, lists.child_row);
   }

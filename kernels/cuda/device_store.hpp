@@ -25,7 +25,7 @@ struct DeviceStore {
   const SolvePart* solve;
   const StepTask* steps;
   const ProductTask* products;
-  const Offset *row_begin, *source_begin, *source;
+  const Offset *row_begin, *source_begin, *destination;
   const Offset* child_row_begin;
   const Vertex* child_row;
 

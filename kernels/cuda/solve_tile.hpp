@@ -16,8 +16,8 @@ constexpr int kStep = kSolveTile;
 constexpr int kUnset = 0xff;
 
 /// Vectors of one solve in elimination order, K columns side by side; `border` holds a row per border row of
-/// every front, `partial` 64 rows per place of a part. y is unset before the forward pass, v and partial
-/// before the backward pass.
+/// every front, in the order of DevicePlan::destination, `partial` 64 rows per place of a part. y is unset
+/// before the forward pass, v and partial before the backward pass.
 template <class S>
 struct DeviceVectors {
   S* v;        // n x K
@@ -29,21 +29,26 @@ struct DeviceVectors {
 /// One tile of a front in the pass that is under way.
 template <class S>
 struct SolveTile {
-  Front<S> front;
-  Offset ld;
-  int begin, width;  // its rows (or columns) of the front
-  bool pivots;       // whether it holds pivots
+  const S *lower, *upper;
+  int pivots, border;  // of the front
+  Offset ld;           // of lower; of upper it is `pivots`
+  int begin, width;    // the tile's rows (or columns) of the front
+  bool has_pivots;
 };
 
 template <class S, class Value>
 __device__ SolveTile<S> solve_tile(const FrontStore<S, Value>& fronts, const SolvePart& part) {
-  SolveTile<S> tile;
-  tile.front = fronts.front(part.front);
-  tile.ld = tile.front.lower_ld;
-  tile.begin = part.begin;
-  tile.pivots = part.begin < tile.front.pivots;
-  tile.width = min(kSolveTile, (tile.pivots ? tile.front.pivots : tile.front.rows()) - part.begin);
-  return tile;
+  const SolveFront& at = part.where;
+  const bool has_pivots = part.begin < at.pivots;
+  const int width = min(kSolveTile, (has_pivots ? at.pivots : at.pivots + at.border) - part.begin);
+  return {fronts.storage + at.lower,
+          fronts.storage + at.upper,
+          at.pivots,
+          at.border,
+          at.ld,
+          part.begin,
+          width,
+          has_pivots};
 }
 
 /// What a step multiplies: B(row, k), k < count <= 64, at base[row + k * ld], or base[k + row * ld] where the
@@ -57,8 +62,8 @@ struct Panel {
 
 template <class S>
 __device__ Panel<S> diagonal_panel(const SolveTile<S>& tile) {
-  return {tile.front.lower + (tile.pivots ? tile.begin + tile.begin * tile.ld : 0), tile.ld,
-          tile.pivots ? tile.width : 0};
+  return {tile.lower + (tile.has_pivots ? tile.begin + tile.begin * tile.ld : 0), tile.ld,
+          tile.has_pivots ? tile.width : 0};
 }
 
 /// How a panel lies in shared memory: reads of doubles are free of bank conflicts whether lanes run along

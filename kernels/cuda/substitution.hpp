@@ -47,8 +47,7 @@ constexpr std::size_t substitution_bytes() {
 template <int K, class S, class Value>
 __device__ S from_children(const DeviceStore<S, Value>& store, const S* border, Offset row, int c) {
   S sum = S(0);
-  for (Offset s = store.source_begin[row]; s < store.source_begin[row + 1]; ++s)
-    sum += border[store.source[s] * K + c];
+  for (Offset s = store.source_begin[row]; s < store.source_begin[row + 1]; ++s) sum += border[s * K + c];
   return sum;
 }
 
@@ -58,14 +57,14 @@ __global__ void __launch_bounds__(kSolveThreads, kSolveBlocks<K>)
   extern __shared__ __align__(16) unsigned char memory[];
   const SolvePart part = store.solve[first + blockIdx.x];
   const SolveTile<S> tile = solve_tile(store.fronts, part);
-  const Front<S>& front = tile.front;
-  const Offset pivots_at = store.fronts.pivot_begin[part.front];
-  const int before = tile.pivots ? tile.begin : front.pivots;
-  const S* left = Transposed ? front.lower + tile.begin * tile.ld : front.lower + tile.begin;
+  const SolveFront& front = part.where;
+  const Offset pivots_at = front.pivots_at;
+  const int before = tile.has_pivots ? tile.begin : front.pivots;
+  const S* left = Transposed ? tile.lower + tile.begin * tile.ld : tile.lower + tile.begin;
   Offset ld = tile.ld;
-  if (Transposed && !tile.pivots) {
+  if (Transposed && !tile.has_pivots) {
     ld = front.pivots;
-    left = front.upper + (tile.begin - front.pivots) * ld;
+    left = tile.upper + (tile.begin - front.pivots) * ld;
   }
   const auto panel = [&](int step) {
     if (step == (before + kStep - 1) / kStep) return diagonal_panel(tile);
@@ -76,25 +75,29 @@ __global__ void __launch_bounds__(kSolveThreads, kSolveBlocks<K>)
     const int k = step * kStep + row;
     return k < before ? pivots_at + k : Offset(-1);
   };
+  __shared__ Offset goes_to[kSolveTile];
+  if (static_cast<int>(threadIdx.x) < tile.width) {
+    const Offset row = tile.begin + threadIdx.x;
+    goes_to[threadIdx.x] =
+        tile.has_pivots ? pivots_at + row : store.destination[front.border_at + row - front.pivots];
+  }
   auto sweep = sweep_tile<Transposed, K>(memory, part, tile, panel, place);
   sweep.begin_with([&](int r, int c) {
     if (r >= tile.width) return S(0);
     int row = tile.begin + r;
     S value = S(0);
-    if (tile.pivots) {
+    if (tile.has_pivots) {
       if (!Transposed) row = store.fronts.local_row[pivots_at + row];
       value = vectors.v[(pivots_at + row) * K + c];
     }
-    return value + from_children<K>(store, vectors.border, store.row_begin[part.front] + row, c);
+    return value + from_children<K>(store, vectors.border, front.rows_at + row, c);
   });
   sweep.subtract_sums(vectors.y, vectors.partial);
-  S* const to =
-      tile.pivots ? vectors.y + (pivots_at + tile.begin) * K
-                  : vectors.border + (store.fronts.border_begin[part.front] + tile.begin - front.pivots) * K;
+  S* const to = tile.has_pivots ? vectors.y : vectors.border;
   const auto write = [&](int row, int column, const S& value) {
-    if (row < tile.width) to[row * K + column] = value;
+    if (row < tile.width) to[goes_to[row] * K + column] = value;
   };
-  if (tile.pivots) {
+  if (tile.has_pivots) {
     sweep.template solve_diagonal<false, !Transposed>(write);
   } else {
     sweep.write_rest(write);
@@ -107,9 +110,9 @@ __global__ void __launch_bounds__(kSolveThreads, kSolveBlocks<K>)
   extern __shared__ __align__(16) unsigned char memory[];
   const SolvePart part = store.solve[first + blockIdx.x];
   const SolveTile<S> tile = solve_tile(store.fronts, part);
-  const Front<S>& front = tile.front;
-  const Offset pivots_at = store.fronts.pivot_begin[part.front];
-  const Vertex* const border_rows = store.fronts.border + store.fronts.border_begin[part.front];
+  const SolveFront& front = part.where;
+  const Offset pivots_at = front.pivots_at;
+  const Vertex* const border_rows = store.fronts.border + front.border_at;
   const auto row_of = [&](int pivot) {
     return pivots_at + Offset(Transposed ? store.fronts.local_row[pivots_at + pivot] : pivot);
   };
@@ -124,9 +127,9 @@ __global__ void __launch_bounds__(kSolveThreads, kSolveBlocks<K>)
     const bool border = step < of_border;
     const int k = column_of(step), count = min(kStep, (border ? front.border : front.pivots) - k);
     if (Transposed)
-      return Panel<S>{front.lower + (border ? front.pivots : 0) + k + tile.begin * tile.ld, tile.ld, count};
+      return Panel<S>{tile.lower + (border ? front.pivots : 0) + k + tile.begin * tile.ld, tile.ld, count};
     const Offset ld = border ? Offset(front.pivots) : tile.ld;
-    return Panel<S>{(border ? front.upper : front.lower) + tile.begin + k * ld, ld, count};
+    return Panel<S>{(border ? tile.upper : tile.lower) + tile.begin + k * ld, ld, count};
   };
   const auto place = [&](int step, int row) {
     const int k = column_of(step) + row;

@@ -12,14 +12,23 @@ constexpr int kTinyFrontsPerBlock = 4;
 template <int K>
 constexpr int kTinyColumns = K < 4 ? K : 4;
 
-// sum(c) += or -= the sum over k < count of entry(k) times other(c) of lane k.
+// sum(c) += or -= the sum over k < count <= 32 of entry(k) times other(c) of lane k, which is zero from
+// `count` on. Entries are asked for 16 at a time: a warp has nothing else to do until they come.
 template <int C, class S, class Entry>
 __device__ void add_products(int count, bool minus, const Entry& entry, const S (&other)[C], S (&sum)[C]) {
-#pragma unroll 8
-  for (int k = 0; k < count; ++k) {
-    const S value = minus ? -entry(k) : entry(k);
+  constexpr int kAtOnce = 16;
+  for (int begin = 0; begin < count; begin += kAtOnce) {
+    S value[kAtOnce];
 #pragma unroll
-    for (int c = 0; c < C; ++c) sum[c] += value * shuffle(other[c], k);
+    for (int k = 0; k < kAtOnce; ++k) value[k] = begin + k < count ? entry(begin + k) : S(0);
+#pragma unroll
+    for (int k = 0; k < kAtOnce; ++k) {
+#pragma unroll
+      for (int c = 0; c < C; ++c) {
+        const S product = value[k] * shuffle(other[c], begin + k);
+        sum[c] = minus ? sum[c] - product : sum[c] + product;
+      }
+    }
   }
 }
 
@@ -58,6 +67,7 @@ __global__ void __launch_bounds__(kTinyFrontsPerBlock* kWarp)
     }
     for (int begin = 0; begin < b; begin += kWarp) {
       const int row = begin + lane;
+      const Offset to = row < b ? store.destination[border_at + row] : 0;
       S z[C];
 #pragma unroll
       for (int c = 0; c < C; ++c)
@@ -71,7 +81,7 @@ __global__ void __launch_bounds__(kTinyFrontsPerBlock* kWarp)
           y, z);
 #pragma unroll
       for (int c = 0; c < C; ++c) {
-        if (row < b) vectors.border[(border_at + row) * K + column + c] = z[c];
+        if (row < b) vectors.border[to * K + column + c] = z[c];
       }
     }
   }
@@ -92,9 +102,14 @@ __global__ void __launch_bounds__(kTinyFrontsPerBlock* kWarp)
     S sum[C], x[C];
 #pragma unroll
     for (int c = 0; c < C; ++c) sum[c] = has_pivot ? vectors.y[(pivots_at + lane) * K + column + c] : S(0);
+    const auto border_row = [&](int begin) {
+      return begin + lane < b ? Offset(store.fronts.border[border_at + begin + lane]) : Offset(-1);
+    };
+    Offset next = border_row(0);
     for (int begin = 0; begin < b; begin += kWarp) {
       const int here = min(kWarp, b - begin);
-      const Offset at = lane < here ? store.fronts.border[border_at + begin + lane] : -1;
+      const Offset at = next;
+      next = border_row(begin + kWarp);
 #pragma unroll
       for (int c = 0; c < C; ++c) x[c] = at < 0 ? S(0) : vectors.v[at * K + column + c];
       add_products(

@@ -73,6 +73,7 @@ class ListInterpreter {
       for (Offset i = depth.solve.begin; i < depth.solve.end; ++i) {
         const cuda::SolvePart& part = lists_.solve[i];
         EXPECT_TRUE(part.finishes && part.first_step == 0 && part.parts == 0) << "parts are for backward";
+        expect_where(part);
         forward(part.front, part.begin, tile_end(part), v, y, border);
       }
     }
@@ -81,8 +82,10 @@ class ListInterpreter {
     for (auto depth = lists_.depths.rbegin(); depth != lists_.depths.rend(); ++depth) {
       for (Offset i = depth->tiny.begin; i < depth->tiny.end; ++i)
         backward(whole(lists_.tiny_fronts[i], 0), plan_.pivots(lists_.tiny_fronts[i]), y, v, partial);
-      for (Offset i = depth->solve_back.begin; i < depth->solve_back.end; ++i)
+      for (Offset i = depth->solve_back.begin; i < depth->solve_back.end; ++i) {
+        expect_where(lists_.solve[i]);
         backward(lists_.solve[i], tile_end(lists_.solve[i]), y, v, partial);
+      }
     }
   }
 
@@ -90,9 +93,19 @@ class ListInterpreter {
   static constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
   Vertex rows(Vertex f) const { return plan_.pivots(f) + plan_.border_rows(f); }
   // Everything from row `begin` of a front on, in one part of no steps.
-  static cuda::SolvePart whole(Vertex f, Vertex begin) { return {f, begin, 0, 0, true, 0, 0}; }
+  static cuda::SolvePart whole(Vertex f, Vertex begin) { return {f, begin, 0, 0, true, 0, 0, {}}; }
   std::vector<double> no_sums() const {
     return std::vector<double>(static_cast<std::size_t>(lists_.solve_places) * cuda::kSolveTile, kNothing);
+  }
+  void expect_where(const cuda::SolvePart& part) const {
+    const Vertex f = part.front;
+    const cuda::SolveFront& at = part.where;
+    EXPECT_EQ(
+        std::tie(at.lower, at.upper, at.border_at, at.rows_at),
+        std::tie(plan_.lower_begin[f], plan_.upper_begin[f], plan_.border_begin[f], lists_.row_begin[f]));
+    EXPECT_EQ(
+        std::make_tuple(at.pivots_at, at.pivots, at.border, at.ld),
+        std::make_tuple(plan_.pivot_begin[f], plan_.pivots(f), plan_.border_rows(f), plan_.lower_ld(f)));
   }
   Vertex tile_end(const cuda::SolvePart& part) const {
     const Vertex p = plan_.pivots(part.front);
@@ -254,8 +267,7 @@ class ListInterpreter {
   double from_children(Vertex f, Vertex row, const std::vector<double>& border) const {
     double sum = 0;
     const Offset place = lists_.row_begin[f] + row;
-    for (Offset s = lists_.source_begin[place]; s < lists_.source_begin[place + 1]; ++s)
-      sum += border[lists_.source[s]];
+    for (Offset s = lists_.source_begin[place]; s < lists_.source_begin[place + 1]; ++s) sum += border[s];
     return sum;
   }
 
@@ -284,7 +296,7 @@ class ListInterpreter {
       double sum = 0;
       sum_columns(
           f, i, 0, std::min(i, p), [&](Vertex k) { return y[first + k]; }, sum);
-      double& to = i < p ? y[first + i] : border[plan_.border_begin[f] + i - p];
+      double& to = i < p ? y[first + i] : border[lists_.destination[plan_.border_begin[f] + i - p]];
       EXPECT_TRUE(std::isnan(to)) << "done twice";
       to = from_children(f, i, border) + (i < p ? v[first + i] : 0) - sum;
     }

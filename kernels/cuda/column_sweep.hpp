@@ -169,6 +169,7 @@ class ColumnSweep {
     for (int step = first; step < last; ++step) {
       if (step + 1 == last) before_last();
       const S x = at < 0 ? S(0) : wait_for(vector + at, value, last - 1 - step);
+      __syncwarp();  // else the lanes whose entry came first go on alone, and all others after them
       at = next;
       value = ask(at);
       next = look_up(step + 2);

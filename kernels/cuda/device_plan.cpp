@@ -272,17 +272,12 @@ class Builder {
   }
 
   // Forward: the tiles of a front in the order in which they depend on each other, those of all fronts by
-  // turns; backward: the other way round, and only pivots.
+  // turns. Backward: the other way round, only pivots, and before them all parts, which wait for nothing.
   void list_solve(Vertex step) {
     std::vector<Vertex> fronts, tiny;
-    for (const Vertex crowd : {kCrowd, Vertex(1)}) {
-      fronts.clear();
-      tiny.clear();
-      for (Vertex f = plan_.depth_begin[step]; f < plan_.depth_begin[step + 1]; ++f) {
-        const Offset entries = static_cast<Offset>(plan_.pivots(f)) * rows(f);
-        (plan_.pivots(f) <= kTinyPivots && entries <= crowd * kTinyEntries ? tiny : fronts).push_back(f);
-      }
-      if (static_cast<Vertex>(tiny.size()) >= crowd * many_tiny_) break;
+    for (Vertex f = plan_.depth_begin[step]; f < plan_.depth_begin[step + 1]; ++f) {
+      const Offset entries = static_cast<Offset>(plan_.pivots(f)) * rows(f);
+      (plan_.pivots(f) <= kTinyPivots && entries <= kTinyEntries ? tiny : fronts).push_back(f);
     }
     if (static_cast<Vertex>(tiny.size()) < many_tiny_) {
       fronts.insert(fronts.end(), tiny.begin(), tiny.end());
@@ -293,6 +288,11 @@ class Builder {
     depth().tiny.end = static_cast<Offset>(made_.tiny_fronts.size());
     Vertex most = 0;
     for (const Vertex f : fronts) most = std::max(most, tiles_of(plan_.pivots(f), kSolveTile));
+    list_forward(fronts, most);
+    list_backward(fronts, most);
+  }
+
+  void list_forward(const std::vector<Vertex>& fronts, Vertex most) {
     depth().solve.begin = static_cast<Offset>(made_.solve.size());
     for (Vertex i = 0; i < most; ++i) {
       for (const Vertex f : fronts) {
@@ -304,25 +304,38 @@ class Builder {
       for (Vertex i = 0; i < plan_.border_rows(f); i += kSolveTile)
         add_part({f, plan_.pivots(f) + i, 0, steps, true, 0, 0, {}});
     }
-    depth().solve.end = depth().solve_back.begin = static_cast<Offset>(made_.solve.size());
-    for (Vertex i = 0; i < most; ++i) {
-      for (const Vertex f : fronts) {
-        const Vertex tile = tiles_of(plan_.pivots(f), kSolveTile) - 1 - i;
-        if (tile >= 0) list_parts_back(f, tile * kSolveTile, i);
-      }
-    }
+    depth().solve.end = static_cast<Offset>(made_.solve.size());
+  }
+
+  void list_backward(const std::vector<Vertex>& fronts, Vertex most) {
+    depth().solve_back.begin = static_cast<Offset>(made_.solve.size());
+    Offset place = made_.solve_places;
+    for_each_tile_back(fronts, most, [&](Vertex f, Vertex tile) { list_parts_back(f, tile * kSolveTile); });
+    for_each_tile_back(fronts, most, [&](Vertex f, Vertex tile) {
+      const Vertex parts = parts_of_border(f), right = tiles_of(plan_.pivots(f), kSolveTile) - 1 - tile;
+      add_part(
+          {f, tile * kSolveTile, parts * solve_steps_, steps_of_border(f) + right, true, place, parts, {}});
+      place += parts;
+    });
     depth().solve_back.end = static_cast<Offset>(made_.solve.size());
   }
 
-  // Of a tile with `right` tiles right of it in the pivot block. Those steps wait for each other's results
-  // and stay together; the steps of the border do not wait.
-  void list_parts_back(Vertex f, Vertex begin, Vertex right) {
-    const Vertex of_border = tiles_of(plan_.border_rows(f), kSolveTile), parts = of_border / solve_steps_;
-    Offset& places = made_.solve_places;
-    for (Vertex i = 0; i < parts; ++i)
-      add_part({f, begin, i * solve_steps_, (i + 1) * solve_steps_, false, places + i, 0, {}});
-    add_part({f, begin, parts * solve_steps_, of_border + right, true, places, parts, {}});
-    places += parts;
+  template <class Visit>
+  void for_each_tile_back(const std::vector<Vertex>& fronts, Vertex most, const Visit& visit) const {
+    for (Vertex i = 0; i < most; ++i) {
+      for (const Vertex f : fronts) {
+        const Vertex tile = tiles_of(plan_.pivots(f), kSolveTile) - 1 - i;
+        if (tile >= 0) visit(f, tile);
+      }
+    }
+  }
+
+  Vertex steps_of_border(Vertex f) const { return tiles_of(plan_.border_rows(f), kSolveTile); }
+  // What is left of the steps, and those of the pivot block, where tiles wait for each other, stay together.
+  Vertex parts_of_border(Vertex f) const { return steps_of_border(f) / solve_steps_; }
+  void list_parts_back(Vertex f, Vertex begin) {
+    for (Vertex i = 0; i < parts_of_border(f); ++i)
+      add_part({f, begin, i * solve_steps_, (i + 1) * solve_steps_, false, made_.solve_places++, 0, {}});
   }
 
   void add_part(SolvePart part) {

@@ -109,7 +109,7 @@ struct DepthLaunches {
   std::vector<Launch> update;
   Range tiny;        // fronts that one warp solves with
   Range solve;       // tiles of the others, forward
-  Range solve_back;  // and their parts, backward
+  Range solve_back;  // and backward: parts, then tiles
 };
 
 struct DevicePlan {
@@ -148,9 +148,8 @@ constexpr Vertex kInverted = 32;
 constexpr Vertex kSolveSteps = 16;
 
 /// Fronts with at most kTinyPivots pivots and so many entries in L are solved with by one warp, in depths
-/// that have many of them: a warp takes longer than a block, which matters where the device is not full. In
-/// depths with kCrowd times as many fronts a warp may have kCrowd times as many entries.
-constexpr Vertex kTinyPivots = 32, kTinyEntries = 3072, kManyTiny = 2048, kCrowd = 3;
+/// that have many of them: a warp takes longer than a block, which matters where the device is not full.
+constexpr Vertex kTinyPivots = 32, kTinyEntries = 16384, kManyTiny = 1024;
 
 /// `tile` pivots per block column; fronts of up to `small_rows` rows are small; products may be cut into wide
 /// tiles; fronts of `panelled` pivots are factored by panels of `panel`, a multiple of

@@ -133,7 +133,7 @@ __device__ bool is_unset(const Kokkos::complex<Real>& value) {
 /// entries, and the one whose turn is next would wait behind them.
 template <class S>
 __device__ S wait_for(const S* place, S value, int tiles) {
-  constexpr int kPause = 128, kMostTiles = 16;  // ns per tile
+  constexpr int kPause = 64, kMostTiles = 16;  // ns per tile
   while (is_unset(value)) {
     if (tiles > 0) __nanosleep(kPause * min(tiles, kMostTiles));
     value = peek(place);

@@ -53,11 +53,8 @@ KOKKOS_INLINE_FUNCTION Offset first_entry(const FrontStore<Scalar, Value>& store
 template <class TeamMember, class Scalar, class Value>
 void scatter_entries(const TeamMember& team, const FrontStore<Scalar, Value>& store, Offset begin,
                      Offset end) {
-  team_range(team, begin, end, [&](Offset e) {
-    const double scale = store.row_scale[store.entry_row[e]] * store.column_scale[store.entry_column[e]];
-    store.storage[store.entry_target[e]] =
-        static_cast<Scalar>(store.matrix_values[store.entry_slot[e]] * static_cast<RealOf<Value>>(scale));
-  });
+  team_range(team, begin, end,
+             [&](Offset e) { store.storage[store.entry_target[e]] = store.scaled_entry(e); });
 }
 
 /// Adds what the contribution block of `child` has for columns [begin, end) of its parent's front.

@@ -134,10 +134,9 @@ struct FrontStore {
   const Offset* upper_begin;
   const Offset* contribution_begin;
   const Offset* entry_begin;
-  const Offset* entry_slot;
   const Offset* entry_target;
   const Vertex* entry_row;
-  const Vertex* entry_column;
+  const Vertex* entry_in_row;
 
   const Offset* matrix_offsets;  // n + 1, rows of A
   const Vertex* matrix_columns;
@@ -162,6 +161,13 @@ struct FrontStore {
     view.upper = storage + upper_begin[f];
     view.contribution = storage + contribution_begin[f];
     return view;
+  }
+  /// Original entry e of the plan, scaled.
+  KOKKOS_INLINE_FUNCTION Scalar scaled_entry(Offset e) const {
+    const Vertex row = entry_row[e];
+    const Offset slot = matrix_offsets[row] + entry_in_row[e];
+    const double scale = row_scale[row] * column_scale[matrix_columns[slot]];
+    return static_cast<Scalar>(matrix_values[slot] * static_cast<RealOf<Value>>(scale));
   }
 };
 

@@ -52,10 +52,9 @@ FrontStore<Scalar, Value> make_front_store(const SymbolicPlan& plan, const Patte
   store.upper_begin = plan.upper_begin.data();
   store.contribution_begin = plan.contribution_begin.data();
   store.entry_begin = plan.entry_begin.data();
-  store.entry_slot = plan.entry_slot.data();
   store.entry_target = plan.entry_target.data();
   store.entry_row = plan.entry_row.data();
-  store.entry_column = plan.entry_column.data();
+  store.entry_in_row = plan.entry_in_row.data();
   store.matrix_offsets = pattern.offsets.data();
   store.matrix_columns = pattern.columns.data();
   store.matrix_values = arena.at<Value>(layout.matrix_values);

@@ -125,9 +125,9 @@ class PlanBuilder {
       plan_.entry_begin[f + 1] = count;
     });
     for (Vertex f = 0; f < plan_.num_fronts; ++f) plan_.entry_begin[f + 1] += plan_.entry_begin[f];
-    plan_.entry_slot.resize(plan_.nnz);
     plan_.entry_row.resize(plan_.nnz);
-    plan_.entry_column.resize(plan_.nnz);
+    plan_.entry_in_row.resize(plan_.nnz);
+    entry_column_.resize(plan_.nnz);
     plan_.entry_target.resize(plan_.nnz);
     std::vector<std::vector<Entry>> beyond_pivots(threads_);
     for_all_fronts([&](Vertex f) {
@@ -135,9 +135,9 @@ class PlanBuilder {
       beyond.clear();
       Offset next = plan_.entry_begin[f];
       const auto put = [&](const Entry& entry) {
-        plan_.entry_slot[next] = entry.slot;
         plan_.entry_row[next] = entry.row;
-        plan_.entry_column[next++] = plan_.column_of[entry.column_position];
+        plan_.entry_in_row[next] = static_cast<Vertex>(entry.slot - pattern_.offsets[entry.row]);
+        entry_column_[next++] = entry.column_position;
       };
       visit_own_entries(f, put, [&](const Entry& entry) { beyond.push_back(entry); });
       std::sort(beyond.begin(), beyond.end());
@@ -199,7 +199,7 @@ class PlanBuilder {
       }
     };
     for (Offset e = plan_.entry_begin[f]; e < plan_.entry_begin[f + 1]; ++e) {
-      reach(std::max(position_of_row_[plan_.entry_row[e]], position_of_column_[plan_.entry_column[e]]));
+      reach(std::max(position_of_row_[plan_.entry_row[e]], entry_column_[e]));
     }
     for (Vertex c = plan_.child_begin[f]; c < plan_.child_begin[f + 1]; ++c) {
       const Vertex child = plan_.children[c];
@@ -283,7 +283,7 @@ class PlanBuilder {
       }
       for (Offset e = plan_.entry_begin[f]; e < plan_.entry_begin[f + 1]; ++e) {
         const Offset i = local[position_of_row_[plan_.entry_row[e]]];
-        const Offset j = local[position_of_column_[plan_.entry_column[e]]];
+        const Offset j = local[entry_column_[e]];
         plan_.entry_target[e] =
             j < p ? plan_.lower_begin[f] + i + j * ld : plan_.upper_begin[f] + i + (j - p) * p;
       }
@@ -321,6 +321,7 @@ class PlanBuilder {
   const int threads_;
   std::vector<Vertex> position_of_row_, position_of_column_, front_of_;
   TransposedPattern by_column_;
+  RawVector<Vertex> entry_column_;  // position of the column of each entry of the plan
   SymbolicPlan plan_;
 };
 

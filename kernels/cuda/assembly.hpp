@@ -66,9 +66,7 @@ __global__ void __launch_bounds__(kAssembleThreads)
   }
   __syncthreads();
   for (Offset e = part.first_entry + threadIdx.x; e < part.last_entry; e += kAssembleThreads) {
-    const double scale = at.row_scale[at.entry_row[e]] * at.column_scale[at.matrix_columns[at.entry_slot[e]]];
-    at.storage[at.entry_target[e]] +=
-        static_cast<S>(at.matrix_values[at.entry_slot[e]] * static_cast<RealOf<Value>>(scale));
+    at.storage[at.entry_target[e]] += at.scaled_entry(e);
   }
 }
 

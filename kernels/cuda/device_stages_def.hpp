@@ -56,9 +56,9 @@ struct DeviceStages<S, V>::Layout {
     copy(at.upper_begin, plan.upper_begin);
     copy(at.contribution_begin, plan.contribution_begin);
     copy(at.entry_begin, plan.entry_begin);
-    copy(at.entry_slot, plan.entry_slot);
     copy(at.entry_target, plan.entry_target);
     copy(at.entry_row, plan.entry_row);
+    copy(at.entry_in_row, plan.entry_in_row);
     copy(at.matrix_offsets, pattern.offsets);
     copy(at.matrix_columns, pattern.columns);
     copy(store.small_fronts, lists.small_fronts);
@@ -102,7 +102,6 @@ DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& patter
   });
   store_.fronts.n = plan.n;
   store_.fronts.max_block_size = plan.max_block_size;
-  store_.fronts.entry_column = nullptr;  // the columns of the matrix, by slot, have it
   store_.fronts.interchange = nullptr;
   store_.fronts.work = nullptr;
   status_ = arena_.at<DeviceStatus>(place);

@@ -27,9 +27,7 @@ __device__ void assemble_in_tile(const DeviceStore<S, Value>& store, Vertex f, c
         static_cast<int>(target < lower + p * rows && target >= lower ? target - lower : target - upper);
     const bool left = target >= lower && target < lower + p * rows;
     const int i = left ? inside % rows : inside % p, j = left ? inside / rows : p + inside / p;
-    const double scale = at.row_scale[at.entry_row[e]] * at.column_scale[at.matrix_columns[at.entry_slot[e]]];
-    tile.a[i + j * tile.ld] =
-        static_cast<S>(at.matrix_values[at.entry_slot[e]] * static_cast<RealOf<Value>>(scale));
+    tile.a[i + j * tile.ld] = at.scaled_entry(e);
   }
   const int lane = threadIdx.x % kWarp, warp = threadIdx.x / kWarp, warps = blockDim.x / kWarp;
   for (Vertex c = at.child_begin[f]; c < at.child_begin[f + 1]; ++c) {

@@ -126,9 +126,10 @@ class ListInterpreter {
 
   void add_entries(Offset begin, Offset end) {
     for (Offset e = begin; e < end; ++e) {
-      const double scale =
-          problem_.row_scale[plan_.entry_row[e]] * problem_.column_scale[plan_.entry_column[e]];
-      storage_[plan_.entry_target[e]] += problem_.values[plan_.entry_slot[e]] * scale;
+      const Vertex row = plan_.entry_row[e];
+      const Offset slot = problem_.pattern->offsets[row] + plan_.entry_in_row[e];
+      const double scale = problem_.row_scale[row] * problem_.column_scale[problem_.pattern->columns[slot]];
+      storage_[plan_.entry_target[e]] += problem_.values[slot] * scale;
     }
   }
   double child_entry(Vertex child, Vertex i, Vertex j) const {

@@ -39,6 +39,14 @@ Offset free_memory() {
   return static_cast<Offset>(free);
 }
 
+int multiprocessors() {
+  int device = 0, count = 0;
+  checked("cudaGetDevice", [&] { return cudaGetDevice(&device); });
+  checked("cudaDeviceGetAttribute",
+          [&] { return cudaDeviceGetAttribute(&count, cudaDevAttrMultiProcessorCount, device); });
+  return count;
+}
+
 void set_shared_memory(const void* kernel, std::size_t bytes) {
   checked("cudaFuncSetAttribute", [&] {
     return cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize, static_cast<int>(bytes));

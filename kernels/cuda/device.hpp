@@ -17,6 +17,8 @@ void check_launch(const char* what);
 
 /// Bytes free on the current device.
 Offset free_memory();
+/// Of the current device.
+int multiprocessors();
 void set_shared_memory(const void* kernel, std::size_t bytes);
 
 /// What both kinds of memory are once they have been taken.

@@ -13,16 +13,9 @@ Vertex tiles_of(Offset length, Vertex tile) {
 // Builds one plan and is thrown away.
 class Builder {
  public:
-  Builder(const SymbolicPlan& plan, Vertex tile, Vertex small_rows, bool wide_products, Vertex panel,
-          Vertex panelled, Vertex many_tiny, Vertex solve_steps)
-      : plan_(plan),
-        wide_products_(wide_products),
-        panel_(panel),
-        panelled_(panelled),
-        many_tiny_(many_tiny),
-        solve_steps_(solve_steps) {
-    made_.tile = tile;
-    made_.small_rows = small_rows;
+  Builder(const SymbolicPlan& plan, const PlanCuts& cuts) : plan_(plan), cuts_(cuts) {
+    made_.tile = cuts.tile;
+    made_.small_rows = cuts.small_rows;
   }
 
   DevicePlan build() {
@@ -130,10 +123,10 @@ class Builder {
   }
 
   Vertex tile_end(Vertex f, Vertex k) const { return std::min<Vertex>(k + made_.tile, plan_.pivots(f)); }
-  bool panelled(Vertex f) const { return plan_.pivots(f) >= panelled_; }
+  bool panelled(Vertex f) const { return plan_.pivots(f) >= cuts_.panelled; }
   // Columns before this one are made together with the tile at k.
   Vertex panel_end(Vertex f, Vertex k) const {
-    return panelled(f) ? std::min(k / panel_ * panel_ + panel_, plan_.pivots(f)) : rows(f);
+    return panelled(f) ? std::min(k / cuts_.panel * cuts_.panel + cuts_.panel, plan_.pivots(f)) : rows(f);
   }
 
   // What is right of the panels that end with the tile at k: what the next panels need, then the rest.
@@ -143,7 +136,7 @@ class Builder {
       if (panelled(f) && plan_.pivots(f) > k && tile_end(f, k) == panel_end(f, k)) ended.push_back(f);
     }
     const auto end = [&](Vertex f) { return panel_end(f, k); };
-    const auto next_end = [&](Vertex f) { return std::min(end(f) + panel_, plan_.pivots(f)); };
+    const auto next_end = [&](Vertex f) { return std::min(end(f) + cuts_.panel, plan_.pivots(f)); };
     finish_columns(ended, k, Order::joined, [&](Vertex f) { return Span{end(f), next_end(f)}; });
     finish_columns(ended, k, Order::aside, [&](Vertex f) { return Span{next_end(f), rows(f)}; });
   }
@@ -151,7 +144,7 @@ class Builder {
   // Columns columns(f) right of the panels: their block row, then all below it.
   template <class ColumnsOf>
   void finish_columns(const std::vector<Vertex>& fronts, Vertex k, Order order, const ColumnsOf& columns) {
-    const Vertex begin = k / panel_ * panel_;
+    const Vertex begin = k / cuts_.panel * cuts_.panel;
     for (Vertex tile = begin; tile <= k; tile += made_.tile) {
       std::vector<StepTask> tiles;
       std::vector<ProductTask> products;
@@ -252,7 +245,7 @@ class Builder {
     };
     Offset wide = 0;
     for (const ProductTask& task : products) wide += for_library(task) ? 0 : tiles(task, kWide);
-    const bool use_wide = wide_products_ && wide >= kEnough;
+    const bool use_wide = cuts_.wide_products && wide >= kEnough;
     Launch launch{use_wide ? Launch::Kind::wide_products : Launch::Kind::products, {}, 0, order};
     launch.tasks.begin = static_cast<Offset>(made_.products.size());
     for (ProductTask task : products) {
@@ -272,14 +265,14 @@ class Builder {
   }
 
   // Forward: the tiles of a front in the order in which they depend on each other, those of all fronts by
-  // turns. Backward: the other way round, only pivots, and before them all parts, which wait for nothing.
+  // turns. Backward: the other way round, and only pivots.
   void list_solve(Vertex step) {
     std::vector<Vertex> fronts, tiny;
     for (Vertex f = plan_.depth_begin[step]; f < plan_.depth_begin[step + 1]; ++f) {
       const Offset entries = static_cast<Offset>(plan_.pivots(f)) * rows(f);
       (plan_.pivots(f) <= kTinyPivots && entries <= kTinyEntries ? tiny : fronts).push_back(f);
     }
-    if (static_cast<Vertex>(tiny.size()) < many_tiny_) {
+    if (static_cast<Vertex>(tiny.size()) < cuts_.many_tiny) {
       fronts.insert(fronts.end(), tiny.begin(), tiny.end());
       tiny.clear();
     }
@@ -287,7 +280,7 @@ class Builder {
     made_.tiny_fronts.insert(made_.tiny_fronts.end(), tiny.begin(), tiny.end());
     depth().tiny.end = static_cast<Offset>(made_.tiny_fronts.size());
     Vertex most = 0;
-    for (const Vertex f : fronts) most = std::max(most, tiles_of(plan_.pivots(f), kSolveTile));
+    for (const Vertex f : fronts) most = std::max(most, solve_tiles(f));
     list_forward(fronts, most);
     list_backward(fronts, most);
   }
@@ -296,46 +289,53 @@ class Builder {
     depth().solve.begin = static_cast<Offset>(made_.solve.size());
     for (Vertex i = 0; i < most; ++i) {
       for (const Vertex f : fronts) {
-        if (i * kSolveTile < plan_.pivots(f)) add_part({f, i * kSolveTile, 0, i, true, 0, 0, {}});
+        if (i < solve_tiles(f)) add_part({f, i * kSolveTile, 0, i, true, 0, 0, {}});
       }
     }
     for (const Vertex f : fronts) {
-      const Vertex steps = tiles_of(plan_.pivots(f), kSolveTile);
       for (Vertex i = 0; i < plan_.border_rows(f); i += kSolveTile)
-        add_part({f, plan_.pivots(f) + i, 0, steps, true, 0, 0, {}});
+        add_part({f, plan_.pivots(f) + i, 0, solve_tiles(f), true, 0, 0, {}});
     }
     depth().solve.end = static_cast<Offset>(made_.solve.size());
   }
 
+  // By turns too, but tiles come some turns before their parts: what they wait for in the pivot block takes
+  // them long, and no block that has begun stands in the way of a part.
   void list_backward(const std::vector<Vertex>& fronts, Vertex most) {
     depth().solve_back.begin = static_cast<Offset>(made_.solve.size());
-    Offset place = made_.solve_places;
-    for_each_tile_back(fronts, most, [&](Vertex f, Vertex tile) { list_parts_back(f, tile * kSolveTile); });
-    for_each_tile_back(fronts, most, [&](Vertex f, Vertex tile) {
-      const Vertex parts = parts_of_border(f), right = tiles_of(plan_.pivots(f), kSolveTile) - 1 - tile;
-      add_part(
-          {f, tile * kSolveTile, parts * solve_steps_, steps_of_border(f) + right, true, place, parts, {}});
-      place += parts;
-    });
+    std::vector<Offset> places;
+    for (const Vertex f : fronts) {
+      places.push_back(made_.solve_places);
+      made_.solve_places += static_cast<Offset>(solve_tiles(f)) * parts_of_border(f);
+    }
+    const Vertex lead = fronts.empty() ? 0 : cuts_.waiting_tiles / static_cast<Vertex>(fronts.size());
+    for (Vertex turn = -lead; turn < most; ++turn) {
+      for (std::size_t i = 0; i < fronts.size(); ++i) list_parts_back(fronts[i], turn, places[i]);
+      for (std::size_t i = 0; i < fronts.size(); ++i) list_tile_back(fronts[i], turn + lead, places[i]);
+    }
     depth().solve_back.end = static_cast<Offset>(made_.solve.size());
   }
 
-  template <class Visit>
-  void for_each_tile_back(const std::vector<Vertex>& fronts, Vertex most, const Visit& visit) const {
-    for (Vertex i = 0; i < most; ++i) {
-      for (const Vertex f : fronts) {
-        const Vertex tile = tiles_of(plan_.pivots(f), kSolveTile) - 1 - i;
-        if (tile >= 0) visit(f, tile);
-      }
+  Vertex solve_tiles(Vertex f) const { return tiles_of(plan_.pivots(f), kSolveTile); }
+  Vertex steps_of_border(Vertex f) const { return tiles_of(plan_.border_rows(f), kSolveTile); }
+  Vertex parts_of_border(Vertex f) const { return steps_of_border(f) / cuts_.solve_steps; }
+  // Row where the tile of this turn begins: the last tile has the first turn.
+  Vertex tile_of_turn(Vertex f, Vertex turn) const { return (solve_tiles(f) - 1 - turn) * kSolveTile; }
+
+  void list_parts_back(Vertex f, Vertex turn, Offset first_place) {
+    if (turn < 0 || turn >= solve_tiles(f)) return;
+    const Vertex parts = parts_of_border(f), steps = cuts_.solve_steps;
+    for (Vertex i = 0; i < parts; ++i) {
+      const Offset place = first_place + static_cast<Offset>(turn) * parts + i;
+      add_part({f, tile_of_turn(f, turn), i * steps, (i + 1) * steps, false, place, 0, {}});
     }
   }
-
-  Vertex steps_of_border(Vertex f) const { return tiles_of(plan_.border_rows(f), kSolveTile); }
-  // What is left of the steps, and those of the pivot block, where tiles wait for each other, stay together.
-  Vertex parts_of_border(Vertex f) const { return steps_of_border(f) / solve_steps_; }
-  void list_parts_back(Vertex f, Vertex begin) {
-    for (Vertex i = 0; i < parts_of_border(f); ++i)
-      add_part({f, begin, i * solve_steps_, (i + 1) * solve_steps_, false, made_.solve_places++, 0, {}});
+  // The steps of the border that are left, and those of the pivot block, which wait for other tiles.
+  void list_tile_back(Vertex f, Vertex turn, Offset first_place) {
+    if (turn >= solve_tiles(f)) return;
+    const Vertex parts = parts_of_border(f), last = steps_of_border(f) + turn;
+    const Offset place = first_place + static_cast<Offset>(turn) * parts;
+    add_part({f, tile_of_turn(f, turn), parts * cuts_.solve_steps, last, true, place, parts, {}});
   }
 
   void add_part(SolvePart part) {
@@ -396,17 +396,15 @@ class Builder {
   }
 
   const SymbolicPlan& plan_;
-  bool wide_products_;
-  Vertex panel_, panelled_, many_tiny_, solve_steps_;
+  const PlanCuts& cuts_;
   std::vector<Vertex> small_, large_;
   DevicePlan made_;
 };
 
 }  // namespace
 
-DevicePlan make_device_plan(const SymbolicPlan& plan, Vertex tile, Vertex small_rows, bool wide_products,
-                            Vertex panel, Vertex panelled, Vertex many_tiny, Vertex solve_steps) {
-  return Builder(plan, tile, small_rows, wide_products, panel, panelled, many_tiny, solve_steps).build();
+DevicePlan make_device_plan(const SymbolicPlan& plan, const PlanCuts& cuts) {
+  return Builder(plan, cuts).build();
 }
 
 }  // namespace mfs::cuda

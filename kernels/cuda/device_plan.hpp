@@ -109,7 +109,7 @@ struct DepthLaunches {
   std::vector<Launch> update;
   Range tiny;        // fronts that one warp solves with
   Range solve;       // tiles of the others, forward
-  Range solve_back;  // and backward: parts, then tiles
+  Range solve_back;  // and backward, with their parts
 };
 
 struct DevicePlan {
@@ -151,12 +151,17 @@ constexpr Vertex kSolveSteps = 16;
 /// that have many of them: a warp takes longer than a block, which matters where the device is not full.
 constexpr Vertex kTinyPivots = 32, kTinyEntries = 16384, kManyTiny = 1024;
 
-/// `tile` pivots per block column; fronts of up to `small_rows` rows are small; products may be cut into wide
-/// tiles; fronts of `panelled` pivots are factored by panels of `panel`, a multiple of
-/// `tile`; `many_tiny` tiny fronts of a depth are solved with by warps; parts of a tile of the solve take
-/// `solve_steps` steps.
-DevicePlan make_device_plan(const SymbolicPlan& plan, Vertex tile, Vertex small_rows, bool wide_products,
-                            Vertex panel = kPanel, Vertex panelled = kPanelled, Vertex many_tiny = kManyTiny,
-                            Vertex solve_steps = kSolveSteps);
+/// How the work is cut. Products may be cut into wide tiles; fronts of `panelled` pivots are factored by
+/// panels of `panel`, a multiple of `tile`; `many_tiny` tiny fronts of a depth are solved with by warps;
+/// parts of a tile of the solve take `solve_steps` steps, and so many tiles may come before parts of theirs,
+/// which they wait for: the device must run one block more than that at once.
+struct PlanCuts {
+  Vertex tile, small_rows;
+  bool wide_products;
+  Vertex panel = kPanel, panelled = kPanelled, many_tiny = kManyTiny, solve_steps = kSolveSteps;
+  Vertex waiting_tiles = 0;
+};
+
+DevicePlan make_device_plan(const SymbolicPlan& plan, const PlanCuts& cuts);
 
 }  // namespace mfs::cuda

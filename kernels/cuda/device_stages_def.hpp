@@ -77,10 +77,16 @@ struct DeviceStages<S, V>::Layout {
   }
 };
 
+template <class S>
+PlanCuts cuts_for_device() {
+  PlanCuts cuts{kTile<S>, kSmallRows<S>, kWideProducts<S>};
+  cuts.waiting_tiles = multiprocessors() - 1;
+  return cuts;
+}
+
 template <class S, class V>
 DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& pattern, const Stream& stream)
-    : DeviceStages(plan, pattern, stream, make_device_plan(plan, kTile<S>, kSmallRows<S>, kWideProducts<S>)) {
-}
+    : DeviceStages(plan, pattern, stream, make_device_plan(plan, cuts_for_device<S>())) {}
 
 template <class S, class V>
 DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& pattern, const Stream& stream,

@@ -10,16 +10,10 @@ namespace {
 
 constexpr double kTolerance = 4000 * std::numeric_limits<double>::epsilon();
 
-/// How the work is cut.
-struct Cut {
-  Vertex tile, small_rows;
-  bool wide;
-  Vertex panel, panelled, many_tiny, solve_steps;
-};
-const std::vector<Cut> kCuts{{128, 160, true, 512, 2048, 1, 16},  // as for double
-                             {64, 96, false, 512, 2048, 10, 1},   // as for complex<double>
-                             {16, 10, true, 32, 64, 1, 2},        // panels enough for look-ahead
-                             {32, 0, false, 128, 33, 1000, 3}};
+const std::vector<cuda::PlanCuts> kCuts{{128, 160, true, 512, 2048, 1, 16, 0},   // as for double
+                                        {64, 96, false, 512, 2048, 10, 1, 131},  // as for complex<double>
+                                        {16, 10, true, 32, 64, 1, 2, 1},  // panels enough for look-ahead
+                                        {32, 0, false, 128, 33, 1000, 3, 5}};
 
 /// The same pattern with each diagonal entry larger than the rest of its column: pivots stay where they are.
 StageProblem<double> column_dominant(StageProblem<double> problem) {
@@ -42,11 +36,10 @@ StageProblem<double> column_dominant(StageProblem<double> problem) {
   return problem;
 }
 
-void check(const StageProblem<double>& problem, const Cut& cut) {
+void check(const StageProblem<double>& problem, const cuda::PlanCuts& cut) {
   const SymbolicPlan& plan = *problem.plan;
   const std::vector<ReferenceFront<double>> reference = factor(plan, problem.scaled(), ReferenceRule());
-  const cuda::DevicePlan lists = cuda::make_device_plan(plan, cut.tile, cut.small_rows, cut.wide, cut.panel,
-                                                        cut.panelled, cut.many_tiny, cut.solve_steps);
+  const cuda::DevicePlan lists = cuda::make_device_plan(plan, cut);
   ASSERT_EQ(lists.depths.size(), static_cast<std::size_t>(plan.num_depths));
   std::vector<double> expected = Random(3).vector(plan.n);
   const std::vector<double> right_hand_side = expected;
@@ -54,7 +47,7 @@ void check(const StageProblem<double>& problem, const Cut& cut) {
   solve_backward(reference, false, expected);
   for (const auto aside : {ListInterpreter::Aside::at_once, ListInterpreter::Aside::late}) {
     SCOPED_TRACE(aside == ListInterpreter::Aside::late ? "late" : "at once");
-    ListInterpreter interpreter(problem, lists, aside);
+    ListInterpreter interpreter(problem, lists, aside, cut.waiting_tiles);
     interpreter.factor([&](Vertex step) {
       for (Vertex f = plan.depth_begin[step]; f < plan.depth_begin[step + 1]; ++f) {
         SCOPED_TRACE("front " + std::to_string(f));
@@ -72,7 +65,7 @@ void check(const StageProblem<double>& problem, const Cut& cut) {
 }
 
 TEST(DevicePlan, ListsGiveTheFactorsOfFrontsOfAllSizes) {
-  for (const Cut& cut : kCuts) {
+  for (const cuda::PlanCuts& cut : kCuts) {
     for (const Vertex p : {1, 2, 31, 32, 33, 65, 257}) {
       for (const Vertex b : {0, 1, 33, 65, 257}) {
         SCOPED_TRACE(std::to_string(p) + " pivots, border " + std::to_string(b) + ", tile " +
@@ -86,7 +79,7 @@ TEST(DevicePlan, ListsGiveTheFactorsOfFrontsOfAllSizes) {
 }
 
 TEST(DevicePlan, ListsGiveTheFactorsOfTrees) {
-  for (const Cut& cut : kCuts) {
+  for (const cuda::PlanCuts& cut : kCuts) {
     for (const auto& shapes : {mixed_tree(), broom(), chain()}) {
       SCOPED_TRACE("tile " + std::to_string(cut.tile));
       check(column_dominant(artificial_problem(shapes, {4})), cut);
@@ -97,9 +90,8 @@ TEST(DevicePlan, ListsGiveTheFactorsOfTrees) {
 // Many enough for wide tiles, and deep enough for the library.
 TEST(DevicePlan, ListsGiveTheFactorsOfLargeFronts) {
   const StageProblem<double> problem = column_dominant(artificial_problem(leaf_and_root(270, 1030), {5}));
-  for (const Cut& cut : {kCuts[0], Cut{64, 96, true, 256, 256, 1, 4}}) {
-    const cuda::DevicePlan lists =
-        cuda::make_device_plan(*problem.plan, cut.tile, cut.small_rows, cut.wide, cut.panel, cut.panelled);
+  for (const cuda::PlanCuts& cut : {kCuts[0], cuda::PlanCuts{64, 96, true, 256, 256, 1, 4, 3}}) {
+    const cuda::DevicePlan lists = cuda::make_device_plan(*problem.plan, cut);
     std::set<cuda::Launch::Kind> kinds;
     for (const auto& depth : lists.depths) {
       for (const auto* launches : {&depth.factor, &depth.update}) {
@@ -114,7 +106,7 @@ TEST(DevicePlan, ListsGiveTheFactorsOfLargeFronts) {
 TEST(DevicePlan, CutsManyProductsWide) {
   const StageProblem<double> problem = artificial_problem(leaf_and_root(130, 1600), {5, 0.01});
   const auto kind = [&](bool wide) {
-    return cuda::make_device_plan(*problem.plan, 128, 160, wide).depths[0].update[0].kind;
+    return cuda::make_device_plan(*problem.plan, {128, 160, wide}).depths[0].update[0].kind;
   };
   EXPECT_EQ(kind(true), cuda::Launch::Kind::wide_products);
   EXPECT_EQ(kind(false), cuda::Launch::Kind::products);
@@ -125,7 +117,7 @@ TEST(DevicePlan, ExchangesRowsOfEveryBlockLeftOfTheDiagonal) {
   const StageProblem<double> problem = artificial_problem(mixed_tree(), {6});
   const SymbolicPlan& plan = *problem.plan;
   constexpr Vertex kTile = 32, kSmall = 40;
-  const cuda::DevicePlan lists = cuda::make_device_plan(plan, kTile, kSmall, true);
+  const cuda::DevicePlan lists = cuda::make_device_plan(plan, {kTile, kSmall, true});
   for (Vertex step = 0; step < plan.num_depths; ++step) {
     std::set<std::tuple<Vertex, Vertex, Vertex>> expected, listed;
     for (Vertex f = plan.depth_begin[step]; f < plan.depth_begin[step + 1]; ++f) {
@@ -152,7 +144,7 @@ TEST(DevicePlan, InvertsTilesOfMoreThanOneBlock) {
     }
   }
   ASSERT_FALSE(expected.empty());
-  for (const cuda::FrontPart& tile : cuda::make_device_plan(plan, 128, 160, true).wide_tiles) {
+  for (const cuda::FrontPart& tile : cuda::make_device_plan(plan, {128, 160, true}).wide_tiles) {
     EXPECT_EQ(tile.begin, tile.column);
     EXPECT_TRUE(listed.insert({tile.front, tile.begin}).second) << "twice";
   }

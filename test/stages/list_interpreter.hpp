@@ -22,8 +22,13 @@ class ListInterpreter {
   /// When what may run beside other launches runs.
   enum class Aside { at_once, late };
 
-  ListInterpreter(const StageProblem<double>& problem, const cuda::DevicePlan& lists, Aside aside)
-      : problem_(problem), plan_(*problem.plan), lists_(lists), aside_(aside) {
+  ListInterpreter(const StageProblem<double>& problem, const cuda::DevicePlan& lists, Aside aside,
+                  Vertex waiting_tiles)
+      : problem_(problem),
+        plan_(*problem.plan),
+        lists_(lists),
+        aside_(aside),
+        waiting_tiles_(static_cast<std::size_t>(waiting_tiles)) {
     storage_.assign(static_cast<std::size_t>(plan_.storage_entries), kNothing);
   }
 
@@ -82,10 +87,22 @@ class ListInterpreter {
     for (auto depth = lists_.depths.rbegin(); depth != lists_.depths.rend(); ++depth) {
       for (Offset i = depth->tiny.begin; i < depth->tiny.end; ++i)
         backward(whole(lists_.tiny_fronts[i], 0), plan_.pivots(lists_.tiny_fronts[i]), y, v, partial);
+      std::vector<cuda::SolvePart> waiting;
       for (Offset i = depth->solve_back.begin; i < depth->solve_back.end; ++i) {
         expect_where(lists_.solve[i]);
-        backward(lists_.solve[i], tile_end(lists_.solve[i]), y, v, partial);
+        waiting.push_back(lists_.solve[i]);
+        for (std::size_t k = 0; k < waiting.size();) {
+          if (!is_ready(waiting[k], v, partial)) {
+            ++k;
+            continue;
+          }
+          backward(waiting[k], tile_end(waiting[k]), y, v, partial);
+          waiting.erase(waiting.begin() + static_cast<std::ptrdiff_t>(k));
+          k = 0;
+        }
+        EXPECT_LE(waiting.size(), waiting_tiles_) << "they may fill the device";
       }
+      EXPECT_TRUE(waiting.empty());
     }
   }
 
@@ -94,6 +111,17 @@ class ListInterpreter {
   Vertex rows(Vertex f) const { return plan_.pivots(f) + plan_.border_rows(f); }
   // Everything from row `begin` of a front on, in one part of no steps.
   static cuda::SolvePart whole(Vertex f, Vertex begin) { return {f, begin, 0, 0, true, 0, 0, {}}; }
+  // Whether what a tile waits for is there: its parts and the tile before it. Parts do not wait.
+  bool is_ready(const cuda::SolvePart& part, const std::vector<double>& v,
+                const std::vector<double>& partial) const {
+    const Vertex end = tile_end(part);
+    if (part.finishes && end < plan_.pivots(part.front) && std::isnan(v[plan_.pivot_begin[part.front] + end]))
+      return false;
+    for (Vertex k = 0; k < part.parts; ++k) {
+      if (std::isnan(partial[(part.place + k) * cuda::kSolveTile])) return false;
+    }
+    return true;
+  }
   std::vector<double> no_sums() const {
     return std::vector<double>(static_cast<std::size_t>(lists_.solve_places) * cuda::kSolveTile, kNothing);
   }
@@ -334,6 +362,7 @@ class ListInterpreter {
   const cuda::DevicePlan& lists_;
   std::vector<double> storage_;
   Aside aside_;
+  std::size_t waiting_tiles_;
   std::set<std::tuple<Vertex, Vertex, Vertex>> assembled_;  // fronts, their columns and first rows
 };
 

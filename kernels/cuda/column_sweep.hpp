@@ -18,7 +18,6 @@ class ColumnSweep {
   static constexpr int kRows = kWarp, kDepth = 16;  // what a warp multiplies of a panel
   static constexpr int kGroups = kStep / kDepth;    // of warps that share a row
   static constexpr int kApart = kWarp / kDepth;     // rows between a lane's entries, transposed
-  static constexpr int kPrefetched = 2;             // steps ahead to the L2, which more would overflow
   static constexpr int kParts = 4;  // of a sum, as additions take longer than multiplications begin
   static constexpr int kSums = Transposed ? kDepth : kParts;
   static constexpr int kWarps = kSolveThreads / kWarp;
@@ -38,9 +37,10 @@ class ColumnSweep {
         part_(part),
         width_(width),
         panel_(panel),
-        place_(place) {
+        place_(place),
+        prefetched_(part.finishes && part.begin < part.where.pivots ? 3 : 2) {
     load(part.first_step);
-    for (int step = 1; step < kPrefetched; ++step) prefetch(part.first_step + step);
+    for (int step = 1; step < prefetched_; ++step) prefetch(part.first_step + step);
     if (part.finishes) fetch_panel<Transposed, 1>(panel(part.last_step), width, diagonal_);
     commit_copies();
   }
@@ -175,7 +175,7 @@ class ColumnSweep {
       next = look_up(step + 2);
       multiply(x);
       load(step + 1);
-      prefetch(step + kPrefetched);
+      prefetch(step + prefetched_);
     }
   }
 
@@ -215,6 +215,8 @@ class ColumnSweep {
   int width_;
   const PanelOf& panel_;
   const PlaceOf& place_;
+  int prefetched_;  // steps ahead to the L2, more for tiles that wait; all blocks together must not overflow
+                    // it
   S entry_[kDepth], sum_[kSums];
 };
 

@@ -101,7 +101,8 @@ void fail_every_allocation(const std::string& name, const Treatment& treatment, 
   const long before = live_blocks();
   long n = 0;
   while (attempt(n).first && !testing::Test::HasFailure()) ++n;
-  EXPECT_LE(n, allocations);
+  // Which thread takes which front decides how often the thread's own arrays grow.
+  EXPECT_LE(n, treatment.options.threads == 1 ? allocations : 2 * allocations);
   EXPECT_LE(live_blocks() - before, 2) << "leaked";  // googletest's own notes
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include <mfs/error.hpp>
 
@@ -16,14 +17,13 @@ struct Coupling::Incidence {
   std::vector<std::size_t> start;
   std::vector<Element> element;
 
-  Incidence(const Groups& groups, const std::vector<bool>& dense, int coordinates)
+  Incidence(const Groups& groups, const std::vector<int>& coupled_from, int coordinates)
       : start(static_cast<std::size_t>(coordinates) + 2) {
     const auto for_each = [&](auto&& visit) {
       for (std::size_t g = 0; g < groups.size(); ++g)
-        if (dense[g])
-          for (int e = 0; e < groups[g]->size(); ++e)
-            for (int k = 0; k < groups[g]->local_coordinates(); ++k)
-              visit(groups[g]->coordinates(e)[k], Element{static_cast<int>(g), e});
+        for (int e = 0; e < groups[g]->size(); ++e)
+          for (int k = coupled_from[g]; k < groups[g]->local_coordinates(); ++k)
+            visit(groups[g]->coordinates(e)[k], Element{static_cast<int>(g), e});
     };
     for_each([&](int i, Element) { ++start[i + 2]; });
     for (std::size_t i = 2; i < start.size(); ++i) start[i] += start[i - 1];
@@ -39,14 +39,16 @@ struct Coupling::Incidence {
   }
 };
 
-Coupling::Coupling(const Groups& groups, const std::vector<bool>& dense, int coordinates, int threads,
+Coupling::Coupling(const Groups& groups, std::vector<int> coupled_from, int coordinates, int threads,
                    Pattern& pattern)
-    : continues_(static_cast<std::size_t>(coordinates)), begins_(groups.size()) {
+    : coupled_from_(std::move(coupled_from)),
+      continues_(static_cast<std::size_t>(coordinates)),
+      begins_(groups.size()) {
   pattern.rows = pattern.columns = coordinates;
-  const Incidence incidence(groups, dense, coordinates);
+  const Incidence incidence(groups, coupled_from_, coordinates);
   for (int i = 0; i < coordinates; ++i) continues_[i] = incidence.continues(i);
   find_pattern(groups, incidence, threads, pattern);
-  find_begins(groups, dense, threads, pattern);
+  find_begins(groups, threads, pattern);
 }
 
 void Coupling::find_pattern(const Groups& groups, const Incidence& incidence, int threads,
@@ -65,7 +67,7 @@ void Coupling::find_pattern(const Groups& groups, const Incidence& incidence, in
         for (const auto* e = incidence.begin(i); e != incidence.end(i); ++e) {
           const ElementGroup& group = *groups[e->group];
           const int* coordinates = group.coordinates(e->element);
-          for (int k = 0; k < group.local_coordinates(); ++k)
+          for (int k = coupled_from_[e->group]; k < group.local_coordinates(); ++k)
             if (seen_by[coordinates[k]] != i) {
               seen_by[coordinates[k]] = i;
               columns.push_back(coordinates[k]);
@@ -97,24 +99,23 @@ void Coupling::find_pattern(const Groups& groups, const Incidence& incidence, in
   });
 }
 
-void Coupling::find_begins(const Groups& groups, const std::vector<bool>& dense, int threads,
-                           const Pattern& pattern) {
+void Coupling::find_begins(const Groups& groups, int threads, const Pattern& pattern) {
   Runs runs;
   for (std::size_t g = 0; g < groups.size(); ++g) {
-    if (!dense[g]) continue;
     const ElementGroup& group = *groups[g];
-    const int nq = group.local_coordinates();
+    const int first_local = coupled_from_[g], nq = group.local_coordinates();
+    if (first_local >= nq) continue;
     Begins& begins = begins_[g];
     begins.of_element.resize(static_cast<std::size_t>(group.size()) + 1);
     for (int e = 0; e < group.size(); ++e) {
-      find_runs(group.coordinates(e), nq, runs);
+      find_runs(group.coordinates(e), first_local, nq, runs);
       begins.of_element[e + 1] = begins.of_element[e] + (runs.size() - 1) * (runs.size() - 1);
     }
     begins.begin.resize(begins.of_element.back());
 #pragma omp parallel for num_threads(threads) firstprivate(runs)
     for (int e = 0; e < group.size(); ++e) {
       const int* coordinates = group.coordinates(e);
-      find_runs(coordinates, nq, runs);
+      find_runs(coordinates, first_local, nq, runs);
       int* begin = begins.begin.data() + begins.of_element[e];
       for (std::size_t r = 0; r + 1 < runs.size(); ++r) {
         const int row = coordinates[runs[r]];
@@ -127,18 +128,20 @@ void Coupling::find_begins(const Groups& groups, const std::vector<bool>& dense,
   }
 }
 
-void Coupling::find_runs(const int* coordinates, int nq, Runs& runs) const {
+void Coupling::find_runs(const int* coordinates, int first, int nq, Runs& runs) const {
   runs.clear();
-  for (int k = 0; k < nq; ++k)
-    if (k == 0 || coordinates[k] != coordinates[k - 1] + 1 || !continues_[coordinates[k]]) runs.push_back(k);
+  for (int k = first; k < nq; ++k)
+    if (k == first || coordinates[k] != coordinates[k - 1] + 1 || !continues_[coordinates[k]])
+      runs.push_back(k);
   runs.push_back(nq);
 }
 
 void Coupling::add(int g, int e, const ElementGroup& group, const double* local, const Pattern& pattern,
                    std::vector<double>& values, Runs& runs) const {
   const int nq = group.local_coordinates();
+  if (coupled_from_[g] >= nq) return;
   const int* coordinates = group.coordinates(e);
-  find_runs(coordinates, nq, runs);
+  find_runs(coordinates, coupled_from_[g], nq, runs);
   const int* begins = begins_[g].begin.data() + begins_[g].of_element[e];
   const std::size_t count = runs.size() - 1;
   for (std::size_t r = 0; r < count; ++r, begins += count)

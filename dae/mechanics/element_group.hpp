@@ -44,6 +44,8 @@ struct LocalStructure {
   /// force_a (or force_v) is the same for every state.
   bool constant_force_a = false;
   bool constant_force_v = false;
+  /// Dense blocks of F have rows and columns of zeros for the local coordinates before this one.
+  int coupled_from = 0;
 };
 
 /// F of all elements of a group at once, and derivatives of it, by a device that works beside the host.

@@ -25,22 +25,24 @@ std::array<ForceBlock, 3> find_force_blocks(const Groups& groups,
                                             const std::vector<LocalStructure>& structures, int coordinates,
                                             int threads, TangentPattern& pattern) {
   std::array<ForceBlock, 3> blocks;
-  std::array<std::vector<bool>, 3> dense;
+  std::array<std::vector<int>, 3> coupled_from;
   std::array<Pattern, 3> coupled;
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     const Block block = kForceBlocks[i];
     const auto b = static_cast<std::size_t>(block);
     pattern.constant[b] = true;
-    for (const LocalStructure& structure : structures) {
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+      const LocalStructure& structure = structures[g];
       blocks[i].kinds_.push_back(kind_of(structure, block));
-      dense[i].push_back(blocks[i].kinds_.back() == Kind::dense);
+      coupled_from[i].push_back(blocks[i].kinds_.back() == Kind::dense ? structure.coupled_from
+                                                                       : groups[g]->local_coordinates());
       pattern.constant[b] = pattern.constant[b] && constant(structure, block);
     }
-    const auto same =
-        static_cast<std::size_t>(std::find(dense.begin(), dense.begin() + i, dense[i]) - dense.begin());
+    const auto same = static_cast<std::size_t>(
+        std::find(coupled_from.begin(), coupled_from.begin() + i, coupled_from[i]) - coupled_from.begin());
     blocks[i].coupling_ =
         same < i ? blocks[same].coupling_
-                 : std::make_shared<Coupling>(groups, dense[i], coordinates, threads, coupled[i]);
+                 : std::make_shared<Coupling>(groups, coupled_from[i], coordinates, threads, coupled[i]);
     blocks[i].find_diagonal(groups, coupled[same], pattern.block[b]);
   }
   return blocks;

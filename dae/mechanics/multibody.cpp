@@ -133,8 +133,9 @@ class Multibody final : public ConstrainedSystem {
   TangentPattern pattern_;
   std::array<ForceBlock, 3> force_blocks_;  // as kForceBlocks
   std::vector<std::vector<int>>
-      column_rank_;  // of each group with constraints: where each coordinate is in its rows
-  Colouring colouring_, residual_colouring_;  // the second without the groups of device_forces_
+      column_rank_;          // of each group with constraints: where each coordinate is in its rows
+  std::set<int> on_device_;  // groups of device_forces_
+  Colouring colouring_, host_colouring_;  // the second without those
   std::vector<std::unique_ptr<DeviceForce>> device_forces_;
   mutable std::vector<Workspace> workspaces_;  // of each thread
   mutable std::vector<Workspace> waiting_;     // of elements without a colour, until their turn
@@ -151,8 +152,8 @@ Multibody::Multibody(Groups groups, std::vector<BodyCoordinates> bodies, int coo
   force_blocks_ = find_force_blocks(groups_, structure_, n_, threads_, pattern_);
   find_constraint_blocks();
   colouring_ = colour_elements(groups_, n_);
-  const std::set<int> on_device = backend == Backend::cuda ? make_device_forces() : std::set<int>();
-  residual_colouring_ = on_device.empty() ? colouring_ : colour_elements(groups_, n_, on_device);
+  if (backend == Backend::cuda) on_device_ = make_device_forces();
+  host_colouring_ = on_device_.empty() ? colouring_ : colour_elements(groups_, n_, on_device_);
   make_workspaces();
 }
 
@@ -169,7 +170,7 @@ void Multibody::make_workspaces() {
   std::set<int> all, uncoloured;
   for (std::size_t g = 0; g < groups_.size(); ++g) all.insert(static_cast<int>(g));
   std::size_t most = 0;
-  for (const Colouring* colouring : {&colouring_, &residual_colouring_}) {
+  for (const Colouring* colouring : {&colouring_, &host_colouring_}) {
     const std::size_t first = colouring->colour_start.back(), end = colouring->order.size();
     for (std::size_t k = first; k < end; ++k) uncoloured.insert(colouring->order[k].group);
     most = std::max(most, end - first);
@@ -275,7 +276,7 @@ void Multibody::evaluate(const StateView& state, Residual& residual) const {
   for (const auto& force : device_forces_) force->begin(state);
   clear(residual.force, threads_);
   for_each_element(
-      residual_colouring_, std::vector<char>(groups_.size(), 1),
+      host_colouring_, std::vector<char>(groups_.size(), 1),
       [&](ElementId id, Workspace& work) { compute_residual(id, state, residual, work); },
       [&](ElementId id, Workspace& work) { add_force(id, work, residual.force); });
   for (const auto& force : device_forces_) force->add_to(residual.force);
@@ -292,8 +293,10 @@ void Multibody::evaluate(const StateView& state, Tangent& tangent, BlockSet bloc
   }
   std::vector<char> has_some;
   for (const BlockSet of_group : blocks_) has_some.push_back(of_group.meets(blocks) ? 1 : 0);
+  const bool all_by_device =
+      std::none_of(on_device_.begin(), on_device_.end(), [&](int g) { return has_some[g] != 0; });
   for_each_element(
-      colouring_, has_some,
+      all_by_device ? host_colouring_ : colouring_, has_some,
       [&](ElementId id, Workspace& work) {
         compute_tangent(id, state, tangent, blocks & blocks_[id.group], work);
       },

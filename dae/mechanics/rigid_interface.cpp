@@ -40,7 +40,11 @@ class RigidInterface final : public ElementGroup {
   int local_coordinates() const override { return kCoordinates; }
   int local_constraints() const override { return 3; }
   const int* coordinates(int e) const override { return coordinates_.data() + kCoordinates * e; }
-  LocalStructure structure() const override { return {}; }
+  LocalStructure structure() const override {
+    LocalStructure structure;
+    structure.coupled_from = kP;
+    return structure;
+  }
   std::string name(int e) const override { return name_ + ", tied node " + std::to_string(e); }
 
   void residual(int e, const LocalState& state, LocalResidual& residual) const override {

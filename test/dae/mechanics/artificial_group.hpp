@@ -28,6 +28,11 @@ class ArtificialGroup final : public dae::ElementGroup {
   int local_constraints() const override { return nc_; }
   const int* coordinates(int e) const override { return coordinates_.data() + e * nq_; }
   dae::LocalStructure structure() const override { return structure_; }
+  /// Whether entry (i, j) of an element's block of this kind may differ from zero.
+  bool has_entry(dae::LocalStructure::Kind kind, int i, int j) const {
+    using Kind = dae::LocalStructure::Kind;
+    return kind == Kind::dense ? std::min(i, j) >= structure_.coupled_from : kind == Kind::diagonal && i == j;
+  }
   std::string name(int e) const override { return name_ + ", element " + std::to_string(e); }
 
   void residual(int e, const dae::LocalState& s, dae::LocalResidual& r) const override {
@@ -113,7 +118,7 @@ class ArtificialGroup final : public dae::ElementGroup {
         for (int i = 0; i < nq; ++i)
           for (int j = 0; j < nq; ++j) {
             const int row = group_.coordinates(e)[i], column = group_.coordinates(e)[j];
-            if (i != j && kind == Kind::diagonal) continue;
+            if (!group_.has_entry(kind, i, j)) continue;
             int entry = pattern.row_start[row];
             while (pattern.column[entry] != column) ++entry;
             tangent[block][entry] += number(e, i * nq + j, seed) * q_[column];
@@ -132,7 +137,7 @@ class ArtificialGroup final : public dae::ElementGroup {
     if (kind == Kind::zero) return;
     for (int i = 0; i < nq_; ++i)
       for (int j = 0; j < nq_; ++j)
-        if (i == j || kind == Kind::dense) block[i * nq_ + j] += number(e, i * nq_ + j, seed) * s.q[j];
+        if (has_entry(kind, i, j)) block[i * nq_ + j] += number(e, i * nq_ + j, seed) * s.q[j];
   }
 
   std::string name_;

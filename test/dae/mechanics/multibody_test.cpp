@@ -59,6 +59,7 @@ Parts random_parts(std::uint64_t seed, int n) {
     structure.force_q = kinds[random.integer(0, 3)];
     structure.force_v = kinds[random.integer(0, 3)];
     structure.force_a = kinds[random.integer(0, 3)];
+    if (random.chance(0.3)) structure.coupled_from = static_cast<int>(random.integer(1, 3 * nodes + 1));
     parts.groups.push_back(std::make_shared<ArtificialGroup>(
         "group " + std::to_string(g), 3 * nodes + single, g % 3 == 2 ? 2 : 0,
         random_coordinates(random, elements, nodes, single, n), structure));
@@ -108,7 +109,7 @@ struct PlainSum {
     for (int b = 0; b < kBlocks; ++b)
       for (int i = 0; i < (b < 3 ? nq : nc); ++i)
         for (int j = 0; j < nq; ++j)
-          if (b >= 3 || kinds[b] == Kind::dense || (kinds[b] == Kind::diagonal && i == j))
+          if (b >= 3 || group.has_entry(kinds[b], i, j))
             block[b][{b < 3 ? c[i] : row + i, c[j]}] += m[b][i * nq + j];
   }
 };

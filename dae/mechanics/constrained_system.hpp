@@ -55,6 +55,7 @@ class BlockSet {
     return set;
   }
   constexpr bool has(Block b) const { return (bits_ & bit(b)) != 0; }
+  constexpr bool empty() const { return bits_ == 0; }
   constexpr bool meets(BlockSet other) const { return (bits_ & other.bits_) != 0; }
   constexpr BlockSet operator&(BlockSet other) const {
     other.bits_ &= bits_;

@@ -60,6 +60,14 @@ BlockSet blocks_of(const ElementGroup& group, const LocalStructure& structure) {
   return blocks;
 }
 
+/// The blocks of F that are the same for every state in this group.
+BlockSet constant_blocks_of(const LocalStructure& structure) {
+  BlockSet blocks;
+  if (structure.constant_force_a) blocks.insert(Block::force_a);
+  if (structure.constant_force_v) blocks.insert(Block::force_v);
+  return blocks;
+}
+
 /// What is needed to compute one element of groups with at most nq coordinates and nc constraints.
 struct Workspace {
   std::vector<double> q, v, a;
@@ -113,6 +121,9 @@ class Multibody final : public ConstrainedSystem {
     return constraint_start_[g] + e * groups_[g]->local_constraints();
   }
 
+  void find_constant_shares();
+  const std::vector<double>& constant_share(Block block, const StateView& state) const;
+  void add_elements(const StateView& state, const std::vector<BlockSet>& blocks, Tangent& tangent) const;
   void make_workspaces();
   template <class Compute, class Add>
   void for_each_element(const Colouring& colouring, const std::vector<char>& group_takes_part,
@@ -126,7 +137,11 @@ class Multibody final : public ConstrainedSystem {
 
   Groups groups_;
   std::vector<LocalStructure> structure_;  // of each group
-  std::vector<BlockSet> blocks_;           // of each group: those that the host evaluates
+  std::vector<BlockSet> blocks_;           // of each group: those that the host evaluates for each state
+  std::vector<BlockSet> constant_blocks_;  // those that it evaluates once, for constant_shares_
+  // Of blocks that some groups change with the state and others do not: what the others add; made when it is
+  // first asked for.
+  mutable std::array<std::vector<double>, kBlocks> constant_shares_;
   std::vector<BodyCoordinates> bodies_;
   int n_, m_ = 0, threads_;
   std::vector<int> constraint_start_;  // of each group, and m
@@ -154,7 +169,21 @@ Multibody::Multibody(Groups groups, std::vector<BodyCoordinates> bodies, int coo
   colouring_ = colour_elements(groups_, n_);
   if (backend == Backend::cuda) on_device_ = make_device_forces();
   host_colouring_ = on_device_.empty() ? colouring_ : colour_elements(groups_, n_, on_device_);
+  find_constant_shares();
   make_workspaces();
+}
+
+/// A block that is constant as a whole is evaluated by whoever asks for it, once.
+void Multibody::find_constant_shares() {
+  constant_blocks_.resize(groups_.size());
+  for (const Block block : kForceBlocks) {
+    if (pattern_.constant[static_cast<std::size_t>(block)]) continue;
+    for (std::size_t g = 0; g < groups_.size(); ++g)
+      if (blocks_[g].has(block) && constant_blocks_of(structure_[g]).has(block)) {
+        blocks_[g].erase({block});
+        constant_blocks_[g].insert(block);
+      }
+  }
 }
 
 void Multibody::make_workspaces() {
@@ -272,6 +301,14 @@ void clear(std::vector<double>& values, int threads) {
   for (std::int64_t k = 0; k < count; ++k) values[k] = 0.0;
 }
 
+/// `values` = `share`; empty: zero.
+void begin_with(const std::vector<double>& share, std::vector<double>& values, int threads) {
+  if (share.empty()) return clear(values, threads);
+  const auto count = static_cast<std::int64_t>(values.size());
+#pragma omp parallel for num_threads(threads)
+  for (std::int64_t k = 0; k < count; ++k) values[k] = share[k];
+}
+
 void Multibody::evaluate(const StateView& state, Residual& residual) const {
   for (const auto& force : device_forces_) force->begin(state);
   clear(residual.force, threads_);
@@ -288,22 +325,40 @@ void Multibody::evaluate(const StateView& state, Tangent& tangent, BlockSet bloc
       if (force->blocks().meets(blocks)) use(*force);
   };
   for_each_device([&](DeviceForce& force) { force.begin(state, force.blocks() & blocks); });
-  for (const Block block : kForceBlocks) {
-    if (blocks.has(block)) clear(tangent[block], threads_);
+  for (const Block block : kForceBlocks)
+    if (blocks.has(block)) begin_with(constant_share(block, state), tangent[block], threads_);
+  std::vector<BlockSet> of_groups = blocks_;
+  for (BlockSet& of_group : of_groups) of_group = of_group & blocks;
+  add_elements(state, of_groups, tangent);
+  for_each_device([&](DeviceForce& force) { force.add_to(tangent, pattern_); });
+}
+
+/// Empty: zero.
+const std::vector<double>& Multibody::constant_share(Block block, const StateView& state) const {
+  std::vector<double>& share = constant_shares_[static_cast<std::size_t>(block)];
+  std::vector<BlockSet> of_groups = constant_blocks_;
+  for (BlockSet& of_group : of_groups) of_group = of_group & BlockSet{block};
+  const bool any = std::any_of(of_groups.begin(), of_groups.end(), [&](BlockSet b) { return b.has(block); });
+  if (any && share.empty()) {
+    Tangent tangent;
+    tangent[block].resize(pattern_[block].entries());
+    add_elements(state, of_groups, tangent);
+    share = std::move(tangent[block]);
   }
+  return share;
+}
+
+/// `blocks`: of each group.
+void Multibody::add_elements(const StateView& state, const std::vector<BlockSet>& blocks,
+                             Tangent& tangent) const {
   std::vector<char> has_some;
-  for (const BlockSet of_group : blocks_) has_some.push_back(of_group.meets(blocks) ? 1 : 0);
+  for (const BlockSet of_group : blocks) has_some.push_back(of_group.empty() ? 0 : 1);
   const bool all_by_device =
       std::none_of(on_device_.begin(), on_device_.end(), [&](int g) { return has_some[g] != 0; });
   for_each_element(
       all_by_device ? host_colouring_ : colouring_, has_some,
-      [&](ElementId id, Workspace& work) {
-        compute_tangent(id, state, tangent, blocks & blocks_[id.group], work);
-      },
-      [&](ElementId id, Workspace& work) {
-        add_force_blocks(id, blocks & blocks_[id.group], tangent, work);
-      });
-  for_each_device([&](DeviceForce& force) { force.add_to(tangent, pattern_); });
+      [&](ElementId id, Workspace& work) { compute_tangent(id, state, tangent, blocks[id.group], work); },
+      [&](ElementId id, Workspace& work) { add_force_blocks(id, blocks[id.group], tangent, work); });
 }
 
 /// The share of F to `work`, the rows of constraints, which are the element's own, to where they belong.

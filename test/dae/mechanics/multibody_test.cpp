@@ -298,6 +298,51 @@ TEST(Multibody, ABlockIsConstantWhenAllItsGroupsAre) {
   }
 }
 
+/// Elements whose mass is the same in every state; counts how often it is asked for.
+class ConstantMass final : public ElementGroup {
+ public:
+  int size() const override { return 2; }
+  int local_coordinates() const override { return 2; }
+  const int* coordinates(int e) const override { return coordinates_ + e; }
+  LocalStructure structure() const override { return {Kind::zero, Kind::zero, Kind::dense, true, false}; }
+  std::string name(int) const override { return "mass"; }
+  void residual(int, const LocalState&, LocalResidual&) const override {}
+  void tangent(int e, const LocalState&, LocalTangent& tangent) const override {
+    ++asked;
+    for (int k = 0; k < 4; ++k) tangent.force_a[k] = 10.0 * (e + 1) + k;
+  }
+  mutable int asked = 0;
+
+ private:
+  const int coordinates_[3] = {0, 1, 2};
+};
+
+TEST(Multibody, WhatIsConstantInABlockThatIsNotIsEvaluatedOnce) {
+  MultibodyBuilder builder;
+  builder.add_coordinates("body", std::vector<double>(4), std::vector<double>(4));
+  const auto constant = std::make_shared<ConstantMass>();
+  builder.add(constant);
+  builder.add(std::make_shared<ArtificialGroup>("other", 2, 0, std::vector<int>{2, 3},
+                                                LocalStructure{Kind::zero, Kind::zero, Kind::dense}));
+  const auto system = builder.build(1);
+  Tangent tangent = make_tangent(*system), first;
+  const std::vector<double> zero(4, 0.0);
+  for (const double q : {1.0, -3.0, 1.0}) {
+    const std::vector<double> all(4, q);
+    const StateView state{0.0, all.data(), zero.data(), zero.data(), nullptr};
+    system->evaluate(state, tangent, {Block::force_q});
+    system->evaluate(state, tangent, {Block::force_a});
+    const Entries entries = entries_of(system->tangent_pattern()[Block::force_a], tangent[Block::force_a]);
+    EXPECT_EQ(entries.at({0, 0}), 10.0);
+    EXPECT_EQ(entries.at({1, 1}), 13.0 + 20.0);
+    EXPECT_EQ(entries.at({2, 1}), 22.0);
+    if (q == 1.0 && first[Block::force_a].empty()) first = tangent;
+    if (q != 1.0) EXPECT_NE(tangent[Block::force_a], first[Block::force_a]);
+  }
+  EXPECT_EQ(tangent[Block::force_a], first[Block::force_a]);
+  EXPECT_EQ(constant->asked, 2);
+}
+
 TEST(Multibody, PassesOnTheFirstFailureOfAnElement) {
   const Parts parts = random_parts(3, 45);
   for (const auto& group : parts.groups) group->throws_at = 0;

@@ -25,6 +25,8 @@ namespace {
 
 /// After a search of Newton's method that failed, the step is multiplied by this (DASSL's).
 constexpr double kNewtonRejection = 0.25;
+/// A step, in parts of the time to integrate.
+constexpr double kTypicalStep = 1e-3;
 /// Steps of which at most so many are left before an output are evened out to meet it.
 constexpr double kEvenedOut = 8.0;
 /// By how much the last of them may be longer than the error control asks for.
@@ -156,7 +158,7 @@ class Integrator::Impl {
     report_.coordinates = system_->coordinates();
     report_.constraints = system_->constraints();
     choose_coordinates();
-    newton_->find_accelerations(state_);
+    newton_->find_accelerations(state_, kTypicalStep * (t_end_ - state_.t));
     last_lambda_ = state_.lambda;
     last_lambda_step_ = 0.0;
     check_redundant();
@@ -200,7 +202,8 @@ class Integrator::Impl {
     if (options_.fixed_step > 0.0) return options_.fixed_step;
     const std::size_t n = scale_.size();
     const auto rate = [&](std::size_t i) { return i < n ? state_.v[i] : state_.a[i - n]; };
-    return 1.0 / std::max(1e3 / (t_end_ - state_.t), 2.0 * weighted_rms(rate, weights_, options_.threads));
+    return 1.0 / std::max(1.0 / (kTypicalStep * (t_end_ - state_.t)),
+                          2.0 * weighted_rms(rate, weights_, options_.threads));
   }
 
   double smallest_step() const {

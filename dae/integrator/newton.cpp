@@ -46,15 +46,19 @@ constexpr double kLeastLeftOver = 0.1;
 /// factors still are a preconditioner.
 constexpr double kKeptRates[] = {0.6, 1.7}, kRelatedRates[] = {0.25, 4.0};
 
-RCP<Matrix> make_matrix(const Pattern& pattern) {
+RCP<Matrix> make_matrix(const Pattern& pattern, int threads) {
   const RCP<const Teuchos::Comm<int>> comm = rcp(new Teuchos::SerialComm<int>());
   const auto map = rcp(new Map(static_cast<Tpetra::global_size_t>(pattern.rows), 0, comm));
   const auto offsets = Teuchos::arcp<std::size_t>(static_cast<Teuchos::Ordinal>(pattern.row_start.size()));
   const auto columns = Teuchos::arcp<int>(static_cast<Teuchos::Ordinal>(pattern.entries()));
-  auto values = Teuchos::arcp<double>(static_cast<Teuchos::Ordinal>(pattern.entries()));
+  const auto values = Teuchos::arcp<double>(static_cast<Teuchos::Ordinal>(pattern.entries()));
   std::copy(pattern.row_start.begin(), pattern.row_start.end(), offsets.begin());
-  std::copy(pattern.column.begin(), pattern.column.end(), columns.begin());
-  std::fill(values.begin(), values.end(), 0.0);
+  int* const column = columns.getRawPtr();
+  double* const value = values.getRawPtr();
+  parallel_for(pattern.entries(), threads, [&](std::size_t k) {
+    column[k] = pattern.column[k];
+    value[k] = 0.0;
+  });
   const auto matrix = rcp(new Matrix(map, map, offsets, columns, values));
   // Nothing is to be sorted, merged or renumbered: fillComplete would take as long as several factorizations.
   matrix->expertStaticFillComplete(map, map);
@@ -65,9 +69,9 @@ RCP<Matrix> make_matrix(const Pattern& pattern) {
 class StepModel : public Thyra::StateFuncModelEvaluatorBase<double> {
  public:
   StepModel(const StepEquations& equations, RCP<const Thyra::LinearOpWithSolveFactoryBase<double>> solver,
-            LinearSolves& solves, IntegrationReport& report)
+            LinearSolves& solves, IntegrationReport& report, int threads)
       : equations_(equations),
-        matrix_(make_matrix(equations.pattern())),
+        matrix_(make_matrix(equations.pattern(), threads)),
         space_(Thyra::createVectorSpace<double>(matrix_->getRowMap())),
         solver_(std::move(solver)),
         solves_(solves),
@@ -87,12 +91,15 @@ class StepModel : public Thyra::StateFuncModelEvaluatorBase<double> {
     equations_.pack(*relation_, lambda, Convert::getTpetraVector(x)->getDataNonConst().getRawPtr());
     return x;
   }
-  /// The matrix for initial accelerations takes the place of the Jacobian.
-  void evaluate_initial(const State& state) {
-    const Stopwatch watch;
-    equations_.initial_jacobian(state, matrix_->getLocalMatrixHost().values.data());
+  void evaluate_jacobian(const State& state, const StepRelation& relation) const {
+    equations_.jacobian(state, relation, matrix_->getLocalMatrixHost().values.data());
     solves_.new_matrix = true;
-    report_.time_assembly += watch.seconds();
+    ++report_.jacobians;
+  }
+  /// The matrix for initial accelerations takes the place of the Jacobian.
+  void evaluate_initial() {
+    equations_.initial_jacobian(matrix_->getLocalMatrixHost().values.data());
+    solves_.new_matrix = true;
   }
   /// Where H was evaluated last: once NOX has given an iterate to be tested, that iterate.
   const State& state() const { return state_; }
@@ -138,10 +145,8 @@ class StepModel : public Thyra::StateFuncModelEvaluatorBase<double> {
         equations_.residual(state_, *relation_,
                             Convert::getTpetraVector(out.get_f())->getDataNonConst().getRawPtr());
       if (jacobian) {
-        equations_.jacobian(state_, *relation_, matrix_->getLocalMatrixHost().values.data());
+        evaluate_jacobian(state_, *relation_);
         wanted_ = false;
-        solves_.new_matrix = true;
-        ++report_.jacobians;
       }
     } catch (...) {
       // NOX does not survive what an evaluation throws (its group goes on asking for the Jacobian, and its
@@ -285,19 +290,24 @@ class Newton::Impl {
       : equations_(equations),
         options_(options),
         report_(report),
-        model_(rcp(new StepModel(equations, make_kept_factors(options, solves_), solves_, report))),
+        model_(rcp(
+            new StepModel(equations, make_kept_factors(options, solves_), solves_, report, options.threads))),
         test_(rcp(new NewtonTest(equations, *model_, options))) {
     solves_.correct = [this](double* x) { equations_.correct(*relation_, x); };
   }
 
-  // The first analysis of the matrix: its values differ from those of steps, but its large entries are
-  // theirs.
-  void find_accelerations(State& state) {
+  // The first matrix is what ordering, matching and scales are made for. By the initial one alone, where
+  // nothing is stiff, the inertia of a light rigid body may be rounding to a matrix of later steps.
+  void find_accelerations(State& state, double h) {
+    const Stopwatch watch;
+    model_->evaluate_jacobian(state, {state.t, h, h, {}, {}, {}});
+    report_.time_assembly += watch.seconds();
+    const auto op = model_->get_W_factory()->createOp();
+    Thyra::initializeOp<double>(*model_->get_W_factory(), model_->create_W_op(), op.ptr());
     const StepRelation no_time;
     relation_ = &no_time;
-    model_->evaluate_initial(state);
+    model_->evaluate_initial();
     solves_.right_side = [&](const double*, double* b) { equations_.initial_right_side(state, b); };
-    const auto op = model_->get_W_factory()->createOp();
     const auto x = model_->make_vector(), nothing = model_->make_vector();
     try {
       Thyra::initializeOp<double>(*model_->get_W_factory(), model_->create_W_op(), op.ptr());
@@ -391,8 +401,8 @@ Newton::Newton(const StepEquations& equations, const IntegratorOptions& options,
     : impl_(std::make_unique<Impl>(equations, options, report)) {}
 Newton::~Newton() = default;
 
-void Newton::find_accelerations(State& state) {
-  impl_->find_accelerations(state);
+void Newton::find_accelerations(State& state, double h) {
+  impl_->find_accelerations(state, h);
 }
 
 Newton::Outcome Newton::solve(const StepRelation& relation, const std::vector<double>& lambda,

@@ -32,8 +32,9 @@ class Newton {
   ~Newton();
 
   /// Sets a and lambda of `state` to what the equations of motion and the constraints on accelerations ask
-  /// for. Throws SingularMatrix where they leave some undetermined (names a coordinate or constraint).
-  void find_accelerations(State& state);
+  /// for. Steps are expected to take some `h` seconds. Throws SingularMatrix where accelerations are left
+  /// undetermined (names a coordinate or constraint).
+  void find_accelerations(State& state, double h);
 
   /// Solves for the new time. `lambda` is where multipliers start, `weights` belong to [q, v]. Where it does
   /// not converge, `state` stays as it was; otherwise its arrays are used again.

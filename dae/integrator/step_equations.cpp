@@ -227,10 +227,7 @@ void StepEquations::jacobian(const State& state, const StepRelation& relation, d
   compose(relation, values);
 }
 
-void StepEquations::initial_jacobian(const State& state, double* values) const {
-  const BlockSet blocks{Block::force_a, Block::position_q};
-  system_.evaluate(view(state), tangent_, blocks);
-  due_.erase(constant_ & blocks);
+void StepEquations::initial_jacobian(double* values) const {
   compose({}, values);
 }
 

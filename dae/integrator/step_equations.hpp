@@ -60,8 +60,8 @@ class StepEquations {
   void residual(const State& state, const StepRelation& relation, double* h) const;
   /// R H_x C at `state`: values in the order of the pattern.
   void jacobian(const State& state, const StepRelation& relation, double* values) const;
-  /// The same in a step of no time, in which v and q do not move with a.
-  void initial_jacobian(const State& state, double* values) const;
+  /// The same at the state of the last one, in a step of no time, in which v and q do not move with a.
+  void initial_jacobian(double* values) const;
   /// The right-hand side b of the system for what lambda and a, zero in `state`, are to be changed by, so
   /// that F and the constraints on accelerations hold.
   void initial_right_side(const State& state, double* b) const;

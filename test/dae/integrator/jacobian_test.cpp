@@ -39,10 +39,9 @@ TEST(Jacobian, AsksForNoMoreBlocksThanItNeeds) {
     EXPECT_EQ(system.asked[static_cast<std::size_t>(block)], report.jacobians);
   // Once for all Jacobians of one choice of coordinates.
   EXPECT_EQ(system.asked[static_cast<std::size_t>(Block::force_a)], report.partitions);
-  // For each Jacobian and each choice, for the initial accelerations, and to see which constraints are
-  // redundant.
+  // For each Jacobian and each choice, and to see which constraints are redundant.
   EXPECT_EQ(system.asked[static_cast<std::size_t>(Block::position_q)],
-            report.jacobians + report.partitions + 2);
+            report.jacobians + report.partitions + 1);
 }
 
 /// Masses on nonlinear springs, all tied to each other: a dense matrix, whose factorization is worth several

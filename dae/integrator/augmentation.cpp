@@ -20,12 +20,14 @@ Augmentation::Augmentation(const Pattern& gradient, const TransposedPattern& tra
     : gradient_(gradient), transposed_(transposed), threads_(team_size(threads)) {
   pattern_.rows = pattern_.columns = gradient.columns;
   pattern_.row_start.assign(1, 0);
-  product_start_.assign(1, 0);
   std::vector<int> columns;
   for (int row = 0; row < pattern_.rows; ++row) {
     columns.clear();
     for_each_product(row, [&](int, int k) { columns.push_back(gradient_.column[k]); });
-    product_start_.push_back(product_start_.back() + columns.size());
+    if (!columns.empty()) {
+      rows_.push_back(row);
+      product_start_.push_back(place_.size());
+    }
     std::vector<int> distinct = columns;
     std::sort(distinct.begin(), distinct.end());
     distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
@@ -40,11 +42,13 @@ Augmentation::Augmentation(const Pattern& gradient, const TransposedPattern& tra
 }
 
 void Augmentation::compute(double s, const std::vector<double>& gradient) {
+  const int count = static_cast<int>(rows_.size());
   // The rows of frames, side by side, have many times more products than the others.
 #pragma omp parallel for num_threads(threads_) schedule(dynamic, 16)
-  for (int row = 0; row < pattern_.rows; ++row) {
+  for (int r = 0; r < count; ++r) {
+    const int row = rows_[r];
     std::fill(values_.begin() + pattern_.row_start[row], values_.begin() + pattern_.row_start[row + 1], 0.0);
-    const int* place = place_.data() + product_start_[row];
+    const int* place = place_.data() + product_start_[r];
     for_each_product(row, [&](int t, int k) { values_[*place++] += s * gradient[t] * gradient[k]; });
   }
 }

@@ -38,7 +38,8 @@ class Augmentation {
   const TransposedPattern& transposed_;
   const int threads_;
   Pattern pattern_;
-  std::vector<std::size_t> product_start_;  ///< by row: where its products are in place_
+  std::vector<int> rows_;                   ///< those of coordinates that have constraints
+  std::vector<std::size_t> product_start_;  ///< by number in rows_: where its products are in place_
   std::vector<int> place_;                  ///< of each product: the entry that it belongs to
   std::vector<double> values_;
 };

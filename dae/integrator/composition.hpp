@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "dae/mechanics/constrained_system.hpp"
+#include "ordering/raw_vector.hpp"
 
 namespace mfs::dae {
 
@@ -57,7 +58,7 @@ class Composition {
   int threads_;
   std::vector<Term> terms_;
   std::vector<Group> groups_;
-  std::vector<std::vector<int>> target_;  ///< per term: where its entries go
+  std::vector<RawVector<int>> target_;  ///< per term: where its entries go
   Pattern pattern_;
 };
 

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include <mfs/error.hpp>
 
@@ -15,6 +16,9 @@ namespace {
 
 /// A pivot below this part of its constraint's largest entry is rounding.
 constexpr double kRedundant = 1e-10;
+/// It is not looked at while no entry of the constraints has changed more, in parts of the constraint's
+/// largest: each pivot was at least half of what it was chosen from.
+constexpr double kUnchanged = 0.25;
 /// A choice has degraded when dependent coordinates move this many times more than they did at first.
 constexpr double kDegraded = 4.0;
 
@@ -167,15 +171,20 @@ class Partition::Impl {
       : pattern_(pattern), scale_(std::move(scale)), independent_(scale_.size(), 1) {
     if (pattern.rows == 0) return;
     Lu whole(pattern.columns, pattern.row_start, pattern.column);
-    whole.factor(scaled(pattern_, values, scale_));
+    std::vector<double> entries = scaled(pattern_, values, scale_);
+    whole.factor(entries);
     for (const int row : whole.pivots().row) independent_[row] = 0;
     make_dependent_block();
-    first_growth_ = std::max(growth(values), 1.0);
+    first_growth_ = std::max(growth(std::move(entries)), 1.0);
   }
 
   const std::vector<char>& independent() const { return independent_; }
   bool degraded(const std::vector<double>& values) {
-    return pattern_.rows > 0 && growth(values) > kDegraded * first_growth_;
+    if (pattern_.rows == 0) return false;
+    std::vector<double> entries = scaled(pattern_, values, scale_);
+    const auto unchanged = [](double a, double b) { return std::abs(a - b) <= kUnchanged; };
+    if (std::equal(entries.begin(), entries.end(), looked_at_.begin(), unchanged)) return false;
+    return growth(std::move(entries)) > kDegraded * first_growth_;
   }
 
  private:
@@ -197,8 +206,10 @@ class Partition::Impl {
     dependent_ = std::make_unique<Lu>(count, std::move(starts), std::move(index));
   }
 
-  double growth(const std::vector<double>& values) {
-    const std::vector<double> entries = scaled(pattern_, values, scale_);
+  /// Of the scaled `entries`, which are remembered.
+  double growth(std::vector<double> scaled_entries) {
+    looked_at_ = std::move(scaled_entries);
+    const std::vector<double>& entries = looked_at_;
     std::vector<double> block;
     for (const int k : entry_) block.push_back(entries[k]);
     dependent_->factor(std::move(block));
@@ -223,6 +234,7 @@ class Partition::Impl {
   std::vector<int> entry_;  ///< of Phi_q, for each entry of the dependent block
   std::unique_ptr<Lu> dependent_;
   double first_growth_ = 1.0;
+  std::vector<double> looked_at_;
 };
 
 Partition::Partition(const Pattern& position_q, const std::vector<double>& values, std::vector<double> scale)

@@ -181,8 +181,7 @@ void CudaForce<kind>::begin(const StateView& state, BlockSet blocks) {
 
 template <ElementKind kind>
 void CudaForce<kind>::add_to(Tangent& tangent, const TangentPattern& pattern) {
-  stream_.synchronize();
-  tangent_.add_to(tangent, pattern);
+  tangent_.add_to(tangent, pattern, stream_);
 }
 
 }  // namespace

@@ -251,8 +251,8 @@ class DeviceTangent {
   /// Evaluates `blocks`, some of the above, and begins to copy them to the host.
   void begin(const DeviceBody& body, const PointGradients<kind>* cell, BlockSet blocks,
              const cuda::Stream& stream);
-  /// Adds what has been copied.
-  void add_to(Tangent& tangent, const TangentPattern& pattern) const;
+  /// Adds what was begun, each block as soon as it has been copied.
+  void add_to(Tangent& tangent, const TangentPattern& pattern, const cuda::Stream& stream) const;
 
  private:
   struct Places {
@@ -270,6 +270,7 @@ class DeviceTangent {
   const Places places_;
   const cuda::DeviceArena device_;
   const cuda::PinnedArena host_;  // dF/dq, dF/dv
+  cuda::Event force_q_copied_;
   BlockSet begun_;
 };
 
@@ -320,13 +321,17 @@ void DeviceTangent<kind>::begin(const DeviceBody& body, const PointGradients<kin
   }
   double* own = host_.at<double>(0);
   if (blocks.has(Block::force_q)) stream.to_host(own, values.force_q, bytes);
+  force_q_copied_.record(stream);
   if (blocks.has(Block::force_v)) stream.to_host(own + entries_, values.force_v, bytes);
 }
 
 template <ElementKind kind>
-void DeviceTangent<kind>::add_to(Tangent& tangent, const TangentPattern& pattern) const {
+void DeviceTangent<kind>::add_to(Tangent& tangent, const TangentPattern& pattern,
+                                 const cuda::Stream& stream) const {
   const double* own = host_.at<double>(0);
+  cuda::check(cudaEventSynchronize(force_q_copied_.get()), "cudaEventSynchronize");
   if (begun_.has(Block::force_q)) add(own, pattern[Block::force_q], tangent[Block::force_q]);
+  stream.synchronize();
   if (begun_.has(Block::force_v)) add(own + entries_, pattern[Block::force_v], tangent[Block::force_v]);
 }
 

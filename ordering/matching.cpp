@@ -46,12 +46,30 @@ bool pattern_is_nearly_symmetric(const Pattern& pattern) {
   return static_cast<double>(mirrored) >= kNearlySymmetric * static_cast<double>(pattern.nnz() - diagonal);
 }
 
-/// Adds the scales that duals stand for to those that the matching started from.
-void add_duals(const std::vector<std::int64_t>& duals, std::vector<std::int32_t>& exponents) {
-  for (std::size_t i = 0; i < exponents.size(); ++i) {
-    const double sum = exponents[i] + static_cast<double>(duals[i]) / kCostOfTwo;
-    exponents[i] = static_cast<std::int32_t>(std::lround(std::clamp(sum, -1020.0, 1020.0)));
-  }
+/// Of a scale, so that it is a normal number and so is its reciprocal.
+constexpr double kMostExponent = 1020.0;
+
+/// Adds the scales that duals stand for to those that the matching started from. Where a sum is beyond what a
+/// double can hold, all rows get a factor that all columns lose, if that helps.
+void add_duals(const ProductMatching& matching, PowerScaling& scaling) {
+  const auto sums = [](const std::vector<std::int32_t>& exponents, const std::vector<std::int64_t>& duals) {
+    std::vector<double> sum(exponents.begin(), exponents.end());
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += static_cast<double>(duals[i]) / kCostOfTwo;
+    return sum;
+  };
+  const std::vector<double> row = sums(scaling.row, matching.row_dual),
+                            column = sums(scaling.column, matching.column_dual);
+  const auto [least_row, most_row] = std::minmax_element(row.begin(), row.end());
+  const auto [least_column, most_column] = std::minmax_element(column.begin(), column.end());
+  const double low = std::max(-kMostExponent - *least_row, *most_column - kMostExponent),
+               high = std::min(kMostExponent - *most_row, *least_column + kMostExponent);
+  const double shift = std::round(low <= high ? std::clamp(0.0, low, high) : 0.5 * (low + high));
+  const auto rounded = [](double exponent) {
+    return static_cast<std::int32_t>(std::lround(std::clamp(exponent, -kMostExponent, kMostExponent)));
+  };
+  std::transform(row.begin(), row.end(), scaling.row.begin(), [&](double r) { return rounded(r + shift); });
+  std::transform(column.begin(), column.end(), scaling.column.begin(),
+                 [&](double c) { return rounded(c - shift); });
 }
 
 /// The geometric mean of row and column scale for both, where no entry grows above 2^kLargestEntry by it: a
@@ -86,8 +104,7 @@ std::vector<Vertex> matched_rows(const Pattern& pattern, const Scalar* values,
       maximum_product_matching(pattern, matching_costs(pattern, values, exponents, scaling, threads));
   if (matching.unmatched > 0) throw_structurally_singular(matching);
   if (values != nullptr) {
-    add_duals(matching.row_dual, scaling.row);
-    add_duals(matching.column_dual, scaling.column);
+    add_duals(matching, scaling);
     equilibrate(pattern, exponents, threads, scaling);  // changes something only where scales were clamped
   }
   return std::move(matching.row_of_column);

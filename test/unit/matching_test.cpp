@@ -445,6 +445,21 @@ TEST(Matching, DualsBeyondTheRangeAreClamped) {
   for (const auto& [place, value] : entries) EXPECT_LE(scaled(m, place, value), 16.0);
 }
 
+TEST(Matching, ScalesAreCentredBeforeTheyAreClamped) {
+  // As above, with scales over 510 decades: within the range if 1 is in their middle.
+  const Vertex n = 18;
+  Entries entries;
+  for (Vertex i = 0; i < n; ++i) {
+    entries[{i, i}] = 1.0;
+    if (i + 1 < n) entries[{i, i + 1}] = 1e30;
+  }
+  AnalysisOptions options;
+  options.matching = Matching::always;
+  const MatchedScaling m = match(n, entries, options);
+  EXPECT_FALSE(m.beyond_range);
+  expect_good_scaling(n, entries, m);
+}
+
 TEST(Matching, ComplexAndSinglePrecisionAgreeWithDouble) {
   std::mt19937 generator(5);
   const Vertex n = 50;

@@ -141,7 +141,7 @@ TEST(Ladder, RowsAreScaledForTheSolution) {
 }
 
 TEST(Ladder, RowsOfTheTransposedAreScaledForTheSolution) {
-  for (const std::uint64_t seed : {1001988, 1003888, 3001068}) {
+  for (const std::uint64_t seed : {1001988, 1003888, 3005088}) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     const SparseMatrix a = hard_matrix(seed).matrix, at = transposed(a);
     const std::vector<double> b = Random(seed).vector(a.n);
@@ -175,7 +175,7 @@ TEST(Ladder, RowsAreScaledForEachRightHandSide) {
 
 // The scales that would show this matrix regular are no doubles: not reached, but not "singular" either.
 TEST(Ladder, BeyondTheRangeIsNotSingular) {
-  for (const std::uint64_t seed : {600248, 601408, 602848, 600428}) {
+  for (const std::uint64_t seed : {600248, 602848, 605448, 605928}) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     const HardMatrix hard = hard_matrix(seed);
     Solver solver(one_thread());

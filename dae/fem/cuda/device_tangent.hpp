@@ -329,7 +329,7 @@ template <ElementKind kind>
 void DeviceTangent<kind>::add_to(Tangent& tangent, const TangentPattern& pattern,
                                  const cuda::Stream& stream) const {
   const double* own = host_.at<double>(0);
-  cuda::check(cudaEventSynchronize(force_q_copied_.get()), "cudaEventSynchronize");
+  force_q_copied_.synchronize();
   if (begun_.has(Block::force_q)) add(own, pattern[Block::force_q], tangent[Block::force_q]);
   stream.synchronize();
   if (begun_.has(Block::force_v)) add(own + entries_, pattern[Block::force_v], tangent[Block::force_v]);

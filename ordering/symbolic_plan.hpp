@@ -77,8 +77,8 @@ struct SymbolicPlan {
   Offset factor_entries = 0;   // of the region: the factors, alignment included
   Offset storage_entries = 0;  // the whole region
 
-  // Original entries by front: entry number entry_in_row[e] of row entry_row[e] of A goes to entry_target[e] of
-  // the region (every original entry lies in P, L or U of the front of the earlier of its row and column).
+  // Original entries by front: entry number entry_in_row[e] of row entry_row[e] of A goes to entry_target[e]
+  // of the region (every original entry lies in P, L or U of the front of the earlier of its row and column).
   // Within a front they ascend by column, and so do their targets' columns.
   std::vector<Offset> entry_begin;  // num_fronts + 1
   RawVector<Offset> entry_target;

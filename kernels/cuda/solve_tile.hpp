@@ -30,9 +30,8 @@ struct DeviceVectors {
 template <class S>
 struct SolveTile {
   const S *lower, *upper;
-  int pivots, border;  // of the front
-  Offset ld;           // of lower; of upper it is `pivots`
-  int begin, width;    // the tile's rows (or columns) of the front
+  Offset ld;         // of lower
+  int begin, width;  // the tile's rows (or columns) of the front
   bool has_pivots;
 };
 
@@ -41,14 +40,7 @@ __device__ SolveTile<S> solve_tile(const FrontStore<S, Value>& fronts, const Sol
   const SolveFront& at = part.where;
   const bool has_pivots = part.begin < at.pivots;
   const int width = min(kSolveTile, (has_pivots ? at.pivots : at.pivots + at.border) - part.begin);
-  return {fronts.storage + at.lower,
-          fronts.storage + at.upper,
-          at.pivots,
-          at.border,
-          at.ld,
-          part.begin,
-          width,
-          has_pivots};
+  return {fronts.storage + at.lower, fronts.storage + at.upper, at.ld, part.begin, width, has_pivots};
 }
 
 /// What a step multiplies: B(row, k), k < count <= 64, at base[row + k * ld], or base[k + row * ld] where the

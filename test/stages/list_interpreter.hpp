@@ -66,7 +66,8 @@ class ListInterpreter {
 
   FrontBlocks<double> front(Vertex f) const { return blocks_in(plan_, storage_.data(), f); }
 
-  /// v := A^-1 v by position. A tile that needs what comes later in its list makes NaN of it.
+  /// v := A^-1 v by position. Forward, a tile that needs what comes later in its list makes NaN of it;
+  /// backward it waits, as at most PlanCuts::waiting_tiles may.
   void solve(std::vector<double>& v) const {
     std::vector<double> y(v.size(), kNothing), border(plan_.border.size(), kNothing);
     for (const cuda::DepthLaunches& depth : lists_.depths) {

@@ -428,14 +428,19 @@ TEST(Matching, EntriesAtTheEndsOfTheRange) {
   }
 }
 
-TEST(Matching, DualsBeyondTheRangeAreClamped) {
-  // Matched entries 1, the next to the diagonal 1e30: exact scales would need 1e-30 to the power n.
-  const Vertex n = 100;
+/// 1 on the diagonal, 1e30 next to it: exact scales lie 30 (n - 1) decades apart.
+Entries graded_chain(Vertex n) {
   Entries entries;
   for (Vertex i = 0; i < n; ++i) {
     entries[{i, i}] = 1.0;
     if (i + 1 < n) entries[{i, i + 1}] = 1e30;
   }
+  return entries;
+}
+
+TEST(Matching, DualsBeyondTheRangeAreClamped) {
+  const Vertex n = 100;
+  const Entries entries = graded_chain(n);
   AnalysisOptions options;
   options.matching = Matching::always;
   const MatchedScaling m = match(n, entries, options);
@@ -446,13 +451,9 @@ TEST(Matching, DualsBeyondTheRangeAreClamped) {
 }
 
 TEST(Matching, ScalesAreCentredBeforeTheyAreClamped) {
-  // As above, with scales over 510 decades: within the range if 1 is in their middle.
+  // Scales over 510 decades are within the range if 1 is in their middle.
   const Vertex n = 18;
-  Entries entries;
-  for (Vertex i = 0; i < n; ++i) {
-    entries[{i, i}] = 1.0;
-    if (i + 1 < n) entries[{i, i + 1}] = 1e30;
-  }
+  const Entries entries = graded_chain(n);
   AnalysisOptions options;
   options.matching = Matching::always;
   const MatchedScaling m = match(n, entries, options);

@@ -2,13 +2,13 @@
 // kept, what becomes of corrections by the matrix of another step.
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
 #include <array>
 #include <cmath>
 
 #include "dae/integrator/integrator.hpp"
 #include "dae/integrator/step_equations.hpp"
 #include "test/dae/integrator/pendulum.hpp"
+#include "test/dae/mechanics/dense.hpp"
 
 namespace mfs::dae::test {
 namespace {
@@ -133,11 +133,7 @@ Eigen::MatrixXd jacobian(const StepEquations& equations, const State& state, con
   const Pattern& pattern = equations.pattern();
   std::vector<double> values(pattern.entries());
   equations.jacobian(state, relation, values.data());
-  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(pattern.rows, pattern.columns);
-  for (int i = 0; i < pattern.rows; ++i)
-    for (int k = pattern.row_start[i]; k < pattern.row_start[i + 1]; ++k)
-      matrix(i, pattern.column[k]) = values[k];
-  return matrix;
+  return mfs::test::dense(pattern, values);
 }
 
 TEST(Jacobian, OneCorrectionSolvesLinearEquationsAndThatOfAnotherStepKeepsConstraintsAndRelations) {

@@ -7,6 +7,7 @@
 
 #include "dae/mechanics/joints.hpp"
 #include "dae/mechanics/motions.hpp"
+#include "test/dae/mechanics/dense.hpp"
 #include "test/dae/mechanics/two_bodies.hpp"
 
 namespace mfs::dae {
@@ -17,13 +18,6 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 using test::Random;
-
-void add_dense(MatrixXd& matrix, int row, int column, const Pattern& pattern,
-               const std::vector<double>& values) {
-  for (int i = 0; i < pattern.rows; ++i)
-    for (int k = pattern.row_start[i]; k < pattern.row_start[i + 1]; ++k)
-      matrix(row + i, column + pattern.column[k]) += values[k];
-}
 
 struct Motion {
   VectorXd a, lambda;
@@ -45,9 +39,10 @@ Motion accelerations_and_multipliers(MultibodyBuilder& builder) {
     EXPECT_NEAR(residual.position[i], 0.0, 1e-13) << system->constraint_name(i);
     EXPECT_NEAR(residual.velocity[i], 0.0, 1e-13) << system->constraint_name(i);
   }
-  MatrixXd matrix = MatrixXd::Zero(n + m, n + m), jacobian = MatrixXd::Zero(m, n);
-  add_dense(matrix, 0, 0, system->tangent_pattern()[Block::force_a], tangent[Block::force_a]);
-  add_dense(jacobian, 0, 0, system->tangent_pattern()[Block::position_q], tangent[Block::position_q]);
+  const auto block = [&](Block b) { return test::dense(system->tangent_pattern()[b], tangent[b]); };
+  const MatrixXd jacobian = block(Block::position_q);
+  MatrixXd matrix = MatrixXd::Zero(n + m, n + m);
+  matrix.topLeftCorner(n, n) = block(Block::force_a);
   matrix.bottomLeftCorner(m, n) = jacobian;
   matrix.topRightCorner(n, m) = jacobian.transpose();
   VectorXd right(n + m);

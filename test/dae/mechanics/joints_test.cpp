@@ -8,6 +8,7 @@
 
 #include "dae/mechanics/motions.hpp"
 #include "dae/mechanics/rigid_interface.hpp"
+#include "test/dae/mechanics/dense.hpp"
 #include "test/dae/mechanics/two_bodies.hpp"
 
 namespace mfs::dae {
@@ -70,12 +71,8 @@ struct Pair {
 double smallest_singular_value(const ConstrainedSystem& system, const State& state) {
   Tangent tangent = make_tangent(system);
   system.evaluate(state.view(), tangent, BlockSet::all());
-  const Pattern& pattern = system.tangent_pattern()[Block::position_q];
-  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(pattern.rows, pattern.columns);
-  for (int i = 0; i < pattern.rows; ++i)
-    for (int k = pattern.row_start[i]; k < pattern.row_start[i + 1]; ++k)
-      matrix(i, pattern.column[k]) = tangent[Block::position_q][k];
-  return matrix.jacobiSvd().singularValues()[pattern.rows - 1];
+  const auto matrix = test::dense(system.tangent_pattern()[Block::position_q], tangent[Block::position_q]);
+  return matrix.jacobiSvd().singularValues()[matrix.rows() - 1];
 }
 
 struct Freedom {

@@ -2,8 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
 #include <cmath>
+
+#include "test/dae/mechanics/dense.hpp"
 
 namespace mfs::test {
 namespace {
@@ -13,14 +14,6 @@ using dae::ConstrainedSystem;
 using dae::Residual;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-MatrixXd dense(const dae::Pattern& pattern, const std::vector<double>& values) {
-  MatrixXd matrix = MatrixXd::Zero(pattern.rows, pattern.columns);
-  for (int i = 0; i < pattern.rows; ++i)
-    for (int k = pattern.row_start[i]; k < pattern.row_start[i + 1]; ++k)
-      matrix(i, pattern.column[k]) = values[k];
-  return matrix;
-}
 
 Residual residual_at(const ConstrainedSystem& system, const State& state) {
   Residual residual = make_residual(system);

@@ -337,7 +337,9 @@ TEST(Multibody, WhatIsConstantInABlockThatIsNotIsEvaluatedOnce) {
     EXPECT_EQ(entries.at({1, 1}), 13.0 + 20.0);
     EXPECT_EQ(entries.at({2, 1}), 22.0);
     if (q == 1.0 && first[Block::force_a].empty()) first = tangent;
-    if (q != 1.0) EXPECT_NE(tangent[Block::force_a], first[Block::force_a]);
+    if (q != 1.0) {
+      EXPECT_NE(tangent[Block::force_a], first[Block::force_a]);
+    }
   }
   EXPECT_EQ(tangent[Block::force_a], first[Block::force_a]);
   EXPECT_EQ(constant->asked, 2);

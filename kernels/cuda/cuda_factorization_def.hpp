@@ -269,6 +269,7 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
   static unsigned blocks(Offset threads) {
     return static_cast<unsigned>((threads + kVectorThreads - 1) / kVectorThreads);
   }
+  static unsigned reducing_blocks(Offset threads) { return std::min(blocks(threads), kMostReducingBlocks); }
 
   void enter(const Columns<const V>& b, bool transposed) {
     const Offset n = plan().n;
@@ -300,12 +301,11 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
     const RowFloors floors{row_floor, device_error_ + 1};
     with_width(b.count, [&](auto k) {
       if (row_floor > 0) {
-        largest_unscaled_unknowns<k()>
-            <<<std::min(blocks(n * k()), kMostReducingBlocks), kVectorThreads, 0, stream_.get()>>>(
-                n, side(transposed != nullptr).scale, static_cast<const V*>(x_), device_error_ + 1);
+        largest_unscaled_unknowns<k()><<<reducing_blocks(n * k()), kVectorThreads, 0, stream_.get()>>>(
+            n, side(transposed != nullptr).scale, static_cast<const V*>(x_), device_error_ + 1);
       }
       constexpr int kLanes = k() == 1 ? kResidualLanes : k();
-      residual_in_elimination_order<k()><<<blocks(n * kLanes), kVectorThreads, 0, stream_.get()>>>(
+      residual_in_elimination_order<k()><<<reducing_blocks(n * kLanes), kVectorThreads, 0, stream_.get()>>>(
           n, rows, side(!transposed), b, static_cast<const V*>(x_), r, floors, device_error_);
     });
     check_launch("residual");

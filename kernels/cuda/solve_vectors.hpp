@@ -15,7 +15,8 @@ namespace mfs::cuda {
 constexpr int kVectorThreads = 256;
 /// Lanes that share a row of the matrix where there is one column; of more, each has a lane.
 constexpr int kResidualLanes = 8;
-/// Blocks that a reduction over a vector is shared by.
+/// Blocks that a reduction over a vector is shared by: what they add up to meets in one place, which takes
+/// about 1 ns of each warp.
 constexpr unsigned kMostReducingBlocks = 1024;
 
 /// A caller's vectors.
@@ -103,51 +104,58 @@ struct RowFloors {
   const double* largest;
 };
 
+/// Error `off` of a row whose terms have the size `size`. A size beyond the range would make any residual
+/// look small: it counts as infinite, too. NaN compares false: written so that it counts as infinite.
+__device__ inline double row_error(double off, double size) {
+  constexpr double kBeyond = 1.7976931348623157e308;
+  const double infinity = __longlong_as_double(0x7ff0000000000000ll);
+  const double ratio = off == 0 ? 0 : size <= kBeyond ? off / size : infinity;
+  return ratio <= 1e300 ? ratio : infinity;
+}
+
 /// *worst = the largest backward error of all columns; zero before. Where `r` is not null the rows are taken
-/// by position, and r(position) = scale * (b - A x), ready for a step of refinement.
+/// by position, and r(position) = scale * (b - A x), ready for a step of refinement. Any number of blocks.
 template <int K, class S, class V>
 __global__ void __launch_bounds__(kVectorThreads)
     residual_in_elimination_order(Offset n, RowAccess<V> a, Side side, Columns<const V> b, const V* x, S* r,
                                   RowFloors floors, double* worst) {
-  constexpr int kLanes = K == 1 ? kResidualLanes : K;
-  constexpr double kBeyond = 1.7976931348623157e308;
-  const double kInfinity = __longlong_as_double(0x7ff0000000000000ll);
-  const Offset place = (blockIdx.x * static_cast<Offset>(kVectorThreads) + threadIdx.x) / kLanes;
+  constexpr int kLanes = K == 1 ? kResidualLanes : K, kRows = kVectorThreads / kLanes;
+  constexpr int kApart = K == 1 ? kLanes : 1;  // entries of a row that a lane takes
   const int lane = threadIdx.x % kLanes, column = K == 1 ? 0 : lane;
-  double error = 0;
-  const bool inside = place < n;
-  const Offset i = inside && r ? side.index[place] : place;
   using Sum = decltype(widened(*x));
-  Sum sum(0);
-  double size = 0;
-  if (inside) {
-    for (Offset k = a.offsets[i] + (K == 1 ? lane : 0); k < a.offsets[i + 1]; k += K == 1 ? kLanes : 1) {
+  double error = 0;
+  for (Offset first = blockIdx.x * static_cast<Offset>(kRows); first < n;
+       first += gridDim.x * static_cast<Offset>(kRows)) {
+    const Offset place = first + threadIdx.x / kLanes;
+    const bool inside = place < n;
+    const Offset i = inside && r ? side.index[place] : place;
+    const Offset end = inside ? a.offsets[i + 1] : 0;
+    Sum sum(0);
+    double size = 0;
+#pragma unroll 4
+    for (Offset k = inside ? a.offsets[i] + (K == 1 ? lane : 0) : 0; k < end; k += kApart) {
       const Sum product = widened(a.values[a.slots ? a.slots[k] : k]) *
                           widened(x[a.columns[k] * static_cast<Offset>(K) + column]);
       sum -= product;
       size += magnitude(product);
     }
-  }
-  if constexpr (K == 1) {
-    sum = group_sum<kLanes>(sum);
-    size = group_sum<kLanes>(size);
-  }
-  if (inside && column < b.count) {
-    const Sum right = widened(b.data[i + column * b.ld]);
-    sum += right;
-    size += magnitude(right);
-    if (floors.part > 0) size += floors.part * floors.largest[column] / side.scale[i];
-    const double off = magnitude(sum);
-    // A size beyond the range would make any residual look small: it counts as infinite, too. NaN compares
-    // false: written so that it counts as infinite.
-    const double ratio = off == 0 ? 0 : size <= kBeyond ? off / size : kInfinity;
-    error = ratio <= 1e300 ? ratio : kInfinity;
-    V rounded;
-    narrow(sum, rounded);
-    if (r && (K > 1 || lane == 0))
-      r[place * K + column] = static_cast<S>(rounded * static_cast<RealOf<V>>(side.scale[i]));
-  } else if (inside && r && K > 1) {
-    r[place * K + column] = S(0);
+    if constexpr (K == 1) {
+      sum = group_sum<kLanes>(sum);
+      size = group_sum<kLanes>(size);
+    }
+    if (inside && column < b.count) {
+      const Sum right = widened(b.data[i + column * b.ld]);
+      sum += right;
+      size += magnitude(right);
+      if (floors.part > 0) size += floors.part * floors.largest[column] / side.scale[i];
+      error = fmax(error, row_error(magnitude(sum), size));
+      V rounded;
+      narrow(sum, rounded);
+      if (r && (K > 1 || lane == 0))
+        r[place * K + column] = static_cast<S>(rounded * static_cast<RealOf<V>>(side.scale[i]));
+    } else if (inside && r && K > 1) {
+      r[place * K + column] = S(0);
+    }
   }
   raise_to(worst, error);
 }

@@ -299,14 +299,24 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
     const RowAccess<V> rows = device_rows(transposed);
     stream_.clear(device_error_, (1 + kSolveColumns) * sizeof(double));
     const RowFloors floors{row_floor, device_error_ + 1};
+    const bool long_rows = plan().nnz >= kLongRow * n;
     with_width(b.count, [&](auto k) {
       if (row_floor > 0) {
         largest_unscaled_unknowns<k()><<<reducing_blocks(n * k()), kVectorThreads, 0, stream_.get()>>>(
             n, side(transposed != nullptr).scale, static_cast<const V*>(x_), device_error_ + 1);
       }
-      constexpr int kLanes = k() == 1 ? kResidualLanes : k();
-      residual_in_elimination_order<k()><<<reducing_blocks(n * kLanes), kVectorThreads, 0, stream_.get()>>>(
-          n, rows, side(!transposed), b, static_cast<const V*>(x_), r, floors, device_error_);
+      const auto launch = [&](auto lanes) {
+        residual_in_elimination_order<k(), lanes()>
+            <<<reducing_blocks(n * lanes()), kVectorThreads, 0, stream_.get()>>>(
+                n, rows, side(!transposed), b, static_cast<const V*>(x_), r, floors, device_error_);
+      };
+      if constexpr (k() > 1) {
+        launch(k);
+      } else if (long_rows) {
+        launch(std::integral_constant<int, kLongRowLanes>());
+      } else {
+        launch(std::integral_constant<int, kResidualLanes>());
+      }
     });
     check_launch("residual");
     return read_error();

@@ -13,8 +13,9 @@
 namespace mfs::cuda {
 
 constexpr int kVectorThreads = 256;
-/// Lanes that share a row of the matrix where there is one column; of more, each has a lane.
-constexpr int kResidualLanes = 8;
+/// Lanes that share a row of the matrix where there is one column, the second number where rows have at least
+/// kLongRow entries on average; of more columns, each has a lane.
+constexpr int kResidualLanes = 8, kLongRowLanes = 32, kLongRow = 24;
 /// Blocks that a reduction over a vector is shared by: what they add up to meets in one place, which takes
 /// about 1 ns of each warp.
 constexpr unsigned kMostReducingBlocks = 1024;
@@ -115,18 +116,19 @@ __device__ inline double row_error(double off, double size) {
 
 /// *worst = the largest backward error of all columns; zero before. Where `r` is not null the rows are taken
 /// by position, and r(position) = scale * (b - A x), ready for a step of refinement. Any number of blocks.
-template <int K, class S, class V>
+template <int K, int Lanes, class S, class V>
 __global__ void __launch_bounds__(kVectorThreads)
     residual_in_elimination_order(Offset n, RowAccess<V> a, Side side, Columns<const V> b, const V* x, S* r,
                                   RowFloors floors, double* worst) {
-  constexpr int kLanes = K == 1 ? kResidualLanes : K, kRows = kVectorThreads / kLanes;
-  constexpr int kApart = K == 1 ? kLanes : 1;  // entries of a row that a lane takes
-  const int lane = threadIdx.x % kLanes, column = K == 1 ? 0 : lane;
+  static_assert(K == 1 || K == Lanes);
+  constexpr int kRows = kVectorThreads / Lanes;
+  constexpr int kApart = K == 1 ? Lanes : 1;  // entries of a row that a lane takes
+  const int lane = threadIdx.x % Lanes, column = K == 1 ? 0 : lane;
   using Sum = decltype(widened(*x));
   double error = 0;
   for (Offset first = blockIdx.x * static_cast<Offset>(kRows); first < n;
        first += gridDim.x * static_cast<Offset>(kRows)) {
-    const Offset place = first + threadIdx.x / kLanes;
+    const Offset place = first + threadIdx.x / Lanes;
     const bool inside = place < n;
     const Offset i = inside && r ? side.index[place] : place;
     const Offset end = inside ? a.offsets[i + 1] : 0;
@@ -140,8 +142,8 @@ __global__ void __launch_bounds__(kVectorThreads)
       size += magnitude(product);
     }
     if constexpr (K == 1) {
-      sum = group_sum<kLanes>(sum);
-      size = group_sum<kLanes>(size);
+      sum = group_sum<Lanes>(sum);
+      size = group_sum<Lanes>(size);
     }
     if (inside && column < b.count) {
       const Sum right = widened(b.data[i + column * b.ld]);

@@ -13,20 +13,21 @@
 // The work is cut by columns of the parent: a small front is one piece, a large one many.
 #pragma once
 
-#include "kernels/dispatch.hpp"
+#include <algorithm>
+
 #include "kernels/front_store.hpp"
 
 namespace mfs {
 
-template <class TeamMember, class Scalar>
-void clear_columns(const TeamMember& team, const Front<Scalar>& front, Vertex begin, Vertex end) {
+template <class Scalar>
+void clear_columns(const Front<Scalar>& front, Vertex begin, Vertex end) {
   const Offset p = front.pivots, ld = front.lower_ld, contribution_ld = front.contribution_ld;
   const Offset lower_begin = begin < p ? begin : p, lower_end = end < p ? end : p;
   const Offset right_begin = begin < p ? 0 : begin - p, right_end = end < p ? 0 : end - p;
-  team_range(team, lower_begin * ld, lower_end * ld, [&](Offset i) { front.lower[i] = Scalar(0); });
-  team_range(team, right_begin * p, right_end * p, [&](Offset i) { front.upper[i] = Scalar(0); });
-  team_range(team, right_begin * contribution_ld, right_end * contribution_ld,
-             [&](Offset i) { front.contribution[i] = Scalar(0); });
+  std::fill(front.lower + lower_begin * ld, front.lower + lower_end * ld, Scalar(0));
+  std::fill(front.upper + right_begin * p, front.upper + right_end * p, Scalar(0));
+  std::fill(front.contribution + right_begin * contribution_ld,
+            front.contribution + right_end * contribution_ld, Scalar(0));
 }
 
 /// First entry of front f that lies in front column `column` or beyond: the entries ascend by column.
@@ -50,17 +51,15 @@ KOKKOS_INLINE_FUNCTION Offset first_entry(const FrontStore<Scalar, Value>& store
   return begin;
 }
 
-template <class TeamMember, class Scalar, class Value>
-void scatter_entries(const TeamMember& team, const FrontStore<Scalar, Value>& store, Offset begin,
-                     Offset end) {
-  team_range(team, begin, end,
-             [&](Offset e) { store.storage[store.entry_target[e]] = store.scaled_entry(e); });
+template <class Scalar, class Value>
+void scatter_entries(const FrontStore<Scalar, Value>& store, Offset begin, Offset end) {
+  for (Offset e = begin; e < end; ++e) store.storage[store.entry_target[e]] = store.scaled_entry(e);
 }
 
 /// Adds what the contribution block of `child` has for columns [begin, end) of its parent's front.
-template <class TeamMember, class Scalar, class Value>
-void extend_add(const TeamMember& team, const FrontStore<Scalar, Value>& store, const Front<Scalar>& parent,
-                Vertex child, Vertex begin, Vertex end) {
+template <class Scalar, class Value>
+void extend_add(const FrontStore<Scalar, Value>& store, const Front<Scalar>& parent, Vertex child,
+                Vertex begin, Vertex end) {
   const Vertex* map = store.border_in_parent + store.border_begin[child];
   const Front<Scalar> source = store.front(child);
   const Vertex b = source.border, p = parent.pivots;
@@ -71,41 +70,25 @@ void extend_add(const TeamMember& team, const FrontStore<Scalar, Value>& store, 
     const Offset target = map[j];
     if (target < p) {
       Scalar* lower = parent.lower + target * parent.lower_ld;
-      team_range(team, 0, b, [&](Offset i) { lower[map[i]] += column[i]; });
+      for (Vertex i = 0; i < b; ++i) lower[map[i]] += column[i];
     } else {
       Scalar* upper = parent.upper + (target - p) * p;
       Scalar* contribution = parent.contribution + (target - p) * parent.contribution_ld;
-      team_range(team, 0, split, [&](Offset i) { upper[map[i]] += column[i]; });
-      team_range(team, split, b, [&](Offset i) { contribution[map[i] - p] += column[i]; });
+      for (Vertex i = 0; i < split; ++i) upper[map[i]] += column[i];
+      for (Vertex i = split; i < b; ++i) contribution[map[i] - p] += column[i];
     }
   }
 }
 
-/// Columns [begin, end) of front f, by one team.
-template <class TeamMember, class Scalar, class Value>
-void assemble_columns(const TeamMember& team, const FrontStore<Scalar, Value>& store, Vertex f, Vertex begin,
-                      Vertex end) {
+/// Columns [begin, end) of front f.
+template <class Scalar, class Value>
+void assemble_columns(const FrontStore<Scalar, Value>& store, Vertex f, Vertex begin, Vertex end) {
   const Front<Scalar> front = store.front(f);
-  clear_columns(team, front, begin, end);
-  team.team_barrier();
-  scatter_entries(team, store, first_entry(store, f, begin),
+  clear_columns(front, begin, end);
+  scatter_entries(store, first_entry(store, f, begin),
                   end == front.rows() ? store.entry_begin[f + 1] : first_entry(store, f, end));
-  for (Vertex c = store.child_begin[f]; c < store.child_begin[f + 1]; ++c) {
-    team.team_barrier();
-    extend_add(team, store, front, store.children[c], begin, end);
-  }
-  team.team_barrier();
-}
-
-/// One large front, its columns shared by all teams.
-template <class Exec, class Scalar, class Value>
-void assemble_large_front(const Exec& exec, const FrontStore<Scalar, Value>& store, Vertex f, Vertex rows,
-                          Vertex tile_columns) {
-  const Vertex tiles = (rows + tile_columns - 1) / tile_columns;
-  for_each_team(exec, "mfs::assemble", tiles, [=](const Team<Exec>& team, Vertex tile) {
-    const Vertex begin = tile * tile_columns;
-    assemble_columns(team, store, f, begin, begin + tile_columns < rows ? begin + tile_columns : rows);
-  });
+  for (Vertex c = store.child_begin[f]; c < store.child_begin[f + 1]; ++c)
+    extend_add(store, front, store.children[c], begin, end);
 }
 
 }  // namespace mfs

@@ -38,8 +38,10 @@ void zlacn2_(const int*, std::complex<double>*, std::complex<double>*, double*, 
 int openblas_get_num_threads() __attribute__((weak));
 void openblas_set_num_threads(int) __attribute__((weak));
 char* openblas_get_config() __attribute__((weak));
+int openblas_get_parallel() __attribute__((weak));
 int MKL_Set_Num_Threads_Local(int) __attribute__((weak));
 void MKL_Get_Version_String(char*, int) __attribute__((weak));
+const char* bli_info_get_version_str() __attribute__((weak));
 }
 
 namespace mfs::blas {
@@ -188,7 +190,23 @@ std::string library_name() {
     MKL_Get_Version_String(text, sizeof text - 1);
     return text;
   }
-  return openblas_get_config ? openblas_get_config() : "BLAS (unnamed)";
+  if (bli_info_get_version_str) return std::string("BLIS ") + bli_info_get_version_str();
+  if (!openblas_get_config) return "BLAS (unnamed)";
+  const std::string config = openblas_get_config();  // names the kind of processor, too
+  if (!openblas_get_parallel) return config;
+  switch (openblas_get_parallel()) {
+    case 0:
+      return config + ", serial: MFS uses one thread";
+    case 1:
+      return config + ", pthread";
+    default:
+      return config + ", openmp";
+  }
+}
+
+bool many_callers() {
+  if (MKL_Get_Version_String || bli_info_get_version_str) return true;
+  return !openblas_get_parallel || openblas_get_parallel() != 0;
 }
 
 #define MFS_INSTANTIATE(S)                                                                               \

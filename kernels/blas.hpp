@@ -53,6 +53,10 @@ class SequentialScope {
   int previous_ = 0;
 };
 
+/// Whether several threads may call BLAS at the same time. OpenBLAS compiled without threads (Debian 12:
+/// libopenblas0-serial) keeps its buffers without a lock: two callers get the same one, and wrong results.
+bool many_callers();
+
 /// Name and version of the BLAS that was linked, as far as it tells.
 std::string library_name();
 

@@ -37,6 +37,7 @@ class HostFactorization final : public AccuracyLadder<Exec, HostArena, Value> {
                     int threads)
       : Ladder(std::move(plan_of), std::move(pattern_of)),
         schedule_(make_schedule(plan(), threads)),
+        workers_(threads, 2 * schedule_.size()),
         layout_(plan(), sizeof(Scalar), sizeof(Value)),
         arena_(layout_.arena.total()),
         store_(make_front_store<Scalar, Value>(plan(), this->pattern(), layout_, arena_)) {
@@ -52,12 +53,10 @@ class HostFactorization final : public AccuracyLadder<Exec, HostArena, Value> {
     largest_scaled_entry(exec(), store_, &largest);
     const PivotRule rule = pivot_rule<RealOf<Scalar>>(tolerance, largest);
     const double total = plan().flops.total();
-    for (const DepthSchedule& depth : schedule_) {
-      factor_depth(exec(), store_, depth, rule);
-      if (progress && total > 0) {
-        progress((store_.status->getrf + store_.status->trsm + store_.status->gemm) / total);
-      }
-    }
+    factor_depths(exec(), workers_, store_, schedule_.data(), schedule_.size(), rule, Stages(),
+                  [&](std::size_t) {
+                    if (progress && total > 0) progress(flops_done(*store_.status) / total);
+                  });
     exec().fence();
     this->note_factors(*store_.status, largest);
     return *store_.status;
@@ -76,12 +75,8 @@ class HostFactorization final : public AccuracyLadder<Exec, HostArena, Value> {
     const double* in_scale = transposed ? store_.column_scale : store_.row_scale;
     const double* out_scale = transposed ? store_.row_scale : store_.column_scale;
     gather_scaled<Value>(exec(), store_.n, columns, in, in_scale, from, vectors.v);
-    for (auto depth = schedule_.begin(); depth != schedule_.end(); ++depth) {
-      solve_depth(exec(), store_, *depth, vectors, true, transposed);
-    }
-    for (auto depth = schedule_.rbegin(); depth != schedule_.rend(); ++depth) {
-      solve_depth(exec(), store_, *depth, vectors, false, transposed);
-    }
+    solve_depths(exec(), workers_, store_, schedule_.data(), schedule_.size(), vectors,
+                 Substitution{true, true, transposed});
     scatter_scaled<Value>(exec(), store_.n, columns, out, out_scale, vectors.v, to);
   }
 
@@ -104,6 +99,7 @@ class HostFactorization final : public AccuracyLadder<Exec, HostArena, Value> {
   }
 
   Schedule schedule_;
+  Workers workers_;
   NumericLayout layout_;
   HostArena arena_;
   FrontStore<Scalar, Value> store_;

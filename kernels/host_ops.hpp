@@ -1,14 +1,16 @@
 // The block operations of a front on the host, in two forms with the same names: SequentialOps run on the
-// calling thread (one small front per thread), TiledOps cut each operation into tiles for all threads of an
-// execution space (one large front at a time). Each tile is the same BLAS call whichever thread takes it, so
-// the result does not depend on the schedule.
+// calling thread (a small front), TiledOps cut each operation into tiles that other workers may take (a large
+// front). Operations that do not depend on each other are handed to `all` together, as one loop over the
+// tiles of all of them: the fewer loops, the less often somebody waits for the last tile of one. Each tile is
+// the same BLAS call whichever thread takes it, so the result does not depend on who does.
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 
 #include "kernels/blas.hpp"
-#include "kernels/dispatch.hpp"
 #include "kernels/panel_lu.hpp"
+#include "kernels/workers.hpp"
 
 namespace mfs {
 
@@ -19,28 +21,56 @@ struct SequentialOps {
     return factor_panel(block, 0, m, n, rule, interchange, shift);
   }
   template <class Scalar>
-  void exchange_rows(Vertex columns, Scalar* a, Offset lda, const Vertex* interchange, Vertex count) const {
-    mfs::exchange_rows(columns, a, lda, interchange, count);
+  auto exchange_rows(Vertex columns, Scalar* a, Offset lda, const Vertex* interchange, Vertex count) const {
+    return [=] { mfs::exchange_rows(columns, a, lda, interchange, count); };
   }
   template <class Scalar>
-  void solve_unit_lower(Vertex n, Vertex columns, const Scalar* t, Offset ldt, Scalar* b, Offset ldb) const {
-    blas::solve_unit_lower(blas::Transpose::no, n, columns, t, ldt, b, ldb);
+  auto exchange_and_solve(Vertex n, Vertex columns, const Scalar* t, Offset ldt, const Vertex* interchange,
+                          Scalar* b, Offset ldb) const {
+    return [=] {
+      mfs::exchange_rows(columns, b, ldb, interchange, n);
+      blas::solve_unit_lower(blas::Transpose::no, n, columns, t, ldt, b, ldb);
+    };
   }
   template <class Scalar>
-  void solve_upper_right(Vertex rows, Vertex n, const Scalar* u, Offset ldu, Scalar* b, Offset ldb) const {
-    blas::solve_upper_right(rows, n, u, ldu, b, ldb);
+  auto solve_upper_right(Vertex rows, Vertex n, const Scalar* u, Offset ldu, Scalar* b, Offset ldb) const {
+    return [=] { blas::solve_upper_right(rows, n, u, ldu, b, ldb); };
   }
   template <class Scalar>
-  void gemm_minus(Vertex m, Vertex n, Vertex k, const Scalar* a, Offset lda, const Scalar* b, Offset ldb,
+  auto gemm_minus(Vertex m, Vertex n, Vertex k, const Scalar* a, Offset lda, const Scalar* b, Offset ldb,
                   Scalar* c, Offset ldc) const {
-    blas::gemm_minus(blas::Transpose::no, m, n, k, a, lda, b, ldb, c, ldc);
+    return [=] { blas::gemm_minus(blas::Transpose::no, m, n, k, a, lda, b, ldb, c, ldc); };
+  }
+  template <class... Operation>
+  void all(const Operation&... operation) const {
+    (operation(), ...);
   }
 };
 
-template <class Exec>
+/// Sizes of the tiles of a front that `share` threads may work on. 2-core EPYC with OpenBLAS, 2026-11: panels
+/// of 64 to 192 and tiles of 256 to 512 differ by less than 3 %. The more threads, the more tiles there must
+/// be, and the sooner the panel, which is one thread's, must be done.
+class TileSizes {
+ public:
+  explicit TileSizes(int share) : share_(share) {}
+  Vertex panel() const { return share_ > 3 ? 64 : 128; }
+  /// Of a row of tiles, and of the edges of a matrix of tiles: two, or four, for each thread.
+  Vertex of_row(Vertex length) const { return within_bounds(length / (2.0 * share_)); }
+  Vertex of_matrix(Vertex m, Vertex n) const {
+    return within_bounds(std::sqrt(static_cast<double>(m) * n / (4.0 * share_)));
+  }
+
+ private:
+  static Vertex within_bounds(double length) {
+    constexpr Vertex kStep = 32, kLeast = 96, kMost = 384;
+    return std::clamp(static_cast<Vertex>(length / kStep + 1) * kStep, kLeast, kMost);
+  }
+  int share_;
+};
+
 class TiledOps {
  public:
-  explicit TiledOps(const Exec& exec) : exec_(exec) {}
+  TiledOps(const Worker& worker, const TileSizes& sizes) : worker_(worker), sizes_(sizes) {}
 
   // Right-looking with look-ahead: while the other threads update the columns further right, one thread
   // updates and factors the next panel, so the panel is off the critical path.
@@ -49,73 +79,90 @@ class TiledOps {
                           Vertex* interchange, Scalar* shift) const {
     Scalar* const a = block.a;
     const Offset lda = block.lda;
-    PivotTally tally = factor_next(block, 0, m, std::min(n, kPanel), rule, interchange, shift);
-    for (Vertex k = 0; k + kPanel < n; k += kPanel) {
-      const Vertex right = k + kPanel;
+    const Vertex panel = sizes_.panel();
+    PivotTally tally = factor_next(block, 0, m, std::min(n, panel), rule, interchange, shift);
+    for (Vertex k = 0; k + panel < n; k += panel) {
+      const Vertex right = k + panel;
       PivotTally next_tally;
-      for_each_tile("mfs::lookahead", tiles(n - right, kPanel), [=, &block, &rule, &next_tally](Vertex t) {
-        const Vertex begin = right + t * kPanel, columns = std::min(kPanel, n - begin);
-        update_columns(m, k, kPanel, begin, columns, a, lda, interchange);
+      worker_.for_each_tile(tiles(n - right, panel), [&](Vertex t) {
+        const Vertex begin = right + t * panel, columns = std::min(panel, n - begin);
+        update_columns(m, k, panel, begin, columns, a, lda, interchange);
         if (t == 0) next_tally = factor_next(block, right, m - right, columns, rule, interchange, shift);
       });
       tally.perturbed += next_tally.perturbed;
       if (tally.first_nonfinite < 0) tally.first_nonfinite = next_tally.first_nonfinite;
     }
     // The columns left of each panel see its row exchanges last, all at once.
-    for_each_tile("mfs::exchange", tiles(n, kPanel), [=](Vertex t) {
-      const Vertex begin = t * kPanel, end = std::min(begin + kPanel, n);
-      for (Vertex k = end; k < n; ++k) {
-        if (interchange[k] == k) continue;
-        for (Vertex j = begin; j < end; ++j) std::swap(a[k + j * lda], a[interchange[k] + j * lda]);
-      }
+    worker_.for_each_tile(tiles(n, panel), [=](Vertex t) {
+      const Vertex begin = t * panel, end = std::min(begin + panel, n);
+      exchange_from_to(end, n, end - begin, a + begin * lda, lda, interchange);
     });
     return tally;
   }
   template <class Scalar>
-  void exchange_rows(Vertex columns, Scalar* a, Offset lda, const Vertex* interchange, Vertex count) const {
-    for_each_tile("mfs::exchange", tiles(columns, kTile), [=](Vertex t) {
-      mfs::exchange_rows(std::min(kTile, columns - t * kTile), a + t * kTile * lda, lda, interchange, count);
+  auto exchange_rows(Vertex columns, Scalar* a, Offset lda, const Vertex* interchange, Vertex count) const {
+    const Vertex width = sizes_.of_row(columns);
+    return tiled(tiles(columns, width), [=](Vertex t) {
+      mfs::exchange_rows(std::min(width, columns - t * width), a + t * width * lda, lda, interchange, count);
     });
   }
   template <class Scalar>
-  void solve_unit_lower(Vertex n, Vertex columns, const Scalar* t, Offset ldt, Scalar* b, Offset ldb) const {
-    for_each_tile("mfs::trsm", tiles(columns, kTile), [=](Vertex tile) {
-      const Vertex begin = tile * kTile;
-      blas::solve_unit_lower(blas::Transpose::no, n, std::min(kTile, columns - begin), t, ldt,
-                             b + begin * ldb, ldb);
+  auto exchange_and_solve(Vertex n, Vertex columns, const Scalar* t, Offset ldt, const Vertex* interchange,
+                          Scalar* b, Offset ldb) const {
+    const Vertex width = sizes_.of_row(columns);
+    return tiled(tiles(columns, width), [=](Vertex tile) {
+      const Vertex count = std::min(width, columns - tile * width);
+      SequentialOps().exchange_and_solve(n, count, t, ldt, interchange, b + tile * width * ldb, ldb)();
     });
   }
   template <class Scalar>
-  void solve_upper_right(Vertex rows, Vertex n, const Scalar* u, Offset ldu, Scalar* b, Offset ldb) const {
-    for_each_tile("mfs::trsm", tiles(rows, kTile), [=](Vertex tile) {
-      const Vertex begin = tile * kTile;
-      blas::solve_upper_right(std::min(kTile, rows - begin), n, u, ldu, b + begin, ldb);
+  auto solve_upper_right(Vertex rows, Vertex n, const Scalar* u, Offset ldu, Scalar* b, Offset ldb) const {
+    const Vertex height = sizes_.of_row(rows);
+    return tiled(tiles(rows, height), [=](Vertex tile) {
+      const Vertex begin = tile * height;
+      blas::solve_upper_right(std::min(height, rows - begin), n, u, ldu, b + begin, ldb);
     });
   }
   template <class Scalar>
-  void gemm_minus(Vertex m, Vertex n, Vertex k, const Scalar* a, Offset lda, const Scalar* b, Offset ldb,
+  auto gemm_minus(Vertex m, Vertex n, Vertex k, const Scalar* a, Offset lda, const Scalar* b, Offset ldb,
                   Scalar* c, Offset ldc) const {
-    const Vertex tile_rows = tiles(m, kTile);
-    for_each_tile("mfs::gemm", tile_rows * tiles(n, kTile), [=](Vertex tile) {
-      const Offset i = static_cast<Offset>(tile % tile_rows) * kTile,
-                   j = static_cast<Offset>(tile / tile_rows) * kTile;
-      const Vertex rows = static_cast<Vertex>(std::min<Offset>(kTile, m - i));
-      const Vertex columns = static_cast<Vertex>(std::min<Offset>(kTile, n - j));
+    const Vertex edge = sizes_.of_matrix(m, n), tile_rows = tiles(m, edge);
+    return tiled(tile_rows * tiles(n, edge), [=](Vertex tile) {
+      const Offset i = static_cast<Offset>(tile % tile_rows) * edge,
+                   j = static_cast<Offset>(tile / tile_rows) * edge;
+      const Vertex rows = static_cast<Vertex>(std::min<Offset>(edge, m - i));
+      const Vertex columns = static_cast<Vertex>(std::min<Offset>(edge, n - j));
       blas::gemm_minus(blas::Transpose::no, rows, columns, k, a + i, lda, b + j * ldb, ldb, c + i + j * ldc,
                        ldc);
     });
   }
+  template <class... Operation>
+  void all(const Operation&... operation) const {
+    worker_.for_each_tile((operation.count + ...), [&](Vertex tile) {
+      // Which of the operations has this tile, and which of its own is it?
+      (... || (tile < operation.count ? (operation.body(tile), true) : (tile -= operation.count, false)));
+    });
+  }
 
  private:
-  // 2-core EPYC with OpenBLAS, 2026-11: panels of 64 to 192 and tiles of 256 to 512 differ by less than 3 %.
-  static constexpr Vertex kPanel = 128;
-  static constexpr Vertex kTile = 384;
-
+  template <class Body>
+  struct Tiled {
+    Vertex count;
+    Body body;
+  };
+  template <class Body>
+  static Tiled<Body> tiled(Vertex count, const Body& body) {
+    return {count, body};
+  }
   static Vertex tiles(Vertex length, Vertex tile) { return (length + tile - 1) / tile; }
 
-  template <class Body>
-  void for_each_tile(const char* label, Vertex count, const Body& body) const {
-    for_each_team(exec_, label, count, [body](const Team<Exec>&, Vertex tile) { body(tile); });
+  // Exchanges row k with interchange[k], for k = begin ... end-1, in `columns` columns.
+  template <class Scalar>
+  static void exchange_from_to(Vertex begin, Vertex end, Vertex columns, Scalar* a, Offset lda,
+                               const Vertex* interchange) {
+    for (Vertex j = 0; j < columns; ++j, a += lda) {
+      for (Vertex k = begin; k < end; ++k) std::swap(a[k], a[interchange[k]]);
+    }
   }
 
   // Rows in `interchange` count from the begin of the block.
@@ -132,15 +179,14 @@ class TiledOps {
   static void update_columns(Vertex m, Vertex k, Vertex s, Vertex begin, Vertex columns, Scalar* a,
                              Offset lda, const Vertex* interchange) {
     Scalar* top = a + begin * lda;
-    for (Vertex j = 0; j < columns; ++j) {
-      for (Vertex i = k; i < k + s; ++i) std::swap(top[i + j * lda], top[interchange[i] + j * lda]);
-    }
+    exchange_from_to(k, k + s, columns, top, lda, interchange);
     blas::solve_unit_lower(blas::Transpose::no, s, columns, a + k + k * lda, lda, top + k, lda);
     blas::gemm_minus(blas::Transpose::no, m - k - s, columns, s, a + k + s + k * lda, lda, top + k, lda,
                      top + k + s, lda);
   }
 
-  Exec exec_;
+  Worker worker_;
+  TileSizes sizes_;
 };
 
 }  // namespace mfs

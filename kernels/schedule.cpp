@@ -1,53 +1,67 @@
 #include "kernels/schedule.hpp"
 
 #include <algorithm>
-#include <numeric>
 
 namespace mfs {
 
 namespace {
 
-// Below this a front is not worth waking all threads several times for (2-core EPYC, 2026-11: 0.3 ms of
-// work).
-constexpr double kLargeFlops = 2e7;
-// A depth may wait this much for its last thread before its largest front is shared instead.
-constexpr double kImbalance = 1.08;
+// Below this a front is not worth sharing: some 0.1 ms of work.
+constexpr double kLargeFlops = 2e6;
+// Nor is one that is less than this part of what each thread has to do in the depth: others fill the time.
+constexpr double kLargePart = 0.1;
+// What taking a front costs beside its operations, in operations.
+constexpr double kFrontFlops = 2e4;
+// A group is worth being taken when it has this many operations, and small beside a thread's part of the
+// depth.
+constexpr double kGroupFlops = 5e5;
+constexpr double kGroupPart = 0.1;
 
-// Time of the longest thread when the fronts, longest first, each go to the thread that is free first.
-double longest_thread(const std::vector<Vertex>& fronts, size_t begin, const std::vector<double>& flops,
-                      int threads) {
-  std::vector<double> load(threads, 0.0);
-  for (size_t i = begin; i < fronts.size(); ++i)
-    *std::min_element(load.begin(), load.end()) += flops[fronts[i]];
-  return *std::max_element(load.begin(), load.end());
-}
+struct Group {
+  double flops;
+  Vertex begin, end;  // in the list that is cut
+};
 
-// Kokkos gives each thread a contiguous share of the list and lets the others steal from it.
-std::vector<Vertex> deal(const std::vector<Vertex>& fronts, size_t begin, int threads) {
-  std::vector<Vertex> dealt;
-  dealt.reserve(fronts.size() - begin);
-  for (int t = 0; t < threads; ++t) {
-    for (size_t i = begin + t; i < fronts.size(); i += threads) dealt.push_back(fronts[i]);
+// Neighbours are grouped until there is enough to do. One thread has no use for groups.
+std::vector<Group> cut(const std::vector<Vertex>& fronts, const std::vector<double>& flops, int threads) {
+  const Vertex count = static_cast<Vertex>(fronts.size());
+  double total = 0;
+  for (const Vertex f : fronts) total += flops[f] + kFrontFlops;
+  const double enough = threads == 1 ? total : std::min(kGroupFlops, kGroupPart * total / threads);
+  std::vector<Group> groups;
+  Group next{0, 0, 0};
+  for (Vertex i = 0; i < count; ++i) {
+    next.flops += flops[fronts[i]] + kFrontFlops;
+    next.end = i + 1;
+    if (next.flops < enough && next.end < count) continue;
+    groups.push_back(next);
+    next = {0, next.end, next.end};
   }
-  return dealt;
+  std::stable_sort(groups.begin(), groups.end(),
+                   [](const Group& a, const Group& b) { return a.flops > b.flops; });
+  return groups;
 }
 
 DepthSchedule schedule_depth(const SymbolicPlan& plan, Vertex first, Vertex last, int threads) {
-  std::vector<Vertex> fronts(last - first);
-  std::iota(fronts.begin(), fronts.end(), first);
-  if (threads == 1) return {fronts, {}};
-  std::stable_sort(fronts.begin(), fronts.end(),
-                   [&](Vertex a, Vertex b) { return plan.front_flops[a] > plan.front_flops[b]; });
+  const std::vector<double>& flops = plan.front_flops;
   double total = 0;
-  for (const Vertex f : fronts) total += plan.front_flops[f];
-  size_t large = 0;
-  while (large < fronts.size() && plan.front_flops[fronts[large]] > kLargeFlops &&
-         longest_thread(fronts, large, plan.front_flops, threads) > kImbalance * total / threads) {
-    total -= plan.front_flops[fronts[large]];
-    ++large;
+  for (Vertex f = first; f < last; ++f) total += flops[f];
+  const double large = std::max(kLargeFlops, kLargePart * total / threads);
+
+  DepthSchedule depth;
+  std::vector<Vertex> small;
+  for (Vertex f = first; f < last; ++f) (threads > 1 && flops[f] > large ? depth.large : small).push_back(f);
+  std::stable_sort(depth.large.begin(), depth.large.end(),
+                   [&](Vertex a, Vertex b) { return flops[a] > flops[b]; });
+  depth.share = std::max(1, threads / std::max(1, static_cast<int>(depth.large.size())));
+
+  depth.small.reserve(small.size());
+  depth.group_begin.push_back(0);
+  for (const Group& group : cut(small, flops, threads)) {
+    depth.small.insert(depth.small.end(), small.begin() + group.begin, small.begin() + group.end);
+    depth.group_begin.push_back(static_cast<Vertex>(depth.small.size()));
   }
-  return {deal(fronts, large, threads),
-          {fronts.begin(), fronts.begin() + static_cast<std::ptrdiff_t>(large)}};
+  return depth;
 }
 
 }  // namespace

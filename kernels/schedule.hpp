@@ -1,5 +1,5 @@
-// Which fronts of a depth are shared out one per thread, and which are large enough to be worked on by all
-// threads together, one after another.
+// Which fronts of a depth are large enough to be worked on by several threads, and in which groups the others
+// go to one thread each.
 #pragma once
 
 #include <vector>
@@ -9,9 +9,10 @@
 namespace mfs {
 
 struct DepthSchedule {
-  std::vector<Vertex>
-      small;  // longest first, dealt so that each thread's share of the list begins with a long one
-  std::vector<Vertex> large;
+  std::vector<Vertex> large;        // longest first
+  int share = 1;                    // threads for each of them, when all are busy
+  std::vector<Vertex> small;        // neighbours of the plan stay together, groups with most work first
+  std::vector<Vertex> group_begin;  // group g: small[group_begin[g]] ... small[group_begin[g+1] - 1]
 };
 
 using Schedule = std::vector<DepthSchedule>;  // by step of the plan, deepest depth first

@@ -12,8 +12,8 @@
 #pragma once
 
 #include "kernels/blas.hpp"
-#include "kernels/dispatch.hpp"
 #include "kernels/front_store.hpp"
+#include "kernels/workers.hpp"
 
 namespace mfs {
 
@@ -48,24 +48,25 @@ void gather_children(const FrontStore<Scalar, Value>& store, const SolveVectors<
   }
 }
 
-/// How the matrix-vector part of a front is shared out: all of it here, or in tiles to all threads.
+/// How the matrix-vector part of a front is shared out: all of it here, or in tiles that others may take.
 struct SequentialSplit {
   Vertex block(Vertex pivots) const { return pivots; }
   template <class Body>
-  void operator()(Vertex length, const Body& body) const {
+  void operator()(Vertex length, Vertex, const Body& body) const {
     if (length > 0) body(0, length);
   }
 };
-template <class Exec>
 struct TiledSplit {
-  static constexpr Vertex kTile = 256;
-  Exec exec;
-  Vertex block(Vertex) const { return kTile; }
+  Worker worker;
+  Vertex block(Vertex) const { return 256; }
+  /// `length` rows that are products of `depth` entries each.
   template <class Body>
-  void operator()(Vertex length, const Body& body) const {
-    for_each_team(exec, "mfs::solve", (length + kTile - 1) / kTile, [=](const Team<Exec>&, Vertex tile) {
-      const Vertex begin = tile * kTile;
-      body(begin, begin + kTile < length ? kTile : length - begin);
+  void operator()(Vertex length, Vertex depth, const Body& body) const {
+    constexpr Vertex kEntries = 32768;  // 256 KB in double precision, some 30 us
+    const Vertex tile = (kEntries / (depth + 1) / 16 + 1) * 16;
+    worker.for_each_tile((length + tile - 1) / tile, [=](Vertex t) {
+      const Vertex begin = t * tile;
+      body(begin, begin + tile < length ? tile : length - begin);
     });
   }
 };
@@ -86,13 +87,13 @@ void forward_blocks(const Split& split, const Front<Scalar>& front, bool transpo
     } else {
       blas::solve_unit_lower(Transpose::no, s, columns, lower + k + k * ld, ld, y + k, ldy);
     }
-    split(p - next, [=](Vertex i, Vertex count) {
+    split(p - next, s, [=](Vertex i, Vertex count) {
       const Scalar* block = transposed ? lower + k + (next + i) * ld : lower + next + i + k * ld;
       blas::gemm_minus(transposed ? Transpose::yes : Transpose::no, count, columns, s, block, ld, y + k, ldy,
                        y + next + i, ldy);
     });
   }
-  split(b, [=](Vertex i, Vertex count) {
+  split(b, p, [=](Vertex i, Vertex count) {
     if (transposed) {
       blas::gemm_minus(Transpose::yes, count, columns, p, front.upper + static_cast<Offset>(i) * p, p, y, ldy,
                        z + i, b);
@@ -110,7 +111,7 @@ void backward_blocks(const Split& split, const Front<Scalar>& front, bool transp
   const Vertex p = front.pivots, b = front.border, width = split.block(p);
   const Offset ld = front.lower_ld;
   const Scalar* lower = front.lower;
-  split(p, [=](Vertex i, Vertex count) {
+  split(p, b, [=](Vertex i, Vertex count) {
     if (transposed) {
       blas::gemm_minus(Transpose::yes, count, columns, b, lower + p + i * ld, ld, x, b, y + i, ldy);
     } else {
@@ -124,7 +125,7 @@ void backward_blocks(const Split& split, const Front<Scalar>& front, bool transp
     } else {
       blas::solve_upper(Transpose::no, s, columns, lower + k + k * ld, ld, y + k, ldy);
     }
-    split(k, [=](Vertex i, Vertex count) {
+    split(k, s, [=](Vertex i, Vertex count) {
       const Scalar* block = transposed ? lower + k + i * ld : lower + i + k * ld;
       blas::gemm_minus(transposed ? Transpose::yes : Transpose::no, count, columns, s, block, ld, y + k, ldy,
                        y + i, ldy);

@@ -13,7 +13,6 @@
 //         +---+---+-----------+------+
 #pragma once
 
-#include "kernels/dispatch.hpp"
 #include "kernels/front_store.hpp"
 #include "kernels/panel_lu.hpp"
 #include "ordering/symbolic_plan.hpp"
@@ -58,17 +57,13 @@ FrontTally factor_front(const Ops& ops, const Front<Scalar>& front, Vertex width
                                                rule, interchange + k, shift + k);
     tally.perturbed += pivots.perturbed;
     tally.nonfinite += pivots.first_nonfinite >= 0;
-    ops.exchange_rows(k, front.lower + k, ld, interchange + k, s);
-    ops.exchange_rows(rest, right, ld, interchange + k, s);
-    ops.exchange_rows(b, upper, p, interchange + k, s);
-
-    ops.solve_upper_right(b, s, block, ld, border_rows, ld);
-    ops.solve_unit_lower(s, rest, block, ld, right, ld);
-    ops.solve_unit_lower(s, b, block, ld, upper, p);
-
-    ops.gemm_minus(rest, rest, s, block + s, ld, right, ld, right + s, ld);
-    ops.gemm_minus(b, rest, s, border_rows, ld, right, ld, border_rows + s * ld, ld);
-    ops.gemm_minus(rest, b, s, block + s, ld, upper, p, upper + s, p);
+    ops.all(ops.solve_upper_right(b, s, block, ld, border_rows, ld),
+            ops.exchange_and_solve(s, b, block, ld, interchange + k, upper, p),
+            ops.exchange_and_solve(s, rest, block, ld, interchange + k, right, ld),
+            ops.exchange_rows(k, front.lower + k, ld, interchange + k, s));
+    ops.all(ops.gemm_minus(b, rest, s, border_rows, ld, right, ld, border_rows + s * ld, ld),
+            ops.gemm_minus(rest, b, s, block + s, ld, upper, p, upper + s, p),
+            ops.gemm_minus(rest, rest, s, block + s, ld, right, ld, right + s, ld));
 
     const BlockFlops done = block_flops(s, rest + b);
     tally.flops.getrf += done.getrf;

@@ -1,7 +1,6 @@
 // Stage "variable update": what the pivots of a front do to its border, C -= L U.
 #pragma once
 
-#include "kernels/dispatch.hpp"
 #include "kernels/front_store.hpp"
 
 namespace mfs {
@@ -10,8 +9,8 @@ namespace mfs {
 template <class Ops, class Scalar>
 double update_front(const Ops& ops, const Front<Scalar>& front) {
   const Vertex p = front.pivots, b = front.border;
-  ops.gemm_minus(b, b, p, front.lower + p, front.lower_ld, front.upper, p, front.contribution,
-                 front.contribution_ld);
+  ops.all(ops.gemm_minus(b, b, p, front.lower + p, front.lower_ld, front.upper, p, front.contribution,
+                         front.contribution_ld));
   return 2.0 * p * static_cast<double>(b) * b;
 }
 

@@ -2,6 +2,7 @@
 
 #include <mfs/error.hpp>
 
+#include "kernels/blas.hpp"
 #include "kernels/cuda/cuda_factorization.hpp"
 #include "solver/memory_limit.hpp"
 
@@ -9,10 +10,12 @@ namespace mfs {
 
 namespace {
 
-// Below about a millisecond of work, waking other threads costs more than they save.
+// Below about a millisecond of work, waking other threads costs more than they save; with a BLAS that only
+// one thread may call, they would do harm.
 HostSpace host_space(Backend backend, const SymbolicPlan& plan) {
   constexpr double kSerialFlops = 2e7;
-  const bool serial = backend == Backend::serial || plan.flops.total() < kSerialFlops;
+  const bool serial =
+      backend == Backend::serial || plan.flops.total() < kSerialFlops || !blas::many_callers();
   return serial ? HostSpace::serial : HostSpace::openmp;
 }
 

@@ -40,12 +40,17 @@ std::vector<int> thread_counts() {
 /// Which fronts of a depth take the path of the large ones.
 enum class Path { small, large, mixed };
 
+/// Groups of up to two small fronts; tiles for few threads and for many, by turns.
 inline DepthSchedule forced_schedule(const SymbolicPlan& plan, Vertex step, Path path) {
   DepthSchedule schedule;
   for (Vertex f = plan.depth_begin[step]; f < plan.depth_begin[step + 1]; ++f) {
     const bool large = path == Path::large || (path == Path::mixed && f % 2 == 0);
     (large ? schedule.large : schedule.small).push_back(f);
   }
+  const auto small = static_cast<Vertex>(schedule.small.size());
+  for (Vertex k = 0; k < small; k += 2) schedule.group_begin.push_back(k);
+  schedule.group_begin.push_back(small);
+  schedule.share = step % 2 == 0 ? 1 : 16;
   return schedule;
 }
 
@@ -94,7 +99,7 @@ class StageBench {
   FactorStatus status() const { return *store_.status; }
 
   void factor_depth(const DepthSchedule& schedule, const PivotRule& rule, Stages stages) {
-    mfs::factor_depth(exec_, store_, schedule, rule, stages);
+    factor_depths(exec_, workers_, store_, &schedule, 1, rule, stages, [](std::size_t) {});
     exec_.fence();
   }
 
@@ -110,9 +115,9 @@ class StageBench {
   const std::vector<Scalar>& y() const { return y_; }
 
   void solve_depth(const DepthSchedule& schedule, bool forward, bool transposed) {
-    mfs::solve_depth(exec_, store_, schedule,
-                     SolveVectors<Scalar>{columns_, v_.data(), y_.data(), border_.data()}, forward,
-                     transposed);
+    solve_depths(exec_, workers_, store_, &schedule, 1,
+                 SolveVectors<Scalar>{columns_, v_.data(), y_.data(), border_.data()},
+                 Substitution{forward, !forward, transposed});
     exec_.fence();
   }
 
@@ -126,6 +131,7 @@ class StageBench {
   Vertex columns_ = 0;
   std::vector<Scalar> v_, y_, border_;
   Exec exec_;
+  Workers workers_{Exec().concurrency(), 1};
   blas::SequentialScope sequential_;
 };
 

@@ -1,6 +1,7 @@
 #include "kernels/schedule.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace mfs {
 
@@ -53,7 +54,8 @@ DepthSchedule schedule_depth(const SymbolicPlan& plan, Vertex first, Vertex last
   for (Vertex f = first; f < last; ++f) (threads > 1 && flops[f] > large ? depth.large : small).push_back(f);
   std::stable_sort(depth.large.begin(), depth.large.end(),
                    [&](Vertex a, Vertex b) { return flops[a] > flops[b]; });
-  depth.share = std::max(1, threads / std::max(1, static_cast<int>(depth.large.size())));
+  for (const Vertex f : depth.large)
+    depth.share.push_back(std::max(1, static_cast<int>(std::lround(threads * flops[f] / total))));
 
   depth.small.reserve(small.size());
   depth.group_begin.push_back(0);

@@ -10,7 +10,7 @@ namespace mfs {
 
 struct DepthSchedule {
   std::vector<Vertex> large;        // longest first
-  int share = 1;                    // threads for each of them, when all are busy
+  std::vector<int> share;           // threads that each is worth, by its part of the depth's operations
   std::vector<Vertex> small;        // neighbours of the plan stay together, groups with most work first
   std::vector<Vertex> group_begin;  // group g: small[group_begin[g]] ... small[group_begin[g+1] - 1]
 };

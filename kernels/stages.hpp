@@ -61,15 +61,15 @@ inline WorkList work_list(const DepthSchedule& depth) {
   return {static_cast<Vertex>(depth.large.size()), static_cast<Vertex>(depth.group_begin.size()) - 1};
 }
 
-/// Calls large(f) or small(f) for each front of item i of a depth's list.
+/// Calls large(f, threads that it is worth) or small(f) for each front of item i of a depth's list.
 template <class Large, class Small>
 void for_each_front(const DepthSchedule& depth, Vertex i, const Large& large, const Small& small) {
   const Vertex group = i - static_cast<Vertex>(depth.large.size());
-  if (group < 0) return large(depth.large[i]);
+  if (group < 0) return large(depth.large[i], depth.share[i]);
   for (Vertex k = depth.group_begin[group]; k < depth.group_begin[group + 1]; ++k) small(depth.small[k]);
 }
 
-/// Factors all fronts of `depths` consecutive depths; done(k) is called when depths[k] is finished.
+/// Factors all fronts of `count` consecutive depths; done(k) is called when depths[k] is finished.
 template <class Exec, class Scalar, class Value, class Done>
 void factor_depths(const Exec& exec, Workers& workers, const FrontStore<Scalar, Value>& store,
                    const DepthSchedule* depths, std::size_t count, const PivotRule& rule, Stages stages,
@@ -92,7 +92,7 @@ void factor_depths(const Exec& exec, Workers& workers, const FrontStore<Scalar, 
       exec, "mfs::factor", count, [&](std::size_t k) { return work_list(depths[k]); },
       [&](const Worker& worker, std::size_t k, Vertex i) {
         for_each_front(
-            depths[k], i, [&](Vertex f) { factor_large(worker, f, depths[k].share); }, factor_small);
+            depths[k], i, [&](Vertex f, int share) { factor_large(worker, f, share); }, factor_small);
       },
       done);
 }
@@ -120,7 +120,7 @@ void solve_depths(const Exec& exec, Workers& workers, const FrontStore<Scalar, V
           }
         };
         for_each_front(
-            depth_of(k), i, [&](Vertex f) { solve_front(TiledSplit{worker}, f); },
+            depth_of(k), i, [&](Vertex f, int) { solve_front(TiledSplit{worker}, f); },
             [&](Vertex f) { solve_front(SequentialSplit(), f); });
       },
       [](std::size_t) {});

@@ -50,7 +50,7 @@ inline DepthSchedule forced_schedule(const SymbolicPlan& plan, Vertex step, Path
   const auto small = static_cast<Vertex>(schedule.small.size());
   for (Vertex k = 0; k < small; k += 2) schedule.group_begin.push_back(k);
   schedule.group_begin.push_back(small);
-  schedule.share = step % 2 == 0 ? 1 : 16;
+  schedule.share.assign(schedule.large.size(), step % 2 == 0 ? 1 : 16);
   return schedule;
 }
 

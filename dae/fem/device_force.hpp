@@ -22,8 +22,9 @@ struct SolidBody {
   int first_coordinate;             ///< of node 0 in the system
 };
 
-/// All memory of the device is taken here. `threads`: of the host, for the copies of each evaluation. Throws
+/// In a system of so many coordinates. All memory of the device is taken here, and that for the rows of a
+/// matrix when their places are given. `threads`: of the host, for the copies of each evaluation. Throws
 /// BackendError where there is no device, or this build has no CUDA, and OutOfMemory.
-std::unique_ptr<DeviceForce> make_device_force(const SolidBody& body, int threads);
+std::unique_ptr<DeviceForce> make_device_force(const SolidBody& body, int coordinates, int threads);
 
 }  // namespace mfs::dae

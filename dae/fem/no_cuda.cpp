@@ -5,7 +5,7 @@
 
 namespace mfs::dae {
 
-std::unique_ptr<DeviceForce> make_device_force(const SolidBody&, int) {
+std::unique_ptr<DeviceForce> make_device_force(const SolidBody&, int, int) {
   throw BackendError("CUDA", 0, "this build of MFS has no CUDA backend");
 }
 

@@ -117,8 +117,9 @@ void SolidGroup::residual(int e, const LocalState& state, LocalResidual& residua
         residual.force + 3 * i);
 }
 
-std::unique_ptr<DeviceForce> SolidGroup::device_force(int threads) const {
-  return make_device_force({*mesh_, constants_, inertia_of(options_), mass_, first_coordinate_}, threads);
+std::unique_ptr<DeviceForce> SolidGroup::device_force(int coordinates, int threads) const {
+  return make_device_force({*mesh_, constants_, inertia_of(options_), mass_, first_coordinate_}, coordinates,
+                           threads);
 }
 
 // matrix (3 nodes x 3 nodes) += factor * mass

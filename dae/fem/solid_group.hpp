@@ -41,7 +41,7 @@ class SolidGroup : public ElementGroup {
   LocalStructure structure() const override;
   void residual(int e, const LocalState& state, LocalResidual& residual) const override;
   void tangent(int e, const LocalState& state, LocalTangent& tangent) const override;
-  std::unique_ptr<DeviceForce> device_force(int threads) const override;
+  std::unique_ptr<DeviceForce> device_force(int coordinates, int threads) const override;
   std::string name(int e) const override;
 
   const std::string& body() const { return body_; }

@@ -41,7 +41,7 @@ Augmentation::Augmentation(const Pattern& gradient, const TransposedPattern& tra
   values_.resize(pattern_.entries());
 }
 
-void Augmentation::compute(double s, const std::vector<double>& gradient) {
+void Augmentation::compute(const std::vector<double>& gradient) {
   const int count = static_cast<int>(rows_.size());
   // The rows of frames, side by side, have many times more products than the others.
 #pragma omp parallel for num_threads(threads_) schedule(dynamic, 16)
@@ -49,7 +49,7 @@ void Augmentation::compute(double s, const std::vector<double>& gradient) {
     const int row = rows_[r];
     std::fill(values_.begin() + pattern_.row_start[row], values_.begin() + pattern_.row_start[row + 1], 0.0);
     const int* place = place_.data() + product_start_[r];
-    for_each_product(row, [&](int t, int k) { values_[*place++] += s * gradient[t] * gradient[k]; });
+    for_each_product(row, [&](int t, int k) { values_[*place++] += gradient[t] * gradient[k]; });
   }
 }
 

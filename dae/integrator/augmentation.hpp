@@ -18,17 +18,17 @@
 
 namespace mfs::dae {
 
-/// s Phi_q^T Phi_q for one Phi_q after another.
+/// Phi_q^T Phi_q for one Phi_q after another.
 class Augmentation {
  public:
   /// `gradient`: the pattern of Phi_q, `transposed` its transpose; both have to live as long.
   Augmentation(const Pattern& gradient, const TransposedPattern& transposed, int threads);
 
-  /// Of Phi_q^T Phi_q, n x n.
+  /// n x n.
   const Pattern& pattern() const { return pattern_; }
   /// In the order of the entries of the pattern.
   const std::vector<double>& values() const { return values_; }
-  void compute(double s, const std::vector<double>& gradient);
+  void compute(const std::vector<double>& gradient);
 
  private:
   template <class Visit>

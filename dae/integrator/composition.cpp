@@ -105,13 +105,25 @@ void Composition::make_targets() {
     }
 }
 
-void Composition::compose(const std::vector<Values>& values, double* matrix) const {
+void Composition::begin_row(int row, const std::vector<Rows>& begun, double* matrix) const {
+  const int first = pattern_.row_start[row], end = pattern_.row_start[row + 1];
+  for (const Rows& rows : begun)
+    if (row >= rows.first && row < rows.first + rows.count) {
+      const int before = pattern_.row_start[rows.first];
+      std::copy(rows.values + (first - before), rows.values + (end - before), matrix + first);
+      return;
+    }
+  std::fill(matrix + first, matrix + end, 0.0);
+}
+
+void Composition::compose(const std::vector<Values>& values, double* matrix,
+                          const std::vector<Rows>& begun) const {
   for (const Group& group : groups_) {
 #pragma omp parallel for num_threads(threads_) schedule(static)
     for (int row = 0; row < group.rows; ++row) {
-      const int matrix_row = group.first_row + row;
-      std::fill(matrix + pattern_.row_start[matrix_row], matrix + pattern_.row_start[matrix_row + 1], 0.0);
+      begin_row(group.first_row + row, begun, matrix);
       for (const std::size_t t : group.terms) {
+        if (terms_[t].elsewhere) continue;
         const Pattern& block = *terms_[t].block;
         const int* const source = terms_[t].source;
         const int* const target = target_[t].data();

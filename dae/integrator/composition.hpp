@@ -7,8 +7,11 @@
 //   terms of the rows of F:   dF/da  dF/dv  dF/dq  Phi_q^T
 //                               |      |      |       |       column[j]; factor
 //   matrix row              [ ......................... ]
+//
+// Terms may be summed elsewhere, into rows that then come as a whole.
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "dae/mechanics/constrained_system.hpp"
@@ -33,24 +36,34 @@ class Composition {
     int first_row;                ///< of the matrix; ranges of two terms are the same or apart
     std::vector<int> column;      ///< of the matrix, one per column of the block
     const int* source = nullptr;  ///< where entry k lies in the values; null: at k
+    bool elsewhere = false;       ///< is in the matrix, but added by whoever has its values
   };
   struct Values {
     const double* block;  ///< of the term's block
     double factor = 1.0;
+  };
+  /// Rows of the matrix to begin with, side by side: all entries of them.
+  struct Rows {
+    int first, count;
+    const double* values;
   };
 
   /// `size` rows and columns. Throws InvalidInput where the matrix has 2^31 entries or more.
   Composition(int size, std::vector<Term> terms, int threads);
 
   const Pattern& pattern() const { return pattern_; }
-  /// `values[k]` belongs to term k. Overwrites `matrix`, one value per entry of the pattern.
-  void compose(const std::vector<Values>& values, double* matrix) const;
+  /// Where the entries of term k go, one that is added elsewhere; given away.
+  RawVector<int> take_targets(std::size_t k) { return std::move(target_[k]); }
+  /// `values[k]` belongs to term k, if that is added here; `begun` is what was added elsewhere. Overwrites
+  /// `matrix`, one value per entry of the pattern.
+  void compose(const std::vector<Values>& values, double* matrix, const std::vector<Rows>& begun = {}) const;
 
  private:
   struct Group {
     int first_row, rows;
     std::vector<std::size_t> terms;
   };
+  void begin_row(int row, const std::vector<Rows>& begun, double* matrix) const;
   void make_groups();
   void make_pattern();
   void make_targets();

@@ -19,6 +19,7 @@ class IndependentConstraints : public ConstrainedSystem {
   const TangentPattern& tangent_pattern() const override { return pattern_; }
   void evaluate(const StateView& state, Residual& residual) const override;
   void evaluate(const StateView& state, Tangent& tangent, BlockSet blocks) const override;
+  std::vector<RemoteTangent*> remote_tangents() const override { return system_.remote_tangents(); }
   std::string coordinate_name(int i) const override { return system_.coordinate_name(i); }
   std::string constraint_name(int row) const override { return system_.constraint_name(kept_[row]); }
   double coordinate_scale(int i) const override { return system_.coordinate_scale(i); }

@@ -57,6 +57,8 @@ StepEquations::StepEquations(const ConstrainedSystem& system, Unknowns unknowns,
       composition_(make_composition(threads)) {
   for (std::size_t b = 0; b < kForceByAVQ.size(); ++b)
     diagonal_[b] = find_diagonal(system.tangent_pattern()[kForceByAVQ[b]]);
+  diagonal_sum_.resize(is_independent_.size());
+  place_remotes();
 }
 
 int StepEquations::number_unknowns() {
@@ -84,8 +86,9 @@ Composition StepEquations::make_composition(int threads) {
   add(kForce, Block::force_q, kQ);
   terms.push_back({&position_transposed_.pattern, 0, column_[kLambda], position_transposed_.source.data()});
   numbers_.push_back({&tangent_[Block::position_q], kForce, kLambda});
+  // Row by row of Phi_q^T, Phi_q as it stands in the rows of constraints.
   terms.push_back({&augmentation_.pattern(), 0, column_[kA]});
-  numbers_.push_back({&augmentation_.values(), kForce, kA});
+  numbers_.push_back({&augmentation_.values(), kPosition, kA});
   add(kPosition, Block::position_q, kQ);
   if (levels_ == 3) {
     add(kVelocity, Block::position_q, kV);
@@ -106,7 +109,30 @@ Composition StepEquations::make_composition(int threads) {
     add_relation(kA, kV);
     add_relation(kV, kQ);
   }
+  for (RemoteTangent* const remote : system_.remote_tangents()) {
+    const Pattern& pattern = remote->pattern();
+    int first = 0, end = n_;
+    while (first < end && pattern.row_start[first + 1] == 0) ++first;
+    while (end > first && pattern.row_start[end - 1] == pattern.row_start[n_]) --end;
+    remotes_.push_back({remote, first, end - first, terms.size()});
+    for (const Kind kind : {kA, kV, kQ}) {
+      terms.push_back({&pattern, 0, column_[kind], nullptr, true});
+      numbers_.push_back({nullptr, kForce, kind});
+    }
+  }
   return Composition(size_, std::move(terms), threads);
+}
+
+void StepEquations::place_remotes() {
+  const std::vector<int>& row_start = composition_.pattern().row_start;
+  for (const Remote& remote : remotes_) {
+    const RawVector<int> target[] = {composition_.take_targets(remote.first_term),
+                                     composition_.take_targets(remote.first_term + 1),
+                                     composition_.take_targets(remote.first_term + 2)};
+    const int first = row_start[remote.first_row], end = row_start[remote.first_row + remote.rows];
+    remote.tangent->place({target[0].data(), target[1].data(), target[2].data()},
+                          static_cast<std::size_t>(first), static_cast<std::size_t>(end - first));
+  }
 }
 
 std::string StepEquations::unknown_name(int unknown) const {
@@ -210,18 +236,21 @@ void StepEquations::residual(const State& state, const StepRelation& relation, d
 
 /// Of the derivatives of F that go to the columns of a, in the mean.
 double StepEquations::typical_diagonal(const StepRelation& relation) const {
-  const double factors[] = {1.0, relation.v_by_a, relation.q_by_a()};
-  const auto diagonal = [&](std::size_t i) {
-    double sum = 0.0;
+  const ByAVQ factors{1.0, relation.v_by_a, relation.q_by_a()};
+  parallel_for(diagonal_sum_.size(), threads_, [&](std::size_t i) {
+    diagonal_sum_[i] = 0.0;
     for (std::size_t b = 0; b < kForceByAVQ.size(); ++b)
-      if (diagonal_[b][i] >= 0) sum += factors[b] * tangent_[kForceByAVQ[b]][diagonal_[b][i]];
-    return std::abs(sum);
-  };
-  const double sum = parallel_fold(is_independent_.size(), threads_, 0.0, diagonal, std::plus<>());
+      if (diagonal_[b][i] >= 0) diagonal_sum_[i] += factors[b] * tangent_[kForceByAVQ[b]][diagonal_[b][i]];
+  });
+  for (const Remote& remote : remotes_) remote.tangent->add_diagonal(factors, diagonal_sum_);
+  const double sum = parallel_fold(
+      diagonal_sum_.size(), threads_, 0.0, [&](std::size_t i) { return std::abs(diagonal_sum_[i]); },
+      std::plus<>());
   return sum > 0.0 ? sum / n_ : 1.0;
 }
 
 void StepEquations::jacobian(const State& state, const StepRelation& relation, double* values) const {
+  for (const Remote& remote : remotes_) remote.tangent->begin_tangent(view(state));
   system_.evaluate(view(state), tangent_, due_);
   due_.erase(constant_);
   compose(relation, values);
@@ -232,12 +261,18 @@ void StepEquations::initial_jacobian(double* values) const {
 }
 
 void StepEquations::compose(const StepRelation& relation, double* values) const {
+  augmentation_.compute(constraint_gradient());
   scales_ = {typical_diagonal(relation), relation.v_by_a, relation.q_by_v};
-  augmentation_.compute(scales_.s, constraint_gradient());
+  for (const Remote& remote : remotes_)
+    remote.tangent->begin_sum({scales_.of(kForce, kA), scales_.of(kForce, kV), scales_.of(kForce, kQ)});
   std::vector<Composition::Values> terms;
   for (const Numbers& numbers : numbers_)
-    terms.push_back({numbers.block->data(), scales_.of(numbers.row, numbers.column)});
-  composition_.compose(terms, values);
+    terms.push_back({numbers.block != nullptr ? numbers.block->data() : nullptr,
+                     scales_.of(numbers.row, numbers.column)});
+  std::vector<Composition::Rows> begun;
+  for (const Remote& remote : remotes_)
+    begun.push_back({remote.first_row, remote.rows, remote.tangent->take_sum()});
+  composition_.compose(terms, values, begun);
 }
 
 void StepEquations::initial_right_side(const State& state, double* b) const {

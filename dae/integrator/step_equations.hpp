@@ -19,7 +19,8 @@
 //   derivatives C    a, v, q by 1 / s, v_by_a / s, q_by_a / s,  then  lambda = lambda' + s Phi_q a
 //
 // so Phi_q itself stands in the rows of all its levels, and the first two groups of columns hold
-// (dF/da + v_by_a dF/dv + q_by_a dF/dq) / s + Phi_q^T Phi_q and Phi_q^T in the rows of F.
+// (dF/da + v_by_a dF/dv + q_by_a dF/dq) / s + Phi_q^T Phi_q and Phi_q^T in the rows of F. Where a device has
+// these derivatives (RemoteTangent), it adds them up itself, and its rows begin with what it gives.
 #pragma once
 
 #include <array>
@@ -85,7 +86,7 @@ class StepEquations {
   enum Row { kForce, kPosition, kVelocity, kAcceleration, kRelation };
   /// Where a term of H_x has its numbers, and where it stands.
   struct Numbers {
-    const std::vector<double>* block;
+    const std::vector<double>* block;  ///< null: elsewhere
     Row row;
     Kind column;
   };
@@ -98,6 +99,7 @@ class StepEquations {
   bool eliminated(std::size_t i) const { return reduced_ && is_independent_[i] != 0; }
   int number_unknowns();
   Composition make_composition(int threads);
+  void place_remotes();
   double typical_diagonal(const StepRelation& relation) const;
   void compose(const StepRelation& relation, double* values) const;
 
@@ -118,8 +120,16 @@ class StepEquations {
   mutable BlockSet due_;          ///< blocks that the next Jacobian has to evaluate
   BlockSet constant_;             ///< those of them that the first one evaluates for all
   std::vector<Numbers> numbers_;  ///< by term
+  /// What goes to rows of F from elsewhere.
+  struct Remote {
+    RemoteTangent* tangent;
+    int first_row, rows;
+    std::size_t first_term;  ///< of three, in the order of kForceByAVQ
+  };
+  std::vector<Remote> remotes_;
   Composition composition_;
   std::array<std::vector<int>, 3> diagonal_;  ///< where dF/da, dF/dv and dF/dq have their diagonal entries
+  mutable std::vector<double> diagonal_sum_;  ///< of F's derivatives by a, v and q, times the rates of a step
   mutable Scales scales_;
 };
 

@@ -101,6 +101,35 @@ struct Residual {
   std::vector<double> acceleration;  ///< d^2/dt^2 Phi, m
 };
 
+/// One number for each of the derivatives of F: by a, by v, by q.
+using ByAVQ = std::array<double, 3>;
+
+/// A share of F's derivatives that is not in the blocks: it stays where it is evaluated, on a device, and
+/// goes from there into Newton's matrix as one sum. The blocks would be three times as much to copy, and they
+/// would pass through the memory of the host several times.
+class RemoteTangent {
+ public:
+  virtual ~RemoteTangent() = default;
+
+  /// The entries of each of the three derivatives, n x n. Rows with entries are side by side, and no two
+  /// remote tangents have the same.
+  virtual const Pattern& pattern() const = 0;
+  /// Says where entry k of the derivative by a, v, q goes: to entry target[0][k], target[1][k], target[2][k]
+  /// of a matrix, all of them among `count` entries from `first` on. Targets of one k may be the same.
+  virtual void place(const std::array<const int*, 3>& target, std::size_t first, std::size_t count) = 0;
+
+  /// Begins to evaluate the derivatives; `state`, whose multipliers do not matter, has been read when this
+  /// returns.
+  virtual void begin_tangent(const StateView& state) = 0;
+  /// Adds the diagonal entries of factor[0] dF/da + factor[1] dF/dv + factor[2] dF/dq, in the state that was
+  /// begun last, to `diagonal` (n).
+  virtual void add_diagonal(const ByAVQ& factor, std::vector<double>& diagonal) = 0;
+  /// Begins to put that sum into its places.
+  virtual void begin_sum(const ByAVQ& factor) = 0;
+  /// Waits for it: `count` entries, zero where no target is. They last until the next call of the others.
+  virtual const double* take_sum() = 0;
+};
+
 class ConstrainedSystem {
  public:
   virtual ~ConstrainedSystem() = default;
@@ -114,6 +143,9 @@ class ConstrainedSystem {
   /// Overwrites the values of these blocks in `tangent`, whose vectors have the sizes of the patterns, and
   /// leaves the others alone.
   virtual void evaluate(const StateView& state, Tangent& tangent, BlockSet blocks) const = 0;
+  /// What has to be added to the blocks and is evaluated by its own functions. They live as long as the
+  /// system.
+  virtual std::vector<RemoteTangent*> remote_tangents() const { return {}; }
 
   /// What an error message calls them: "knuckle.x", "joint ball_upper, equation 2".
   virtual std::string coordinate_name(int coordinate) const {

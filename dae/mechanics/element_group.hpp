@@ -48,22 +48,14 @@ struct LocalStructure {
   int coupled_from = 0;
 };
 
-/// F of all elements of a group at once, and derivatives of it, by a device that works beside the host.
-class DeviceForce {
+/// F of all elements of a group at once, and its derivatives, by a device that works beside the host.
+class DeviceForce : public RemoteTangent {
  public:
-  virtual ~DeviceForce() = default;
   /// Begins to evaluate it; `state` has been read when this returns. What was begun before and not taken is
   /// dropped.
   virtual void begin(const StateView& state) = 0;
   /// Waits for what was begun and adds it to `force` (n).
   virtual void add_to(std::vector<double>& force) = 0;
-
-  /// The blocks that it evaluates, some of those of F; the rest is left to the host.
-  virtual BlockSet blocks() const = 0;
-  /// The same for `blocks`, some of its own.
-  virtual void begin(const StateView& state, BlockSet blocks) = 0;
-  /// Waits for the blocks that were begun and adds them to those of `tangent`, whose patterns these are.
-  virtual void add_to(Tangent& tangent, const TangentPattern& pattern) = 0;
 };
 
 /// Immutable once it is part of a system; its functions are called by several threads at once.
@@ -82,8 +74,11 @@ class ElementGroup {
   virtual void tangent(int e, const LocalState& state, LocalTangent& tangent) const = 0;
 
   /// The same as `residual` and `tangent` of all elements, on a device; null: this group is left to the host.
-  /// `threads`: of the host, for the copies. Throws BackendError, OutOfMemory.
-  virtual std::unique_ptr<DeviceForce> device_force(int /*threads*/) const { return nullptr; }
+  /// For groups without constraints.
+  /// `coordinates`: of the system; `threads`: of the host, for the copies. Throws BackendError, OutOfMemory.
+  virtual std::unique_ptr<DeviceForce> device_force(int /*coordinates*/, int /*threads*/) const {
+    return nullptr;
+  }
 
   /// What an error message calls element e: "joint crank_pin", "body arm, element 17".
   virtual std::string name(int e) const = 0;

@@ -21,6 +21,9 @@ namespace {
 
 using Kind = LocalStructure::Kind;
 
+/// What a device has adds nothing to the blocks.
+constexpr LocalStructure kNothing{Kind::zero, Kind::zero, Kind::zero, false, false, 0};
+
 constexpr std::array<Block, 4> kConstraintBlocks{Block::position_q, Block::velocity_q, Block::acceleration_q,
                                                  Block::acceleration_v};
 
@@ -111,6 +114,11 @@ class Multibody final : public ConstrainedSystem {
   std::string coordinate_name(int coordinate) const override;
   std::string constraint_name(int row) const override;
   double coordinate_scale(int coordinate) const override { return body_of(coordinate).scale; }
+  std::vector<RemoteTangent*> remote_tangents() const override {
+    std::vector<RemoteTangent*> remotes;
+    for (const auto& force : device_forces_) remotes.push_back(force.get());
+    return remotes;
+  }
 
  private:
   std::set<int> make_device_forces();
@@ -126,8 +134,8 @@ class Multibody final : public ConstrainedSystem {
   void add_elements(const StateView& state, const std::vector<BlockSet>& blocks, Tangent& tangent) const;
   void make_workspaces();
   template <class Compute, class Add>
-  void for_each_element(const Colouring& colouring, const std::vector<char>& group_takes_part,
-                        const Compute& compute, const Add& add) const;
+  void for_each_element(const std::vector<char>& group_takes_part, const Compute& compute,
+                        const Add& add) const;
   void compute_residual(ElementId id, const StateView& state, Residual& residual, Workspace& work) const;
   void add_force(ElementId id, const Workspace& work, std::vector<double>& force) const;
   void compute_tangent(ElementId id, const StateView& state, Tangent& tangent, BlockSet blocks,
@@ -148,9 +156,8 @@ class Multibody final : public ConstrainedSystem {
   TangentPattern pattern_;
   std::array<ForceBlock, 3> force_blocks_;  // as kForceBlocks
   std::vector<std::vector<int>>
-      column_rank_;          // of each group with constraints: where each coordinate is in its rows
-  std::set<int> on_device_;  // groups of device_forces_
-  Colouring colouring_, host_colouring_;  // the second without those
+      column_rank_;      // of each group with constraints: where each coordinate is in its rows
+  Colouring colouring_;  // of the groups that no device has
   std::vector<std::unique_ptr<DeviceForce>> device_forces_;
   mutable std::vector<Workspace> workspaces_;  // of each thread
   mutable std::vector<Workspace> waiting_;     // of elements without a colour, until their turn
@@ -159,16 +166,15 @@ class Multibody final : public ConstrainedSystem {
 Multibody::Multibody(Groups groups, std::vector<BodyCoordinates> bodies, int coordinates, int threads,
                      Backend backend)
     : groups_(std::move(groups)), bodies_(std::move(bodies)), n_(coordinates), threads_(threads) {
-  for (const auto& group : groups_) {
-    structure_.push_back(group->structure());
-    blocks_.push_back(blocks_of(*group, structure_.back()));
+  const std::set<int> on_device = backend == Backend::cuda ? make_device_forces() : std::set<int>{};
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    structure_.push_back(on_device.count(static_cast<int>(g)) > 0 ? kNothing : groups_[g]->structure());
+    blocks_.push_back(blocks_of(*groups_[g], structure_.back()));
   }
   number_constraints();
   force_blocks_ = find_force_blocks(groups_, structure_, n_, threads_, pattern_);
   find_constraint_blocks();
-  colouring_ = colour_elements(groups_, n_);
-  if (backend == Backend::cuda) on_device_ = make_device_forces();
-  host_colouring_ = on_device_.empty() ? colouring_ : colour_elements(groups_, n_, on_device_);
+  colouring_ = colour_elements(groups_, n_, on_device);
   find_constant_shares();
   make_workspaces();
 }
@@ -198,22 +204,17 @@ void Multibody::make_workspaces() {
   };
   std::set<int> all, uncoloured;
   for (std::size_t g = 0; g < groups_.size(); ++g) all.insert(static_cast<int>(g));
-  std::size_t most = 0;
-  for (const Colouring* colouring : {&colouring_, &host_colouring_}) {
-    const std::size_t first = colouring->colour_start.back(), end = colouring->order.size();
-    for (std::size_t k = first; k < end; ++k) uncoloured.insert(colouring->order[k].group);
-    most = std::max(most, end - first);
-  }
+  const std::size_t first = colouring_.colour_start.back(), end = colouring_.order.size();
+  for (std::size_t k = first; k < end; ++k) uncoloured.insert(colouring_.order[k].group);
   fill(workspaces_, static_cast<std::size_t>(threads_), all);
-  fill(waiting_, std::min(kMostWaiting, most), uncoloured);
+  fill(waiting_, std::min(kMostWaiting, end - first), uncoloured);
 }
 
-/// The numbers of the groups whose F a device evaluates. The host is left with other blocks than its.
+/// The numbers of the groups whose F a device evaluates.
 std::set<int> Multibody::make_device_forces() {
   std::set<int> groups;
   for (std::size_t g = 0; g < groups_.size(); ++g)
-    if (auto force = groups_[g]->device_force(threads_)) {
-      blocks_[g].erase(force->blocks());
+    if (auto force = groups_[g]->device_force(n_, threads_)) {
       device_forces_.push_back(std::move(force));
       groups.insert(static_cast<int>(g));
     }
@@ -265,15 +266,15 @@ void Multibody::find_constraint_blocks() {
 /// take part; add in the order of the colouring. Elements without a colour, as the links of a rigid
 /// interface, which all have its frame, are computed by all threads and added by one.
 template <class Compute, class Add>
-void Multibody::for_each_element(const Colouring& colouring, const std::vector<char>& group_takes_part,
-                                 const Compute& compute, const Add& add) const {
+void Multibody::for_each_element(const std::vector<char>& group_takes_part, const Compute& compute,
+                                 const Add& add) const {
   FirstFailure failure;
+  const auto& order = colouring_.order;
+  const auto& start = colouring_.colour_start;
   const auto visit = [&](std::size_t k, const auto& work) {
-    const ElementId id = colouring.order[k];
+    const ElementId id = order[k];
     if (group_takes_part[id.group] != 0) failure.watch(k, [&] { work(id); });
   };
-  const auto& order = colouring.order;
-  const auto& start = colouring.colour_start;
 #pragma omp parallel num_threads(threads_) if (start.size() > 1)
   {
     Workspace& workspace = workspaces_[static_cast<std::size_t>(omp_get_thread_num())];
@@ -313,24 +314,18 @@ void Multibody::evaluate(const StateView& state, Residual& residual) const {
   for (const auto& force : device_forces_) force->begin(state);
   clear(residual.force, threads_);
   for_each_element(
-      host_colouring_, std::vector<char>(groups_.size(), 1),
+      std::vector<char>(groups_.size(), 1),
       [&](ElementId id, Workspace& work) { compute_residual(id, state, residual, work); },
       [&](ElementId id, Workspace& work) { add_force(id, work, residual.force); });
   for (const auto& force : device_forces_) force->add_to(residual.force);
 }
 
 void Multibody::evaluate(const StateView& state, Tangent& tangent, BlockSet blocks) const {
-  const auto for_each_device = [&](auto&& use) {
-    for (const auto& force : device_forces_)
-      if (force->blocks().meets(blocks)) use(*force);
-  };
-  for_each_device([&](DeviceForce& force) { force.begin(state, force.blocks() & blocks); });
   for (const Block block : kForceBlocks)
     if (blocks.has(block)) begin_with(constant_share(block, state), tangent[block], threads_);
   std::vector<BlockSet> of_groups = blocks_;
   for (BlockSet& of_group : of_groups) of_group = of_group & blocks;
   add_elements(state, of_groups, tangent);
-  for_each_device([&](DeviceForce& force) { force.add_to(tangent, pattern_); });
 }
 
 /// Empty: zero.
@@ -353,10 +348,8 @@ void Multibody::add_elements(const StateView& state, const std::vector<BlockSet>
                              Tangent& tangent) const {
   std::vector<char> has_some;
   for (const BlockSet of_group : blocks) has_some.push_back(of_group.empty() ? 0 : 1);
-  const bool all_by_device =
-      std::none_of(on_device_.begin(), on_device_.end(), [&](int g) { return has_some[g] != 0; });
   for_each_element(
-      all_by_device ? host_colouring_ : colouring_, has_some,
+      has_some,
       [&](ElementId id, Workspace& work) { compute_tangent(id, state, tangent, blocks[id.group], work); },
       [&](ElementId id, Workspace& work) { add_force_blocks(id, blocks[id.group], tangent, work); });
 }

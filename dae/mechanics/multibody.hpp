@@ -43,9 +43,10 @@ class MultibodyBuilder {
   const std::vector<double>& initial_v() const { return v_; }
 
   /// `threads` 0: all that the machine offers. With Backend::cuda groups that can are evaluated on the device
-  /// where that is implemented: F, dF/dq and dF/dv of flexible bodies; the rest stays on the host. The
-  /// system's functions may not be called at the same time by several threads: they share the room for the
-  /// elements' matrices. What an element throws they pass on; where several throw, always the same one's.
+  /// where that is implemented: F of flexible bodies and its derivatives, which are remote tangents; the rest
+  /// stays on the host. The system's functions may not be called at the same time by several threads: they
+  /// share the room for the elements' matrices. What an element throws they pass on; where several throw,
+  /// always the same one's.
   /// Throws InvalidInput where an element names a coordinate that is not there, or one twice, and where there
   /// are not fewer constraints than coordinates; with Backend::cuda BackendError where there is no device,
   /// and OutOfMemory.

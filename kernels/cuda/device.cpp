@@ -139,10 +139,6 @@ float Event::since(const Event& before) const {
   checked("cudaEventElapsedTime", [&] { return cudaEventElapsedTime(&milliseconds, before.event_, event_); });
   return milliseconds;
 }
-void Event::synchronize() const {
-  checked("cudaEventSynchronize", [&] { return cudaEventSynchronize(event_); });
-}
-
 void Stream::copy_columns(void* to, Offset to_pitch, const void* from, Offset from_pitch, Offset bytes,
                           Vertex columns) const {
   checked("cudaMemcpy2D", [&] {

@@ -94,8 +94,6 @@ class Event {
   void record_foreign(void* stream);
   /// Milliseconds from `before` to this; both must have passed.
   float since(const Event& before) const;
-  /// Returns when what was before it has been done.
-  void synchronize() const;
   cudaEvent_t get() const { return event_; }
 
  private:

@@ -1,6 +1,7 @@
 #include "dae/fem/device_force.hpp"
 
 #include <algorithm>
+#include <array>
 
 #include "dae/fem/cuda/device_body.hpp"
 #include "dae/fem/cuda/device_tangent.hpp"
@@ -58,13 +59,23 @@ int blocks_for(std::int64_t threads) {
 template <ElementKind kind>
 class CudaForce final : public DeviceForce {
  public:
-  CudaForce(const SolidBody& body, int threads);
+  CudaForce(const SolidBody& body, int coordinates, int threads);
   ~CudaForce() override { stream_.drain(); }
   void begin(const StateView& state) override;
   void add_to(std::vector<double>& force) override;
-  BlockSet blocks() const override { return tangent_.blocks(); }
-  void begin(const StateView& state, BlockSet blocks) override;
-  void add_to(Tangent& tangent, const TangentPattern& pattern) override;
+  const Pattern& pattern() const override { return tangent_.pattern(); }
+  void place(const std::array<const int*, 3>& target, std::size_t first, std::size_t count) override {
+    tangent_.place(target, first, count, stream_);
+  }
+  void begin_tangent(const StateView& state) override {
+    send(state);
+    tangent_.begin(body_, cell(), stream_);
+  }
+  void add_diagonal(const ByAVQ& factor, std::vector<double>& diagonal) override {
+    tangent_.add_diagonal(factor, diagonal, stream_);
+  }
+  void begin_sum(const ByAVQ& factor) override { tangent_.begin_sum(factor, stream_); }
+  const double* take_sum() override { return tangent_.take_sum(stream_); }
 
  private:
   struct Places {
@@ -102,7 +113,7 @@ CudaForce<kind>::Places::Places(const SolidBody& body) {
 }
 
 template <ElementKind kind>
-CudaForce<kind>::CudaForce(const SolidBody& body, int threads)
+CudaForce<kind>::CudaForce(const SolidBody& body, int coordinates, int threads)
     : n_(static_cast<std::int64_t>(3 * body.mesh.nodes.size())),
       first_(body.first_coordinate),
       threads_(threads),
@@ -110,7 +121,7 @@ CudaForce<kind>::CudaForce(const SolidBody& body, int threads)
       slots_(body.mesh),
       device_(places_.layout.total()),
       host_(bytes_of(static_cast<std::size_t>(4 * n_))),
-      tangent_(body, slots_, stream_, threads) {
+      tangent_(body, slots_, stream_, coordinates, threads) {
   const auto put = [&](Offset place, const void* from, std::size_t bytes) {
     stream_.to_device(device_.at<char>(place), from, static_cast<Offset>(bytes));
   };
@@ -173,31 +184,20 @@ void CudaForce<kind>::add_to(std::vector<double>& force) {
   for (std::int64_t i = 0; i < n_; ++i) force[static_cast<std::size_t>(first_ + i)] += own[i];
 }
 
-template <ElementKind kind>
-void CudaForce<kind>::begin(const StateView& state, BlockSet blocks) {
-  send(state);
-  tangent_.begin(body_, cell(), blocks, stream_);
-}
-
-template <ElementKind kind>
-void CudaForce<kind>::add_to(Tangent& tangent, const TangentPattern& pattern) {
-  tangent_.add_to(tangent, pattern, stream_);
-}
-
 }  // namespace
 
-std::unique_ptr<DeviceForce> make_device_force(const SolidBody& body, int threads) {
+std::unique_ptr<DeviceForce> make_device_force(const SolidBody& body, int coordinates, int threads) {
   int devices = 0;
   cuda::check(cudaGetDeviceCount(&devices), "cudaGetDeviceCount");
   switch (body.mesh.kind) {
     case ElementKind::hex8:
-      return std::make_unique<CudaForce<ElementKind::hex8>>(body, threads);
+      return std::make_unique<CudaForce<ElementKind::hex8>>(body, coordinates, threads);
     case ElementKind::hex20:
-      return std::make_unique<CudaForce<ElementKind::hex20>>(body, threads);
+      return std::make_unique<CudaForce<ElementKind::hex20>>(body, coordinates, threads);
     case ElementKind::tet10:
       break;
   }
-  return std::make_unique<CudaForce<ElementKind::tet10>>(body, threads);
+  return std::make_unique<CudaForce<ElementKind::tet10>>(body, coordinates, threads);
 }
 
 }  // namespace mfs::dae

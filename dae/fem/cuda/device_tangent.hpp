@@ -2,12 +2,18 @@
 // the host (solid_tangent.hpp): lanes make what belongs to the points, then each thread has one column of the
 // element's matrices and some of their rows. Elements of one colour share no node, and colours follow one
 // another, so nothing is atomic and each entry gets its terms in one order. Values are kept by pairs of
-// coupled nodes, 3 x 3 for each, and the host adds those to the rows of the system.
+// coupled nodes, 3 x 3 for each. They stay on the device: what the host gets are the body's rows of Newton's
+// matrix, the sum of all three derivatives (RemoteTangent).
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
+#include <limits>
+#include <optional>
 #include <vector>
+
+#include <mfs/error.hpp>
 
 #include "dae/fem/cuda/device_body.hpp"
 #include "dae/fem/device_force.hpp"
@@ -122,10 +128,20 @@ __device__ void add_initial_stress(const Response<kind>& r, double* force_q) {
   }
 }
 
-/// Where the values of all pairs of nodes are: 9 of each, row by row.
+/// Where the values of all pairs of nodes are: 9 of each, row by row; of dF/da one, the mass.
 struct PairValues {
   const int* pair;            ///< of each element: nodes x nodes numbers
-  double *force_q, *force_v;  ///< force_v is null where there is no viscosity: the host knows it then
+  double *force_q, *force_v;  ///< force_v, without what is in proportion to the mass: null without viscosity
+  const double* mass;
+  double alpha;  ///< dF/dv is alpha M and force_v
+
+  /// factor (dF/da, dF/dv, dF/dq) of entry `place`, row 0 ... 2 and column 0 ... 2 of its pair's.
+  __device__ void terms(std::int64_t place, const double (&factor)[3], double (&term)[3]) const {
+    const double m = place % 9 % 4 == 0 ? mass[place / 9] : 0.0;
+    term[0] = factor[0] * m;
+    term[1] = factor[1] * (alpha * m + (force_v != nullptr ? force_v[place] : 0.0));
+    term[2] = factor[2] * force_q[place];
+  }
 };
 
 template <ElementKind kind>
@@ -158,18 +174,50 @@ __global__ void __launch_bounds__(TangentThreads<kind>::count)
 
   if (Threads::place() >= Threads::unknowns) return;
   const int j = Threads::column() / 3, direction = Threads::column() % 3, first = Threads::first_row() / 3;
-  const double* mass = body.mass + static_cast<std::int64_t>(e) * body.inertia.entries(nodes);
   const int* pair = values.pair + static_cast<std::int64_t>(e) * nodes * nodes;
 #pragma unroll
   for (int i = 0; i < Threads::rows / 3; ++i) {
-    const double damping = body.inertia.alpha * body.inertia.mass(mass, first + i, j);
     const std::int64_t place = 9 * static_cast<std::int64_t>(pair[(first + i) * nodes + j]) + direction;
     for (int k = 0; k < 3; ++k) {
       values.force_q[place + 3 * k] += rows.force_q[3 * i + k];
-      if (values.force_v != nullptr)
-        values.force_v[place + 3 * k] += rows.force_v[3 * i + k] + (k == direction ? damping : 0.0);
+      if (values.force_v != nullptr) values.force_v[place + 3 * k] += rows.force_v[3 * i + k];
     }
   }
+}
+
+struct Factors {
+  double of[3];  ///< dF/da, dF/dv, dF/dq
+};
+
+/// diagonal[3 i + k] of node i, whose pair with itself is own[i].
+static __global__ void diagonal_entries(int nodes, const int* own, PairValues values, Factors factor,
+                                        double* diagonal) {
+  const int c = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
+  if (c >= 3 * nodes) return;
+  double term[3] = {};
+  if (own[c / 3] >= 0) values.terms(9 * static_cast<std::int64_t>(own[c / 3]) + 4 * (c % 3), factor.of, term);
+  diagonal[c] = term[0] + term[1] + term[2];
+}
+
+/// Each entry to its places in `sum`: those of dF/da, then dF/dv, then dF/dq, `entries` of each.
+static __global__ void sum_entries(std::int64_t entries, const int* target, PairValues values, Factors factor,
+                                   double* sum) {
+  const std::int64_t k = static_cast<std::int64_t>(blockIdx.x) * blockDim.x + threadIdx.x;
+  if (k >= entries) return;
+  double term[3];
+  values.terms(k, factor.of, term);
+  const int by_a = target[k], by_v = target[entries + k], by_q = target[2 * entries + k];
+  // No other thread has any of these places.
+  double at_a = term[0], at_v = term[1];
+  if (by_v == by_a) at_a += at_v;
+  if (by_q == by_a)
+    at_a += term[2];
+  else if (by_q == by_v)
+    at_v += term[2];
+  else
+    sum[by_q] = term[2];
+  if (by_v != by_a) sum[by_v] = at_v;
+  sum[by_a] = at_a;
 }
 
 /// Pairs of nodes that an element has both of: those of node i from start[i] on, neighbours ascending.
@@ -191,6 +239,7 @@ struct NodePairs {
       start.push_back(static_cast<int>(neighbour.size()));
     }
   }
+  std::size_t count() const { return neighbour.size(); }
   int pair(int i, int j) const {
     const auto first = neighbour.begin() + start[i], last = neighbour.begin() + start[i + 1];
     return static_cast<int>(std::lower_bound(first, last, j) - neighbour.begin());
@@ -207,6 +256,30 @@ struct NodePairs {
         for (int j = 0; j < nodes; ++j) *out++ = pair(element[i], element[j]);
     }
     return pairs;
+  }
+  /// Of each node with itself; -1: it has no element.
+  std::vector<int> of_nodes() const {
+    std::vector<int> own(start.size() - 1);
+    for (std::size_t i = 0; i < own.size(); ++i)
+      own[i] = start[i] == start[i + 1] ? -1 : pair(static_cast<int>(i), static_cast<int>(i));
+    return own;
+  }
+  /// Where the rows of node i's coordinates begin among the entries of all, when rows follow one another.
+  int first_entry(int i) const {
+    return 9 * start[i];
+  }
+  /// Entries of one of these rows.
+  int row_length(int i) const {
+    return 3 * (start[i + 1] - start[i]);
+  }
+  /// Calls visit(entry in the order of rows, entry in the order of pairs) for all entries of node i's rows.
+  template <class Visit>
+  void for_each_entry(int i, const Visit& visit) const {
+    for (int k = 0; k < 3; ++k) {
+      int entry = first_entry(i) + k * row_length(i);
+      for (int p = start[i]; p < start[i + 1]; ++p)
+        for (int c = 0; c < 3; ++c) visit(entry++, 9 * static_cast<std::int64_t>(p) + 3 * k + c);
+    }
   }
 };
 
@@ -241,114 +314,201 @@ struct ElementColours {
   }
 };
 
-/// dF/dq of one body and, with viscosity, dF/dv.
+/// Entries of the body's rows in a system of so many coordinates, of which `first` is node 0's first. Throws
+/// InvalidInput where there are more than an int can count.
+inline Pattern pattern_of(const NodePairs& pairs, int first, int coordinates) {
+  if (pairs.count() > static_cast<std::size_t>(std::numeric_limits<int>::max() / 9))
+    throw InvalidInput("groups", "the elements couple more pairs of coordinates than an int can count");
+  const int nodes = static_cast<int>(pairs.start.size()) - 1;
+  Pattern pattern{coordinates, coordinates, std::vector<int>(static_cast<std::size_t>(first) + 1), {}};
+  pattern.column.resize(9 * pairs.count());
+  for (int i = 0; i < nodes; ++i) {
+    for (int k = 1; k <= 3; ++k) pattern.row_start.push_back(pairs.first_entry(i) + k * pairs.row_length(i));
+    pairs.for_each_entry(i, [&](int entry, std::int64_t of_pair) {
+      pattern.column[static_cast<std::size_t>(entry)] =
+          first + 3 * pairs.neighbour[static_cast<std::size_t>(of_pair / 9)] + static_cast<int>(of_pair % 3);
+    });
+  }
+  pattern.row_start.resize(static_cast<std::size_t>(coordinates) + 1, pattern.row_start.back());
+  return pattern;
+}
+
+/// The masses of all pairs.
+inline std::vector<double> pair_masses(const SolidBody& body, const std::vector<int>& of_elements,
+                                       std::size_t pairs) {
+  const int nodes = nodes_per_element(body.mesh.kind);
+  const auto entries = static_cast<std::size_t>(body.inertia.entries(nodes));
+  std::vector<double> masses(pairs);
+  const int* pair = of_elements.data();
+  for (std::size_t e = 0; e < static_cast<std::size_t>(body.mesh.element_count()); ++e)
+    for (int i = 0; i < nodes; ++i)
+      for (int j = 0; j < nodes; ++j)
+        masses[static_cast<std::size_t>(*pair++)] += body.inertia.mass(&body.mass[e * entries], i, j);
+  return masses;
+}
+
+/// Rows of a matrix, and where the entries of dF/da, dF/dv and dF/dq go in them.
+struct MatrixRows {
+  std::int64_t count;
+  cuda::DeviceArena target, device;
+  cuda::PinnedArena host;
+  MatrixRows(std::size_t targets, std::size_t entries)
+      : count(static_cast<std::int64_t>(entries)),
+        target(static_cast<Offset>(targets * sizeof(int))),
+        device(bytes_of(entries)),
+        host(bytes_of(entries)) {}
+};
+
+/// The derivatives of one body's forces.
 template <ElementKind kind>
 class DeviceTangent {
  public:
-  DeviceTangent(const SolidBody& body, const Slots& slots, const cuda::Stream& stream, int threads);
+  /// In a system of so many coordinates.
+  DeviceTangent(const SolidBody& body, const Slots& slots, const cuda::Stream& stream, int coordinates,
+                int threads);
 
-  BlockSet blocks() const { return blocks_; }
-  /// Evaluates `blocks`, some of the above, and begins to copy them to the host.
-  void begin(const DeviceBody& body, const PointGradients<kind>* cell, BlockSet blocks,
+  // As in RemoteTangent.
+  const Pattern& pattern() const { return pattern_; }
+  void place(const std::array<const int*, 3>& target, std::size_t first, std::size_t count,
              const cuda::Stream& stream);
-  /// Adds what was begun, each block as soon as it has been copied.
-  void add_to(Tangent& tangent, const TangentPattern& pattern, const cuda::Stream& stream) const;
+  void begin(const DeviceBody& body, const PointGradients<kind>* cell, const cuda::Stream& stream) const;
+  void add_diagonal(const ByAVQ& factor, std::vector<double>& diagonal, const cuda::Stream& stream) const;
+  void begin_sum(const ByAVQ& factor, const cuda::Stream& stream) const;
+  const double* take_sum(const cuda::Stream& stream) const;
 
  private:
   struct Places {
     ArenaLayout layout;
-    Offset pair, element, force_q, force_v;
-    Places(std::size_t incidences, std::size_t elements, std::size_t entries, bool viscous);
+    Offset pair, own_pair, element, mass, force_q, force_v, diagonal;
+    Places(const SolidBody& body, std::size_t pairs);
   };
-  void add(const double* own, const Pattern& pattern, std::vector<double>& values) const;
+  PairValues values() const {
+    return {device_.at<int>(places_.pair), device_.at<double>(places_.force_q),
+            viscous_ ? device_.at<double>(places_.force_v) : nullptr, device_.at<double>(places_.mass),
+            alpha_};
+  }
+  static int blocks_for(std::int64_t threads) {
+    return static_cast<int>((threads + kThreads - 1) / kThreads);
+  }
+  static Factors factors(const ByAVQ& factor) { return {{factor[0], factor[1], factor[2]}}; }
 
-  const int first_, threads_;
-  const BlockSet blocks_;
+  static constexpr int kThreads = 256;
+  const int first_, threads_, nodes_;
+  const bool viscous_;
+  const double alpha_;
   const NodePairs pairs_;
   const ElementColours colours_;
-  const std::size_t entries_;  // of a block
+  const Pattern pattern_;
   const Places places_;
   const cuda::DeviceArena device_;
-  const cuda::PinnedArena host_;  // dF/dq, dF/dv
-  cuda::Event force_q_copied_;
-  BlockSet begun_;
+  const cuda::PinnedArena host_;  // diagonal
+  std::optional<MatrixRows> sum_;
 };
 
 template <ElementKind kind>
-DeviceTangent<kind>::Places::Places(std::size_t incidences, std::size_t elements, std::size_t entries,
-                                    bool viscous) {
-  pair = layout.add(static_cast<Offset>(incidences * sizeof(int) * Sizes<kind>::nodes));
-  element = layout.add(static_cast<Offset>(elements * sizeof(int)));
-  force_q = layout.add(bytes_of(entries));
-  force_v = layout.add(viscous ? bytes_of(entries) : 0);
+DeviceTangent<kind>::Places::Places(const SolidBody& body, std::size_t pairs) {
+  const std::size_t incidences = body.mesh.elements.size(), nodes = body.mesh.nodes.size();
+  const auto ints = [&](std::size_t count) { return layout.add(static_cast<Offset>(count * sizeof(int))); };
+  pair = ints(incidences * Sizes<kind>::nodes);
+  own_pair = ints(nodes);
+  element = ints(static_cast<std::size_t>(body.mesh.element_count()));
+  mass = layout.add(bytes_of(pairs));
+  force_q = layout.add(bytes_of(9 * pairs));
+  force_v = layout.add(body.constants.beta > 0 ? bytes_of(9 * pairs) : 0);
+  diagonal = layout.add(bytes_of(3 * nodes));
 }
 
 template <ElementKind kind>
 DeviceTangent<kind>::DeviceTangent(const SolidBody& body, const Slots& slots, const cuda::Stream& stream,
-                                   int threads)
+                                   int coordinates, int threads)
     : first_(body.first_coordinate),
       threads_(threads),
-      blocks_(body.constants.beta > 0 ? BlockSet{Block::force_q, Block::force_v} : BlockSet{Block::force_q}),
+      nodes_(static_cast<int>(body.mesh.nodes.size())),
+      viscous_(body.constants.beta > 0),
+      alpha_(body.inertia.alpha),
       pairs_(body.mesh, slots),
       colours_(body.mesh, slots),
-      entries_(9 * pairs_.neighbour.size()),
-      places_(body.mesh.elements.size(), colours_.element.size(), entries_, blocks_.has(Block::force_v)),
+      pattern_(pattern_of(pairs_, first_, coordinates)),
+      places_(body, pairs_.count()),
       device_(places_.layout.total()),
-      host_(bytes_of(entries_) * (blocks_.has(Block::force_v) ? 2 : 1)) {
-  const std::vector<int> of_elements = pairs_.of_elements(body.mesh, threads);
-  stream.to_device(device_.at<int>(places_.pair), of_elements.data(),
-                   static_cast<Offset>(of_elements.size() * sizeof(int)));
-  stream.to_device(device_.at<int>(places_.element), colours_.element.data(),
-                   static_cast<Offset>(colours_.element.size() * sizeof(int)));
+      host_(bytes_of(3 * body.mesh.nodes.size())) {
+  const std::vector<int> of_elements = pairs_.of_elements(body.mesh, threads), of_nodes = pairs_.of_nodes();
+  const std::vector<double> masses = pair_masses(body, of_elements, pairs_.count());
+  const auto put = [&](Offset place, const auto& from) {
+    stream.to_device(device_.at<char>(place), from.data(),
+                     static_cast<Offset>(from.size() * sizeof(from[0])));
+  };
+  put(places_.pair, of_elements);
+  put(places_.own_pair, of_nodes);
+  put(places_.element, colours_.element);
+  put(places_.mass, masses);
   stream.synchronize();  // what was borrowed may go
 }
 
 template <ElementKind kind>
-void DeviceTangent<kind>::begin(const DeviceBody& body, const PointGradients<kind>* cell, BlockSet blocks,
+void DeviceTangent<kind>::place(const std::array<const int*, 3>& target, std::size_t first, std::size_t count,
                                 const cuda::Stream& stream) {
-  begun_ = blocks;
-  const bool viscous = blocks_.has(Block::force_v);
-  const Offset bytes = bytes_of(entries_);
-  const PairValues values{device_.at<int>(places_.pair), device_.at<double>(places_.force_q),
-                          viscous ? device_.at<double>(places_.force_v) : nullptr};
-  stream.clear(values.force_q, bytes);
-  if (viscous) stream.clear(values.force_v, bytes);
+  const std::size_t entries = pattern_.entries();
+  stream.drain();  // a copy of the last sum, which was not taken
+  sum_.reset();
+  sum_.emplace(3 * entries, count);
+  std::vector<int> by_pair(entries);
+  for (std::size_t b = 0; b < 3; ++b) {
+#pragma omp parallel for num_threads(threads_) schedule(static)
+    for (int i = 0; i < nodes_; ++i)
+      pairs_.for_each_entry(i, [&](int entry, std::int64_t of_pair) {
+        by_pair[static_cast<std::size_t>(of_pair)] = target[b][entry] - static_cast<int>(first);
+      });
+    stream.to_device(sum_->target.at<int>(0) + b * entries, by_pair.data(),
+                     static_cast<Offset>(entries * sizeof(int)));
+    stream.synchronize();
+  }
+  stream.clear(sum_->device.at<double>(0), bytes_of(count));
+}
+
+template <ElementKind kind>
+void DeviceTangent<kind>::begin(const DeviceBody& body, const PointGradients<kind>* cell,
+                                const cuda::Stream& stream) const {
+  const PairValues to = values();
+  stream.clear(to.force_q, bytes_of(pattern_.entries()));
+  if (viscous_) stream.clear(to.force_v, bytes_of(pattern_.entries()));
   for (std::size_t c = 0; c + 1 < colours_.start.size(); ++c) {
     element_tangents<kind>
         <<<colours_.start[c + 1] - colours_.start[c], TangentThreads<kind>::count, 0, stream.get()>>>(
-            body, cell, device_.at<int>(places_.element) + colours_.start[c], values);
+            body, cell, device_.at<int>(places_.element) + colours_.start[c], to);
     cuda::check_launch("element_tangents");
   }
-  double* own = host_.at<double>(0);
-  if (blocks.has(Block::force_q)) stream.to_host(own, values.force_q, bytes);
-  force_q_copied_.record(stream);
-  if (blocks.has(Block::force_v)) stream.to_host(own + entries_, values.force_v, bytes);
 }
 
 template <ElementKind kind>
-void DeviceTangent<kind>::add_to(Tangent& tangent, const TangentPattern& pattern,
-                                 const cuda::Stream& stream) const {
-  const double* own = host_.at<double>(0);
-  force_q_copied_.synchronize();
-  if (begun_.has(Block::force_q)) add(own, pattern[Block::force_q], tangent[Block::force_q]);
+void DeviceTangent<kind>::add_diagonal(const ByAVQ& factor, std::vector<double>& diagonal,
+                                       const cuda::Stream& stream) const {
+  const std::int64_t count = 3 * static_cast<std::int64_t>(nodes_);
+  double* const on_device = device_.at<double>(places_.diagonal);
+  diagonal_entries<<<blocks_for(count), kThreads, 0, stream.get()>>>(
+      nodes_, device_.at<int>(places_.own_pair), values(), factors(factor), on_device);
+  cuda::check_launch("diagonal_entries");
+  double* const own = host_.at<double>(0);
+  stream.to_host(own, on_device, bytes_of(static_cast<std::size_t>(count)));
   stream.synchronize();
-  if (begun_.has(Block::force_v)) add(own + entries_, pattern[Block::force_v], tangent[Block::force_v]);
+#pragma omp parallel for num_threads(threads_)
+  for (std::int64_t c = 0; c < count; ++c) diagonal[static_cast<std::size_t>(first_ + c)] += own[c];
 }
 
-/// Rows of the system may have more entries than those of the body.
 template <ElementKind kind>
-void DeviceTangent<kind>::add(const double* own, const Pattern& pattern, std::vector<double>& values) const {
-  const int nodes = static_cast<int>(pairs_.start.size()) - 1;
-#pragma omp parallel for num_threads(threads_) schedule(static)
-  for (int i = 0; i < nodes; ++i)
-    for (int k = 0; k < 3; ++k) {
-      int entry = pattern.row_start[first_ + 3 * i + k];
-      for (int pair = pairs_.start[i]; pair < pairs_.start[i + 1]; ++pair, entry += 3) {
-        while (pattern.column[entry] != first_ + 3 * pairs_.neighbour[pair]) ++entry;
-        const double* from = own + 9 * static_cast<std::int64_t>(pair) + 3 * k;
-        for (int c = 0; c < 3; ++c) values[entry + c] += from[c];
-      }
-    }
+void DeviceTangent<kind>::begin_sum(const ByAVQ& factor, const cuda::Stream& stream) const {
+  const auto entries = static_cast<std::int64_t>(pattern_.entries());
+  double* const on_device = sum_->device.at<double>(0);
+  sum_entries<<<blocks_for(entries), kThreads, 0, stream.get()>>>(entries, sum_->target.at<int>(0), values(),
+                                                                  factors(factor), on_device);
+  cuda::check_launch("sum_entries");
+  stream.to_host(sum_->host.at<double>(0), on_device, bytes_of(static_cast<std::size_t>(sum_->count)));
+}
+
+template <ElementKind kind>
+const double* DeviceTangent<kind>::take_sum(const cuda::Stream& stream) const {
+  stream.synchronize();
+  return sum_->host.at<double>(0);
 }
 
 }  // namespace mfs::dae

@@ -158,7 +158,7 @@ TEST(Solid, HasNoForceOnADeviceThatIsNotThere) {
   const std::vector<Backend> usable = backends();
   if (std::count(usable.begin(), usable.end(), Backend::cuda) > 0) GTEST_SKIP() << "there is one";
   const SolidGroup body = make_body(box_mesh({1, 1, 1}, {1, 1, 1}, ElementKind::hex8), {});
-  EXPECT_THROW((void)body.device_force(1), BackendError);
+  EXPECT_THROW((void)body.device_force(body.local_coordinates(), 1), BackendError);
 }
 
 TEST(Solid, RefusesWhatMakesNoSense) {

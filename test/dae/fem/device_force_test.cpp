@@ -5,8 +5,10 @@
 #include <Eigen/Sparse>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <mfs/error.hpp>
 #include <new>
+#include <random>
 
 #include "kernels/cuda/faults.hpp"
 #include "test/dae/fem/element_fixtures.hpp"
@@ -54,6 +56,10 @@ State random_state(const SolidGroup& body, int elements, unsigned seed) {
   }
   s.q.segment(kFirst, nodes.size()) += nodes;
   return s;
+}
+
+std::unique_ptr<DeviceForce> make_device(const SolidGroup& body, const State& state, int threads) {
+  return body.device_force(static_cast<int>(state.q.size()), threads);
 }
 
 std::vector<double> device_force(DeviceForce& device, const State& state) {
@@ -106,90 +112,133 @@ TEST_P(DeviceForceOf, ABodyIsThatOfTheHost) {
   const Eigen::VectorXd expected = body_force(body_, state_.q, state_.v, state_.a);
   ASSERT_TRUE(expected.allFinite());
 
-  const auto device = body_.device_force(2);
+  const auto device = make_device(body_, state_, 2);
   const std::vector<double> force = device_force(*device, state_);
   const double tolerance = 1e-13 * std::max(1.0, size_of_terms(body_, state_));
   for (std::size_t i = 0; i < force.size(); ++i)
     ASSERT_NEAR(force[i], expected(static_cast<Eigen::Index>(i)), tolerance) << "coordinate " << i;
 
   EXPECT_EQ(device_force(*device, state_), force);
-  EXPECT_EQ(device_force(*body_.device_force(1), state_), force);
+  EXPECT_EQ(device_force(*make_device(body_, state_, 1), state_), force);
 }
 
-constexpr Block kTangentBlocks[] = {Block::force_q, Block::force_v};
-
-// dF/dq and dF/dv by the host, in a system with further entries: first and last coordinate of each row, and
-// others at random.
-struct PlainTangent {
+/// factor[0] dF/da + factor[1] dF/dv + factor[2] dF/dq by the host, and sums of absolute values.
+struct PlainSum {
   using Matrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;
-  Matrix block[2], sizes[2];  // and sums of absolute values
-  TangentPattern pattern;
+  Matrix value, size;
 
-  PlainTangent(const SolidGroup& body, const State& state, unsigned seed) {
-    std::mt19937 random(seed);
-    const int n = static_cast<int>(state.q.size()), nq = body.local_coordinates();
-    std::vector<Eigen::Triplet<double>> entries[2];
-    for (int i = 0; i < n; ++i)
-      for (auto& some : entries)
-        for (const int j : {0, n - 1, static_cast<int>(random() % static_cast<unsigned>(n))})
-          some.emplace_back(i, j, 0.0);
+  PlainSum(const SolidGroup& body, const State& state, const ByAVQ& factor) {
+    const auto n = state.q.size();
+    const int nq = body.local_coordinates();
+    std::vector<Eigen::Triplet<double>> values, sizes;
     for (int e = 0; e < body.size(); ++e) {
       const ElementTangent tangent = element_tangent(body, e, state.q, state.v);
       for (int i = 0; i < nq; ++i)
         for (int j = 0; j < nq; ++j) {
           const int row = body.coordinates(e)[i], column = body.coordinates(e)[j];
-          entries[0].emplace_back(row, column, tangent.force_q(i, j));
-          entries[1].emplace_back(row, column, tangent.force_v(i, j));
+          const double terms[] = {factor[0] * tangent.force_a(i, j), factor[1] * tangent.force_v(i, j),
+                                  factor[2] * tangent.force_q(i, j)};
+          values.emplace_back(row, column, terms[0] + terms[1] + terms[2]);
+          sizes.emplace_back(row, column, std::abs(terms[0]) + std::abs(terms[1]) + std::abs(terms[2]));
         }
     }
-    for (int b = 0; b < 2; ++b) {
-      block[b].resize(n, n);
-      sizes[b].resize(n, n);
-      block[b].setFromTriplets(entries[b].begin(), entries[b].end());
-      for (auto& entry : entries[b]) entry = {entry.row(), entry.col(), std::abs(entry.value())};
-      sizes[b].setFromTriplets(entries[b].begin(), entries[b].end());
-      const int* start = block[b].outerIndexPtr();
-      const int* column = block[b].innerIndexPtr();
-      pattern.block[static_cast<std::size_t>(kTangentBlocks[b])] = {
-          n, n, {start, start + n + 1}, {column, column + start[n]}};
+    value.resize(n, n);
+    size.resize(n, n);
+    value.setFromTriplets(values.begin(), values.end());
+    size.setFromTriplets(sizes.begin(), sizes.end());
+  }
+  double tolerance() const { return 1e-13 * std::max(1.0, size.coeffs().maxCoeff()); }
+};
+
+/// Places in a matrix whose rows have entries of others, too. Some columns of dF/dv and dF/dq go where those
+/// of dF/da go, some have entries of their own.
+struct SomePlaces {
+  static constexpr int kBefore = 7;  // entries of rows before these
+  std::vector<int> target[3];
+  std::size_t count = 0;
+
+  SomePlaces(const Pattern& pattern, unsigned seed) {
+    std::mt19937 random(seed);
+    std::vector<int> apart(static_cast<std::size_t>(pattern.columns));  // bits: dF/dv, dF/dq
+    for (int& bits : apart) bits = static_cast<int>(random() % 4);
+    int next = kBefore;
+    for (int row = 0; row < pattern.rows; ++row) {
+      next += static_cast<int>(random() % 2);  // another's
+      const auto first = pattern.column.begin() + pattern.row_start[row];
+      const auto end = pattern.column.begin() + pattern.row_start[row + 1];
+      for (int b = 0; b < 3; ++b)
+        for (auto column = first; column != end; ++column) {
+          const bool own = b == 0 || ((apart[static_cast<std::size_t>(*column)] >> (b - 1)) & 1) != 0;
+          target[b].push_back(own ? next++
+                                  : target[0][static_cast<std::size_t>(column - pattern.column.begin())]);
+        }
     }
+    count = static_cast<std::size_t>(next - kBefore);
+  }
+  void give(DeviceForce& device) const {
+    device.place({target[0].data(), target[1].data(), target[2].data()}, kBefore, count);
+  }
+  /// The sum of the entries in the three places of each entry, once where some are the same.
+  std::vector<double> gather(const double* sum) const {
+    std::vector<double> values;
+    for (std::size_t k = 0; k < target[0].size(); ++k) {
+      values.push_back(sum[target[0][k] - kBefore]);
+      for (int b = 1; b < 3; ++b)
+        if (target[b][k] != target[0][k]) values.back() += sum[target[b][k] - kBefore];
+    }
+    return values;
   }
 };
 
-Tangent device_tangent(DeviceForce& device, const State& state, const TangentPattern& pattern,
-                       BlockSet blocks) {
-  Tangent tangent;
-  for (std::size_t b = 0; b < kBlocks; ++b) tangent.values[b].assign(pattern.block[b].entries(), 1.0);
-  device.begin(state.view(), blocks);
-  device.add_to(tangent, pattern);
-  for (auto& values : tangent.values)
-    for (double& value : values) value -= 1.0;  // it is added to what is there
-  return tangent;
+constexpr ByAVQ kFactor{0.7, 0.03, 0.002};
+
+std::vector<double> device_sum(DeviceForce& device, const State& state, const SomePlaces& places,
+                               const ByAVQ& factor = kFactor) {
+  device.begin_tangent(state.view());
+  device.begin_sum(factor);
+  return places.gather(device.take_sum());
 }
 
 TEST_P(DeviceForceOf, ABodyHasTheDerivativesOfTheHost) {
-  const PlainTangent plain(body_, state_, seed_);
-
-  const auto device = body_.device_force(2);
-  const BlockSet blocks = device->blocks();
-  EXPECT_TRUE(blocks.has(Block::force_q));
-  EXPECT_EQ(blocks.has(Block::force_v), beta_ > 0);
-  const Tangent tangent = device_tangent(*device, state_, plain.pattern, blocks);
-  for (std::size_t b = 0; b < 2; ++b) {
-    if (!blocks.has(kTangentBlocks[b])) continue;
-    const std::vector<double>& values = tangent[kTangentBlocks[b]];
-    const double tolerance = 1e-13 * std::max(1.0, plain.sizes[b].coeffs().maxCoeff());
-    for (std::size_t k = 0; k < values.size(); ++k) {
-      ASSERT_TRUE(std::isfinite(values[k]));
-      ASSERT_NEAR(values[k], plain.block[b].valuePtr()[k], tolerance) << "block " << b << ", entry " << k;
+  const auto device = make_device(body_, state_, 2);
+  const Pattern& pattern = device->pattern();
+  const SomePlaces places(pattern, seed_);
+  places.give(*device);
+  for (const ByAVQ& factor : {kFactor, ByAVQ{1, 0, 0}, ByAVQ{0, 1, 0}, ByAVQ{0, 0, 1}}) {
+    const PlainSum plain(body_, state_, factor);
+    ASSERT_EQ(pattern.entries(), static_cast<std::size_t>(plain.value.nonZeros()));
+    const std::vector<double> sum = device_sum(*device, state_, places, factor);
+    for (std::size_t k = 0; k < sum.size(); ++k) {
+      ASSERT_EQ(pattern.column[k], plain.value.innerIndexPtr()[k]);
+      ASSERT_TRUE(std::isfinite(sum[k]));
+      ASSERT_NEAR(sum[k], plain.value.valuePtr()[k], plain.tolerance()) << "entry " << k;
     }
-  }
+    for (int i = 0; i <= pattern.rows; ++i)
+      ASSERT_EQ(pattern.row_start[static_cast<std::size_t>(i)], plain.value.outerIndexPtr()[i]);
 
-  EXPECT_EQ(device_tangent(*device, state_, plain.pattern, blocks).values, tangent.values);
-  EXPECT_EQ(device_tangent(*body_.device_force(1), state_, plain.pattern, blocks).values, tangent.values);
-  const Tangent by_q = device_tangent(*device, state_, plain.pattern, {Block::force_q});
-  EXPECT_EQ(by_q[Block::force_q], tangent[Block::force_q]);
-  EXPECT_EQ(by_q[Block::force_v], std::vector<double>(by_q[Block::force_v].size(), 0.0));
+    std::vector<double> diagonal(static_cast<std::size_t>(pattern.rows),
+                                 1.0);  // it is added to what is there
+    device->add_diagonal(factor, diagonal);
+    for (int i = 0; i < pattern.rows; ++i)
+      ASSERT_NEAR(diagonal[static_cast<std::size_t>(i)] - 1.0, plain.value.coeff(i, i), plain.tolerance());
+  }
+}
+
+TEST_P(DeviceForceOf, EntriesOfOthersStayZeroAndSumsRepeat) {
+  const auto device = make_device(body_, state_, 2), other = make_device(body_, state_, 1);
+  const SomePlaces first(device->pattern(), seed_), second(device->pattern(), seed_ + 1);
+  for (const auto& body : {device.get(), other.get()}) first.give(*body);
+  const std::vector<double> sum = device_sum(*device, state_, first);
+  EXPECT_EQ(device_sum(*other, state_, first), sum);
+  EXPECT_EQ(device_sum(*device, state_, first), sum);
+
+  second.give(*device);  // of another matrix
+  device->begin_sum(kFactor);
+  const double* const values = device->take_sum();
+  std::vector<char> ours(second.count);
+  for (const auto& target : second.target)
+    for (const int entry : target) ours[static_cast<std::size_t>(entry - SomePlaces::kBefore)] = 1;
+  for (std::size_t k = 0; k < second.count; ++k) EXPECT_TRUE(ours[k] != 0 || values[k] == 0.0) << k;
 }
 
 INSTANTIATE_TEST_SUITE_P(All, DeviceForceOf,
@@ -209,17 +258,20 @@ class Device : public mfs::test::OnDevice {
 
 TEST_F(Device, DropsWhatWasNotTaken) {
   const State first = random_state(body_, 8, 1), second = random_state(body_, 8, 2);
-  const auto device = body_.device_force(1);
+  const auto device = make_device(body_, first, 1);
   const std::vector<double> expected = device_force(*device, second);
   device->begin(first.view());
   EXPECT_EQ(device_force(*device, second), expected);
 
-  const PlainTangent plain(body_, second, 1);
-  const Tangent by_q = device_tangent(*device, second, plain.pattern, {Block::force_q});
-  device->begin(first.view(), {Block::force_q});
+  const SomePlaces places(device->pattern(), 1);
+  places.give(*device);
+  const std::vector<double> sum = device_sum(*device, second, places);
+  device->begin_tangent(first.view());
   EXPECT_EQ(device_force(*device, second), expected);
   device->begin(first.view());
-  EXPECT_EQ(device_tangent(*device, second, plain.pattern, {Block::force_q}).values, by_q.values);
+  EXPECT_EQ(device_sum(*device, second, places), sum);
+  device->begin_sum({1, 1, 1});
+  EXPECT_EQ(device_sum(*device, second, places), sum);
 }
 
 // On the host, too, this is no exception: the step above is rejected.
@@ -227,35 +279,42 @@ TEST_F(Device, AnElementTurnedInsideOutGivesNotANumber) {
   State state = random_state(body_, 8, 1);
   const int* coordinates = body_.coordinates(0);
   for (int k = 0; k < 3; ++k) std::swap(state.q(coordinates[k]), state.q(coordinates[18 + k]));
-  const std::vector<double> force = device_force(*body_.device_force(1), state);
+  const auto device = make_device(body_, state, 1);
+  const std::vector<double> force = device_force(*device, state);
   for (int n = 0; n < body_.local_coordinates(); ++n)
     EXPECT_TRUE(std::isnan(force[static_cast<std::size_t>(coordinates[n])]));
 
-  const PlainTangent plain(body_, state, 1);
-  const Tangent tangent = device_tangent(*body_.device_force(1), state, plain.pattern, {Block::force_q});
-  for (int k = 0; k < plain.block[0].nonZeros(); ++k)
-    EXPECT_EQ(std::isnan(tangent[Block::force_q][static_cast<std::size_t>(k)]),
-              std::isnan(plain.block[0].valuePtr()[k]));
+  const PlainSum plain(body_, state, kFactor);
+  const SomePlaces places(device->pattern(), 1);
+  places.give(*device);
+  const std::vector<double> sum = device_sum(*device, state, places);
+  for (std::size_t k = 0; k < sum.size(); ++k)
+    EXPECT_EQ(std::isnan(sum[k]), std::isnan(plain.value.valuePtr()[k]));
 }
 
 TEST_F(Device, EveryCallThatFailsIsToldAndForgotten) {
   const State state = random_state(body_, 8, 1);
-  const std::vector<double> expected = device_force(*body_.device_force(1), state);
-  const PlainTangent plain(body_, state, 1);
+  const std::vector<double> expected = device_force(*make_device(body_, state, 1), state);
+  const SomePlaces places(make_device(body_, state, 1)->pattern(), 1);
   const auto evaluate = [&](DeviceForce& device) {
     (void)device_force(device, state);
-    (void)device_tangent(device, state, plain.pattern, {Block::force_q});
+    places.give(device);
+    device.begin_tangent(state.view());
+    std::vector<double> diagonal(static_cast<std::size_t>(state.q.size()));
+    device.add_diagonal(kFactor, diagonal);
+    device.begin_sum(kFactor);
+    (void)device.take_sum();
   };
   bool met = true;
   for (long n = 0; met; ++n) {
     SCOPED_TRACE("call " + std::to_string(n));
-    const auto sound = body_.device_force(1);
+    const auto sound = make_device(body_, state, 1);
     cuda::Fault fault{n};
     const auto use = [&](bool make_one) {
       cuda::planned_fault = &fault;
       bool told = true;
       try {
-        if (make_one) evaluate(*body_.device_force(1));
+        if (make_one) evaluate(*make_device(body_, state, 1));
         if (!make_one) evaluate(*sound);
         told = false;
       } catch (const BackendError&) {
@@ -273,7 +332,7 @@ TEST_F(Device, EveryCallThatFailsIsToldAndForgotten) {
     fault = {n};
     use(true);
     met = fault.met;
-    ASSERT_LT(n, 100);
+    ASSERT_LT(n, 200);
   }
 }
 

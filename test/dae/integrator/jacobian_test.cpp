@@ -2,8 +2,12 @@
 // kept, what becomes of corrections by the matrix of another step.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
+#include <utility>
+#include <vector>
 
 #include "dae/integrator/integrator.hpp"
 #include "dae/integrator/step_equations.hpp"
@@ -197,6 +201,106 @@ TEST(Jacobian, HasAPivotWithoutInertiaAndNoStepMakesItLargeOrSmall) {
       EXPECT_LT(matrix.cwiseAbs().maxCoeff(), 5.0) << rate;
       EXPECT_GT(matrix.rowwise().lpNorm<Eigen::Infinity>().minCoeff(), 0.1) << rate;
       EXPECT_GT(matrix.colwise().lpNorm<Eigen::Infinity>().minCoeff(), 0.1) << rate;
+    }
+}
+
+/// The same system with the derivatives of some rows of F elsewhere.
+template <class Inner>
+class Divided : public DenseSystem<Inner> {
+ public:
+  Divided(int first, int end) : away_(std::make_unique<Away>(*this, first, end)) {
+    const int n = this->coordinates();
+    for (const Block block : {Block::force_q, Block::force_v, Block::force_a}) {
+      Pattern& here = this->pattern_.block[static_cast<std::size_t>(block)];
+      here = {n, n, {0}, {}};
+      for (int i = 0; i < n; ++i) {
+        for (int j = 0; j < n && (i < first || i >= end); ++j) here.column.push_back(j);
+        here.row_start.push_back(static_cast<int>(here.column.size()));
+      }
+    }
+  }
+  std::vector<RemoteTangent*> remote_tangents() const override { return {away_.get()}; }
+  using DenseSystem<Inner>::evaluate;
+  void evaluate(const StateView& state, Tangent& tangent, BlockSet blocks) const override {
+    const DenseSystem<Inner> whole;
+    Tangent all = make_tangent(whole);
+    whole.evaluate(state, all, blocks);
+    for (int b = 0; b < kBlocks; ++b) {
+      const Pattern& from = whole.tangent_pattern().block[b];
+      const Pattern& to = this->pattern_.block[b];
+      if (!blocks.has(static_cast<Block>(b))) continue;
+      for (int i = 0; i < to.rows; ++i)
+        for (int k = 0; k < to.row_start[i + 1] - to.row_start[i]; ++k)
+          tangent.values[b][to.row_start[i] + k] = all.values[b][from.row_start[i] + k];
+    }
+  }
+
+ private:
+  class Away : public RemoteTangent {
+   public:
+    Away(const ConstrainedSystem& system, int first, int end) : first_(first) {
+      const int n = system.coordinates();
+      pattern_ = {n, n, {0}, {}};
+      for (int i = 0; i < n; ++i) {
+        for (int j = 0; j < n && i >= first && i < end; ++j) pattern_.column.push_back(j);
+        pattern_.row_start.push_back(static_cast<int>(pattern_.column.size()));
+      }
+    }
+    const Pattern& pattern() const override { return pattern_; }
+    void place(const std::array<const int*, 3>& target, std::size_t first, std::size_t count) override {
+      for (int b = 0; b < 3; ++b) {
+        target_[b].assign(target[b], target[b] + pattern_.entries());
+        for (int& entry : target_[b]) entry -= static_cast<int>(first);
+      }
+      sum_.resize(count);
+    }
+    void begin_tangent(const StateView& state) override {
+      const DenseSystem<Inner> whole;
+      all_ = make_tangent(whole);
+      whole.evaluate(state, all_, BlockSet::all());
+    }
+    void add_diagonal(const ByAVQ& factor, std::vector<double>& diagonal) override {
+      for (int i = 0; i < pattern_.rows; ++i)
+        if (pattern_.row_start[i + 1] > pattern_.row_start[i])
+          for (int b = 0; b < 3; ++b) diagonal[i] += factor[b] * value(b, i, i);
+    }
+    void begin_sum(const ByAVQ& factor) override {
+      std::fill(sum_.begin(), sum_.end(), 0.0);
+      for (std::size_t k = 0; k < pattern_.entries(); ++k)
+        for (int b = 0; b < 3; ++b)
+          sum_.at(target_[b][k]) +=
+              factor[b] * value(b, first_ + static_cast<int>(k) / pattern_.columns, pattern_.column[k]);
+    }
+    const double* take_sum() override { return sum_.data(); }
+
+   private:
+    double value(int b, int row, int column) const {
+      constexpr Block kBlock[] = {Block::force_a, Block::force_v, Block::force_q};
+      return all_[kBlock[b]][row * pattern_.columns + column];
+    }
+    int first_;
+    Pattern pattern_;
+    std::vector<int> target_[3];
+    std::vector<double> sum_;
+    Tangent all_;
+  };
+  std::unique_ptr<Away> away_;
+};
+
+TEST(Jacobian, IsTheSameWhereSomeRowsAreSummedElsewhere) {
+  const DenseSystem<Tied> whole;
+  const State state{0.0, {0.1, 0.3, 0.3}, {1.0, 2.0, 2.0}, {-5.0, 3.0, 3.0}, {7.0}};
+  for (const Unknowns unknowns : {Unknowns::full, Unknowns::reduced})
+    for (const auto& [first, end] : {std::pair{0, 2}, {1, 3}, {0, 3}}) {
+      const Divided<Tied> divided(first, end);
+      const StepEquations equations(divided, unknowns, true, {1, 1, 0}, 1),
+          expected(whole, unknowns, true, {1, 1, 0}, 1);
+      for (const double rate : {2.0, 1e3, 1e6}) {
+        const StepRelation relation{0.0, 1.0 / rate, 1.0 / rate, state.q, state.v, state.a};
+        const Eigen::MatrixXd difference =
+            jacobian(equations, state, relation) - jacobian(expected, state, relation);
+        EXPECT_LT(difference.cwiseAbs().maxCoeff(), 1e-14) << rate;
+      }
     }
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <stdexcept>
@@ -54,23 +55,22 @@ class ArtificialGroup final : public dae::ElementGroup {
   }
 
   int throws_at = -1;
-  /// Plays a group that a device evaluates: how often F, or derivatives, were begun and taken.
+  /// Plays a group that a device evaluates: how often F was begun and taken.
   struct Device {
     int begun = 0, taken = 0;
-    dae::BlockSet blocks;  ///< that it offers
-    int blocks_begun = 0, blocks_taken = 0;
   };
   std::shared_ptr<Device> device;
 
-  std::unique_ptr<dae::DeviceForce> device_force(int) const override {
-    return device == nullptr ? nullptr : std::make_unique<Played>(*this);
+  std::unique_ptr<dae::DeviceForce> device_force(int coordinates, int) const override {
+    return device == nullptr ? nullptr : std::make_unique<Played>(*this, coordinates);
   }
 
  private:
   // The same sums as the host's, by itself.
   class Played final : public dae::DeviceForce {
    public:
-    explicit Played(const ArtificialGroup& group) : group_(group) {}
+    Played(const ArtificialGroup& group, int coordinates)
+        : group_(group), tangent_({coordinates, coordinates, {}, {}}) {}
     void begin(const dae::StateView& state) override {
       ++group_.device->begun;
       sum_.clear();
@@ -92,42 +92,18 @@ class ArtificialGroup final : public dae::ElementGroup {
       ++group_.device->taken;
       for (std::size_t k = 0; k < sum_.size(); ++k) force[group_.coordinates_[k]] += sum_[k];
     }
-    dae::BlockSet blocks() const override { return group_.device->blocks; }
-    void begin(const dae::StateView& state, dae::BlockSet blocks) override {
-      ++group_.device->blocks_begun;
-      begun_ = blocks;
-      q_.assign(state.q,
-                state.q + 1 + *std::max_element(group_.coordinates_.begin(), group_.coordinates_.end()));
-    }
-    void add_to(dae::Tangent& tangent, const dae::TangentPattern& pattern) override {
-      ++group_.device->blocks_taken;
-      const auto& s = group_.structure_;
-      add(dae::Block::force_q, s.force_q, 5, tangent, pattern);
-      add(dae::Block::force_v, s.force_v, 6, tangent, pattern);
-      add(dae::Block::force_a, s.force_a, 7, tangent, pattern);
-    }
+    // Its derivatives are nobody's business but the integrator's.
+    const dae::Pattern& pattern() const override { return tangent_; }
+    void place(const std::array<const int*, 3>&, std::size_t, std::size_t) override {}
+    void begin_tangent(const dae::StateView&) override {}
+    void add_diagonal(const dae::ByAVQ&, std::vector<double>&) override {}
+    void begin_sum(const dae::ByAVQ&) override {}
+    const double* take_sum() override { return nullptr; }
 
    private:
-    void add(dae::Block block, dae::LocalStructure::Kind kind, int seed, dae::Tangent& tangent,
-             const dae::TangentPattern& patterns) const {
-      using Kind = dae::LocalStructure::Kind;
-      const int nq = group_.nq_;
-      const dae::Pattern& pattern = patterns[block];
-      if (!begun_.has(block) || kind == Kind::zero) return;
-      for (int e = 0; e < group_.size(); ++e)
-        for (int i = 0; i < nq; ++i)
-          for (int j = 0; j < nq; ++j) {
-            const int row = group_.coordinates(e)[i], column = group_.coordinates(e)[j];
-            if (!group_.has_entry(kind, i, j)) continue;
-            int entry = pattern.row_start[row];
-            while (pattern.column[entry] != column) ++entry;
-            tangent[block][entry] += number(e, i * nq + j, seed) * q_[column];
-          }
-    }
-
     const ArtificialGroup& group_;
-    std::vector<double> sum_, q_;
-    dae::BlockSet begun_;
+    std::vector<double> sum_;
+    dae::Pattern tangent_;
   };
 
   static double number(int e, int k, int kind) { return std::sin(1.0 + e + 0.37 * k + 11.0 * kind); }

@@ -1,0 +1,339 @@
+#include "dae/mechanics/multibody_system.hpp"
+
+#include <omp.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <utility>
+
+#include <mfs/error.hpp>
+
+namespace mfs::dae {
+namespace {
+
+using Kind = LocalStructure::Kind;
+
+/// What a device has adds nothing to the blocks.
+constexpr LocalStructure kNothing{Kind::zero, Kind::zero, Kind::zero, false, false, 0};
+
+/// Elements without a colour that are computed together.
+constexpr std::size_t kMostWaiting = 512;
+
+BlockSet blocks_of(const ElementGroup& group, const LocalStructure& structure) {
+  BlockSet blocks;
+  for (const Block b : kForceBlocks)
+    if (kind_of(structure, b) != Kind::zero) blocks.insert(b);
+  if (group.local_constraints() > 0)
+    for (const Block b : kConstraintBlocks) blocks.insert(b);
+  return blocks;
+}
+
+/// The blocks of F that are the same for every state in this group.
+BlockSet constant_blocks_of(const LocalStructure& structure) {
+  BlockSet blocks;
+  if (structure.constant_force_a) blocks.insert(Block::force_a);
+  if (structure.constant_force_v) blocks.insert(Block::force_v);
+  return blocks;
+}
+
+}  // namespace
+
+Multibody::Multibody(Groups groups, std::vector<BodyCoordinates> bodies, int coordinates, int threads,
+                     Backend backend)
+    : groups_(std::move(groups)), bodies_(std::move(bodies)), n_(coordinates), threads_(threads) {
+  const std::set<int> on_device = backend == Backend::cuda ? make_device_forces() : std::set<int>{};
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    structure_.push_back(on_device.count(static_cast<int>(g)) > 0 ? kNothing : groups_[g]->structure());
+    blocks_.push_back(blocks_of(*groups_[g], structure_.back()));
+  }
+  number_constraints();
+  force_blocks_ = find_force_blocks(groups_, structure_, n_, threads_, pattern_);
+  find_constraint_blocks();
+  colouring_ = colour_elements(groups_, n_, on_device);
+  find_constant_shares();
+  make_workspaces();
+}
+
+/// A block that is constant as a whole is evaluated by whoever asks for it, once.
+void Multibody::find_constant_shares() {
+  constant_blocks_.resize(groups_.size());
+  for (const Block block : kForceBlocks) {
+    if (pattern_.constant[static_cast<std::size_t>(block)]) continue;
+    for (std::size_t g = 0; g < groups_.size(); ++g)
+      if (blocks_[g].has(block) && constant_blocks_of(structure_[g]).has(block)) {
+        blocks_[g].erase({block});
+        constant_blocks_[g].insert(block);
+      }
+  }
+}
+
+void Multibody::make_workspaces() {
+  const auto fill = [&](std::vector<Workspace>& workspaces, std::size_t count, const std::set<int>& groups) {
+    std::size_t nq = 0, nc = 0;
+    for (const int g : groups) {
+      nq = std::max(nq, static_cast<std::size_t>(groups_[g]->local_coordinates()));
+      nc = std::max(nc, static_cast<std::size_t>(groups_[g]->local_constraints()));
+    }
+    workspaces.assign(count, Workspace(nq, nc));
+    for (Workspace& work : workspaces) work.runs.reserve(nq + 1);  // a copy has no room of its own
+  };
+  std::set<int> all, uncoloured;
+  for (std::size_t g = 0; g < groups_.size(); ++g) all.insert(static_cast<int>(g));
+  const std::size_t first = colouring_.colour_start.back(), end = colouring_.order.size();
+  for (std::size_t k = first; k < end; ++k) uncoloured.insert(colouring_.order[k].group);
+  fill(workspaces_, static_cast<std::size_t>(threads_), all);
+  fill(waiting_, std::min(kMostWaiting, end - first), uncoloured);
+}
+
+/// The numbers of the groups whose F a device evaluates.
+std::set<int> Multibody::make_device_forces() {
+  std::set<int> groups;
+  for (std::size_t g = 0; g < groups_.size(); ++g)
+    if (auto force = groups_[g]->device_force(n_, threads_)) {
+      device_forces_.push_back(std::move(force));
+      groups.insert(static_cast<int>(g));
+    }
+  return groups;
+}
+
+void Multibody::number_constraints() {
+  std::int64_t m = 0;
+  for (const auto& group : groups_) {
+    constraint_start_.push_back(static_cast<int>(m));
+    m += std::int64_t{group->size()} * group->local_constraints();
+    if (m >= n_)
+      throw InvalidInput(group->name(group->size() - 1), std::to_string(m) +
+                                                             " constraints up to here leave " +
+                                                             std::to_string(n_) + " coordinates no freedom");
+  }
+  m_ = static_cast<int>(m);
+  constraint_start_.push_back(m_);
+}
+
+/// The four have one pattern: each row holds the coordinates of its element.
+void Multibody::find_constraint_blocks() {
+  Pattern pattern{m_, n_, {0}, {}};
+  column_rank_.resize(groups_.size());
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    const ElementGroup& group = *groups_[g];
+    const int nq = group.local_coordinates(), nc = group.local_constraints();
+    if (nc == 0) continue;
+    for (int e = 0; e < group.size(); ++e) {
+      const int* coordinates = group.coordinates(e);
+      std::vector<int> sorted(coordinates, coordinates + nq);
+      std::sort(sorted.begin(), sorted.end());
+      for (int k = 0; k < nq; ++k)
+        column_rank_[g].push_back(static_cast<int>(
+            std::lower_bound(sorted.begin(), sorted.end(), coordinates[k]) - sorted.begin()));
+      for (int row = 0; row < nc; ++row) {
+        pattern.column.insert(pattern.column.end(), sorted.begin(), sorted.end());
+        pattern.row_start.push_back(static_cast<int>(pattern.column.size()));
+      }
+    }
+  }
+  for (const Block block : kConstraintBlocks) {
+    pattern_.block[static_cast<std::size_t>(block)] = pattern;
+    pattern_.constant[static_cast<std::size_t>(block)] = m_ == 0;
+  }
+}
+
+/// Calls compute(element, workspace) and then add(element, workspace) for all elements of the groups that
+/// take part; add in the order of the colouring. Elements without a colour, as the links of a rigid
+/// interface, which all have its frame, are computed by all threads and added by one.
+template <class Compute, class Add>
+void Multibody::for_each_element(const std::vector<char>& group_takes_part, const Compute& compute,
+                                 const Add& add) const {
+  FirstFailure failure;
+  const auto& order = colouring_.order;
+  const auto& start = colouring_.colour_start;
+  const auto visit = [&](std::size_t k, const auto& work) {
+    const ElementId id = order[k];
+    if (group_takes_part[id.group] != 0) failure.watch(k, [&] { work(id); });
+  };
+#pragma omp parallel num_threads(threads_) if (start.size() > 1)
+  {
+    Workspace& workspace = workspaces_[static_cast<std::size_t>(omp_get_thread_num())];
+    for (std::size_t colour = 0; colour + 1 < start.size(); ++colour)
+#pragma omp for schedule(dynamic, 8)
+      for (std::size_t k = start[colour]; k < start[colour + 1]; ++k)
+        visit(k, [&](ElementId id) {
+          compute(id, workspace);
+          add(id, workspace);
+        });
+  }
+  for (std::size_t first = start.back(); first < order.size(); first += waiting_.size()) {
+    const std::size_t end = std::min(order.size(), first + waiting_.size());
+#pragma omp parallel for num_threads(threads_) schedule(static) if (end - first > kWorthThreads)
+    for (std::size_t k = first; k < end; ++k)
+      visit(k, [&](ElementId id) { compute(id, waiting_[k - first]); });
+    for (std::size_t k = first; k < end; ++k) visit(k, [&](ElementId id) { add(id, waiting_[k - first]); });
+  }
+  failure.rethrow();
+}
+
+namespace {
+
+void clear(std::vector<double>& values, int threads) {
+  const auto count = static_cast<std::int64_t>(values.size());
+#pragma omp parallel for num_threads(threads)
+  for (std::int64_t k = 0; k < count; ++k) values[k] = 0.0;
+}
+
+/// `values` = `share`; empty: zero.
+void begin_with(const std::vector<double>& share, std::vector<double>& values, int threads) {
+  if (share.empty()) return clear(values, threads);
+  const auto count = static_cast<std::int64_t>(values.size());
+#pragma omp parallel for num_threads(threads)
+  for (std::int64_t k = 0; k < count; ++k) values[k] = share[k];
+}
+
+}  // namespace
+
+void Multibody::evaluate(const StateView& state, Residual& residual) const {
+  for (const auto& force : device_forces_) force->begin(state);
+  clear(residual.force, threads_);
+  for_each_element(
+      std::vector<char>(groups_.size(), 1),
+      [&](ElementId id, Workspace& work) { compute_residual(id, state, residual, work); },
+      [&](ElementId id, Workspace& work) { add_force(id, work, residual.force); });
+  for (const auto& force : device_forces_) force->add_to(residual.force);
+}
+
+void Multibody::evaluate(const StateView& state, Tangent& tangent, BlockSet blocks) const {
+  for (const Block block : kForceBlocks)
+    if (blocks.has(block)) begin_with(constant_share(block, state), tangent[block], threads_);
+  std::vector<BlockSet> of_groups = blocks_;
+  for (BlockSet& of_group : of_groups) of_group = of_group & blocks;
+  add_elements(state, of_groups, tangent);
+}
+
+/// Empty: zero.
+const std::vector<double>& Multibody::constant_share(Block block, const StateView& state) const {
+  std::vector<double>& share = constant_shares_[static_cast<std::size_t>(block)];
+  std::vector<BlockSet> of_groups = constant_blocks_;
+  for (BlockSet& of_group : of_groups) of_group = of_group & BlockSet{block};
+  const bool any = std::any_of(of_groups.begin(), of_groups.end(), [&](BlockSet b) { return b.has(block); });
+  if (any && share.empty()) {
+    Tangent tangent;
+    tangent[block].resize(pattern_[block].entries());
+    add_elements(state, of_groups, tangent);
+    share = std::move(tangent[block]);
+  }
+  return share;
+}
+
+/// `blocks`: of each group.
+void Multibody::add_elements(const StateView& state, const std::vector<BlockSet>& blocks,
+                             Tangent& tangent) const {
+  std::vector<char> has_some;
+  for (const BlockSet of_group : blocks) has_some.push_back(of_group.empty() ? 0 : 1);
+  for_each_element(
+      has_some,
+      [&](ElementId id, Workspace& work) { compute_tangent(id, state, tangent, blocks[id.group], work); },
+      [&](ElementId id, Workspace& work) { add_force_blocks(id, blocks[id.group], tangent, work); });
+}
+
+/// The share of F to `work`, the rows of constraints, which are the element's own, to where they belong.
+void Multibody::compute_residual(ElementId id, const StateView& state, Residual& residual,
+                                 Workspace& work) const {
+  const ElementGroup& group = *groups_[id.group];
+  const int nq = group.local_coordinates(), nc = group.local_constraints();
+  const int* coordinates = group.coordinates(id.element);
+  const int row = first_constraint(id.group, id.element);
+  const LocalState local_state = work.gather(state, coordinates, nq, row);
+  std::fill_n(work.force.begin(), nq, 0.0);
+  std::fill_n(work.position.begin(), nc, 0.0);
+  std::fill_n(work.velocity.begin(), nc, 0.0);
+  std::fill_n(work.acceleration.begin(), nc, 0.0);
+  LocalResidual local{work.force.data(), work.position.data(), work.velocity.data(),
+                      work.acceleration.data()};
+  group.residual(id.element, local_state, local);
+  std::copy_n(local.position, nc, residual.position.begin() + row);
+  std::copy_n(local.velocity, nc, residual.velocity.begin() + row);
+  std::copy_n(local.acceleration, nc, residual.acceleration.begin() + row);
+}
+
+void Multibody::add_force(ElementId id, const Workspace& work, std::vector<double>& force) const {
+  const ElementGroup& group = *groups_[id.group];
+  const int* coordinates = group.coordinates(id.element);
+  for (int k = 0; k < group.local_coordinates(); ++k) force[coordinates[k]] += work.force[k];
+}
+
+/// As compute_residual.
+void Multibody::compute_tangent(ElementId id, const StateView& state, Tangent& tangent, BlockSet blocks,
+                                Workspace& work) const {
+  const ElementGroup& group = *groups_[id.group];
+  const LocalStructure& structure = structure_[id.group];
+  const auto nq = static_cast<std::size_t>(group.local_coordinates());
+  const auto nc = static_cast<std::size_t>(group.local_constraints());
+  const LocalState local_state = work.gather(state, group.coordinates(id.element), group.local_coordinates(),
+                                             first_constraint(id.group, id.element));
+  const auto force = [&](Block b) {
+    return kind_of(structure, b) == Kind::zero ? nullptr : work.array(b, nq * nq, blocks);
+  };
+  const auto constraint = [&](Block b) { return nc == 0 ? nullptr : work.array(b, nc * nq, blocks); };
+  LocalTangent local{force(Block::force_q),
+                     force(Block::force_v),
+                     force(Block::force_a),
+                     constraint(Block::position_q),
+                     constraint(Block::velocity_q),
+                     constraint(Block::acceleration_q),
+                     constraint(Block::acceleration_v),
+                     blocks};
+  group.tangent(id.element, local_state, local);
+  if (nc == 0) return;
+  const double* const constraint_blocks[] = {local.position_q, local.velocity_q, local.acceleration_q,
+                                             local.acceleration_v};
+  for (std::size_t i = 0; i < kConstraintBlocks.size(); ++i)
+    if (blocks.has(kConstraintBlocks[i]))
+      set_constraint_block(kConstraintBlocks[i], id, constraint_blocks[i], tangent);
+}
+
+void Multibody::add_force_blocks(ElementId id, BlockSet blocks, Tangent& tangent, Workspace& work) const {
+  for (std::size_t i = 0; i < kForceBlocks.size(); ++i) {
+    const Block block = kForceBlocks[i];
+    if (blocks.has(block))
+      force_blocks_[i].add(id.group, id.element, *groups_[id.group],
+                           work.block[static_cast<std::size_t>(block)].data(), pattern_[block],
+                           tangent[block], work.runs);
+  }
+}
+
+void Multibody::set_constraint_block(Block block, ElementId id, const double* local, Tangent& tangent) const {
+  const int nq = groups_[id.group]->local_coordinates(), nc = groups_[id.group]->local_constraints();
+  const int* rank = column_rank_[id.group].data() + static_cast<std::ptrdiff_t>(id.element) * nq;
+  const Pattern& pattern = pattern_[block];
+  const int row = first_constraint(id.group, id.element);
+  for (int i = 0; i < nc; ++i) {
+    double* values = tangent[block].data() + pattern.row_start[row + i];
+    for (int k = 0; k < nq; ++k) values[rank[k]] = local[i * nq + k];
+  }
+}
+
+const BodyCoordinates& Multibody::body_of(int coordinate) const {
+  const auto after =
+      std::upper_bound(bodies_.begin(), bodies_.end(), coordinate,
+                       [](int i, const BodyCoordinates& body) { return i < body.range.first; });
+  return *(after - 1);
+}
+
+std::string Multibody::coordinate_name(int coordinate) const {
+  const BodyCoordinates& body = body_of(coordinate);
+  const int local = coordinate - body.range.first;
+  const int components = static_cast<int>(body.components.size());
+  if (components == 0) return body.name + "[" + std::to_string(local) + "]";
+  const std::string& component = body.components[local % components];
+  if (components == body.range.count) return body.name + "." + component;
+  return body.name + "[" + std::to_string(local / components) + "]." + component;
+}
+
+std::string Multibody::constraint_name(int row) const {
+  const auto after = std::upper_bound(constraint_start_.begin(), constraint_start_.end(), row);
+  const auto g = after - constraint_start_.begin() - 1;
+  const int nc = groups_[g]->local_constraints();
+  const int local = row - constraint_start_[g];
+  return groups_[g]->name(local / nc) + ", equation " + std::to_string(local % nc + 1) + " of " +
+         std::to_string(nc);
+}
+
+}  // namespace mfs::dae

@@ -1,0 +1,81 @@
+// The system that MultibodyBuilder makes: which blocks each group fills, where an element's shares go, and
+// the loops over elements, by colours. What groups have a device for is left to it: their forces are added
+// when the host has done with the others', their derivatives are remote tangents.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "dae/mechanics/colouring.hpp"
+#include "dae/mechanics/element_work.hpp"
+#include "dae/mechanics/force_blocks.hpp"
+#include "dae/mechanics/multibody.hpp"
+
+namespace mfs::dae {
+
+class Multibody final : public ConstrainedSystem {
+ public:
+  Multibody(Groups groups, std::vector<BodyCoordinates> bodies, int coordinates, int threads,
+            Backend backend);
+
+  int coordinates() const override { return n_; }
+  int constraints() const override { return m_; }
+  const TangentPattern& tangent_pattern() const override { return pattern_; }
+  void evaluate(const StateView& state, Residual& residual) const override;
+  void evaluate(const StateView& state, Tangent& tangent, BlockSet blocks) const override;
+  std::string coordinate_name(int coordinate) const override;
+  std::string constraint_name(int row) const override;
+  double coordinate_scale(int coordinate) const override { return body_of(coordinate).scale; }
+  std::vector<RemoteTangent*> remote_tangents() const override {
+    std::vector<RemoteTangent*> remotes;
+    for (const auto& force : device_forces_) remotes.push_back(force.get());
+    return remotes;
+  }
+
+ private:
+  std::set<int> make_device_forces();
+  void number_constraints();
+  void find_constraint_blocks();
+  const BodyCoordinates& body_of(int coordinate) const;
+  int first_constraint(int g, int e) const {
+    return constraint_start_[g] + e * groups_[g]->local_constraints();
+  }
+
+  void find_constant_shares();
+  const std::vector<double>& constant_share(Block block, const StateView& state) const;
+  void add_elements(const StateView& state, const std::vector<BlockSet>& blocks, Tangent& tangent) const;
+  void make_workspaces();
+  template <class Compute, class Add>
+  void for_each_element(const std::vector<char>& group_takes_part, const Compute& compute,
+                        const Add& add) const;
+  void compute_residual(ElementId id, const StateView& state, Residual& residual, Workspace& work) const;
+  void add_force(ElementId id, const Workspace& work, std::vector<double>& force) const;
+  void compute_tangent(ElementId id, const StateView& state, Tangent& tangent, BlockSet blocks,
+                       Workspace& work) const;
+  void add_force_blocks(ElementId id, BlockSet blocks, Tangent& tangent, Workspace& work) const;
+  void set_constraint_block(Block block, ElementId id, const double* local, Tangent& tangent) const;
+
+  Groups groups_;
+  std::vector<LocalStructure> structure_;  // of each group
+  std::vector<BlockSet> blocks_;           // of each group: those that the host evaluates for each state
+  std::vector<BlockSet> constant_blocks_;  // those that it evaluates once, for constant_shares_
+  // Of blocks that some groups change with the state and others do not: what the others add; made when it is
+  // first asked for.
+  mutable std::array<std::vector<double>, kBlocks> constant_shares_;
+  std::vector<BodyCoordinates> bodies_;
+  int n_, m_ = 0, threads_;
+  std::vector<int> constraint_start_;  // of each group, and m
+  TangentPattern pattern_;
+  std::array<ForceBlock, 3> force_blocks_;  // as kForceBlocks
+  std::vector<std::vector<int>>
+      column_rank_;      // of each group with constraints: where each coordinate is in its rows
+  Colouring colouring_;  // of the groups that no device has
+  std::vector<std::unique_ptr<DeviceForce>> device_forces_;
+  mutable std::vector<Workspace> workspaces_;  // of each thread
+  mutable std::vector<Workspace> waiting_;     // of elements without a colour, until their turn
+};
+
+}  // namespace mfs::dae

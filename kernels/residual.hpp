@@ -31,6 +31,18 @@ struct RowFloor {
   const double* scale = nullptr;
 };
 
+// Not in the function: device code may use such constants, but not call what they are made by.
+constexpr double kMostFinite = std::numeric_limits<double>::max();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// Backward error of a row with the residual `off` and terms of the size `size`. A size beyond the range
+/// would make any residual look small: it counts as infinite, too. NaN compares false: written so that it
+/// counts as infinite.
+KOKKOS_INLINE_FUNCTION double row_error(double off, double size) {
+  const double ratio = off == 0 ? 0 : size <= kMostFinite ? off / size : kInfinity;
+  return ratio <= 1e300 ? ratio : kInfinity;
+}
+
 /// r = b - A x for one column (b null: r = -A x); *worst = its backward error, a place in the memory of Exec.
 /// Where `size_of_row` is not null, size_of_row[i] = (|A| |x| + |b| + f)_i, or 1 where that is no divisor
 /// (zero, subnormal, infinite).
@@ -38,8 +50,7 @@ template <class Exec, class Scalar>
 void residual(const Exec& exec, Vertex n, const RowAccess<Scalar>& a, const Scalar* b, const Scalar* x,
               Scalar* r, double* worst, double* size_of_row = nullptr, const RowFloor& floor = {}) {
   using Limits = std::numeric_limits<RealOf<Scalar>>;
-  const double smallest = Limits::min(), largest = Limits::max(), infinity = Limits::infinity();
-  const double beyond = std::numeric_limits<double>::max();
+  const double smallest = Limits::min(), largest = Limits::max();
   Kokkos::parallel_reduce(
       "mfs::residual", Kokkos::RangePolicy<Exec, Kokkos::IndexType<Offset>>(exec, 0, n),
       KOKKOS_LAMBDA(Offset i, double& most) {
@@ -53,12 +64,8 @@ void residual(const Exec& exec, Vertex n, const RowAccess<Scalar>& a, const Scal
         }
         narrow(sum, r[i]);
         if (size_of_row) size_of_row[i] = size >= smallest && size <= largest ? size : 1;
-        const double error = magnitude(sum);
-        // A size beyond the range would make any residual look small: it counts as infinite, too.
-        const bool measured = size <= beyond;
-        const double ratio = error == 0 ? 0 : measured ? error / size : infinity;
-        // NaN compares false: written so that it counts as infinite.
-        if (!(ratio <= most)) most = ratio <= 1e300 ? ratio : infinity;
+        const double error = row_error(magnitude(sum), size);
+        if (error > most) most = error;
       },
       maximum_at<Exec>(worst));
 }

@@ -105,15 +105,6 @@ struct RowFloors {
   const double* largest;
 };
 
-/// Error `off` of a row whose terms have the size `size`. A size beyond the range would make any residual
-/// look small: it counts as infinite, too. NaN compares false: written so that it counts as infinite.
-__device__ inline double row_error(double off, double size) {
-  constexpr double kBeyond = 1.7976931348623157e308;
-  const double infinity = __longlong_as_double(0x7ff0000000000000ll);
-  const double ratio = off == 0 ? 0 : size <= kBeyond ? off / size : infinity;
-  return ratio <= 1e300 ? ratio : infinity;
-}
-
 /// *worst = the largest backward error of all columns; zero before. Where `r` is not null the rows are taken
 /// by position, and r(position) = scale * (b - A x), ready for a step of refinement. Any number of blocks.
 template <int K, int Lanes, class S, class V>

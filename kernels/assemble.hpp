@@ -32,7 +32,7 @@ void clear_columns(const Front<Scalar>& front, Vertex begin, Vertex end) {
 
 /// First entry of front f that lies in front column `column` or beyond: the entries ascend by column.
 template <class Scalar, class Value>
-KOKKOS_INLINE_FUNCTION Offset first_entry(const FrontStore<Scalar, Value>& store, Vertex f, Vertex column) {
+Offset first_entry(const FrontStore<Scalar, Value>& store, Vertex f, Vertex column) {
   const Front<Scalar> front = store.front(f);
   const Offset target =
       column < front.pivots

@@ -19,7 +19,7 @@ struct Stages {
 };
 
 /// Divides the pivot block as SymbolicPlan::block_width does.
-KOKKOS_INLINE_FUNCTION Vertex block_width(Vertex pivots, Vertex max_block_size) {
+inline Vertex block_width(Vertex pivots, Vertex max_block_size) {
   const Vertex blocks = (pivots + max_block_size - 1) / max_block_size;
   return (pivots + blocks - 1) / blocks;
 }

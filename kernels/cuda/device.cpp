@@ -139,6 +139,7 @@ float Event::since(const Event& before) const {
   checked("cudaEventElapsedTime", [&] { return cudaEventElapsedTime(&milliseconds, before.event_, event_); });
   return milliseconds;
 }
+
 void Stream::copy_columns(void* to, Offset to_pitch, const void* from, Offset from_pitch, Offset bytes,
                           Vertex columns) const {
   checked("cudaMemcpy2D", [&] {

@@ -1,7 +1,6 @@
 // Definitions of device_stages.hpp, for the files that instantiate it.
 #pragma once
 
-#include "kernels/assemble.hpp"
 #include "kernels/cuda/assembly.hpp"
 #include "kernels/cuda/block_lu.hpp"
 #include "kernels/cuda/device_stages.hpp"

@@ -9,6 +9,7 @@
 
 #include "ordering/pairing.hpp"
 #include "ordering/product_matching.hpp"
+#include "ordering/raw_vector.hpp"
 #include "ordering/scaling.hpp"
 
 namespace mfs {
@@ -30,17 +31,32 @@ bool diagonal_is_weak(const Pattern& pattern, const std::vector<Exponent>& expon
   return false;
 }
 
-/// One cursor per row walks through its entries as the rows before it ask for theirs: linear time.
-bool pattern_is_nearly_symmetric(const Pattern& pattern) {
-  std::vector<Offset> cursor(pattern.offsets.begin(), pattern.offsets.end() - 1);
+/// One cursor per row walks through its entries as the rows before it ask for theirs: linear time. Each share
+/// of the asking rows has cursors of its own.
+bool pattern_is_nearly_symmetric(const Pattern& pattern, int threads) {
+  constexpr int kMostShares = 8;  // more would spend their time on placing cursors
+  const int shares = std::min(threads, kMostShares);
+  const auto first_row = [&](int share) { return static_cast<Vertex>(Offset{pattern.n} * share / shares); };
+  std::vector<RawVector<Offset>> cursors(shares);
+  for (RawVector<Offset>& cursor : cursors) cursor.resize(static_cast<std::size_t>(pattern.n));
   Offset mirrored = 0, diagonal = 0;
-  for (Vertex i = 0; i < pattern.n; ++i) {
-    for (Offset k = pattern.offsets[i]; k < pattern.offsets[i + 1]; ++k) {
-      const Vertex j = pattern.columns[k];
-      diagonal += i == j;
-      Offset& c = cursor[j];
-      while (c < pattern.offsets[j + 1] && pattern.columns[c] < i) ++c;
-      mirrored += i != j && c < pattern.offsets[j + 1] && pattern.columns[c] == i;
+#pragma omp parallel for num_threads(shares) schedule(static, 1) reduction(+ : mirrored, diagonal)
+  for (int share = 0; share < shares; ++share) {
+    RawVector<Offset>& cursor = cursors[share];
+    const auto columns = pattern.columns.begin();
+    for (Vertex j = 0; j < pattern.n; ++j) {
+      cursor[j] =
+          std::lower_bound(columns + pattern.offsets[j], columns + pattern.offsets[j + 1], first_row(share)) -
+          columns;
+    }
+    for (Vertex i = first_row(share); i < first_row(share + 1); ++i) {
+      for (Offset k = pattern.offsets[i]; k < pattern.offsets[i + 1]; ++k) {
+        const Vertex j = pattern.columns[k];
+        diagonal += i == j;
+        Offset& c = cursor[j];
+        while (c < pattern.offsets[j + 1] && pattern.columns[c] < i) ++c;
+        mirrored += i != j && c < pattern.offsets[j + 1] && pattern.columns[c] == i;
+      }
     }
   }
   return static_cast<double>(mirrored) >= kNearlySymmetric * static_cast<double>(pattern.nnz() - diagonal);
@@ -146,7 +162,7 @@ MatchedScaling match_and_scale(const Pattern& pattern, const Scalar* slot_values
     result.matched = true;
     std::vector<Vertex> rows = matched_rows(pattern, slot_values, exponents, threads, scaling);
     result.beyond_range = has_values && clamped_far(pattern, exponents, scaling, rows);
-    if (pattern_is_nearly_symmetric(pattern)) {
+    if (pattern_is_nearly_symmetric(pattern, threads)) {
       Pairs pairs = pair_unknowns(pattern, exponents, scaling, rows);
       result.pair = std::move(pairs.pair);
       result.weak = std::move(pairs.weak);

@@ -27,6 +27,6 @@ namespace mfs {
 /// rows.
 template <class Scalar>
 MatchedScaling match_and_scale(const Pattern& pattern, const Scalar* slot_values,
-                               const AnalysisOptions& options, int threads = 1);
+                               const AnalysisOptions& options, int threads);
 
 }  // namespace mfs

@@ -33,16 +33,17 @@ void reanalyze(Analysis& analysis, const Scalar* slot_values, const AnalysisOpti
                const PhaseProgress& progress) {
   const Stopwatch order_watch;
   const Pattern& pattern = *analysis.pattern;
-  MatchedScaling matched = match_and_scale(pattern, slot_values, options);
+  const int awake = ordering_threads(pattern.n, threads);
+  MatchedScaling matched = match_and_scale(pattern, slot_values, options, awake);
   progress("ordering", 0.0);
-  const SeparatorTree tree = order_matrix(pattern, matched, options, ordering_threads(pattern.n, threads),
+  const SeparatorTree tree = order_matrix(pattern, matched, options, awake,
                                           [&](double fraction) { progress("ordering", fraction); });
   const double time_order = order_watch.seconds();
 
   const Stopwatch symbolic_watch;
   progress("symbolic", 0.0);
-  analysis.plan = std::make_shared<SymbolicPlan>(make_symbolic_plan(
-      pattern, matched.row_order, tree, options.max_block_size, ordering_threads(pattern.n, threads)));
+  analysis.plan = std::make_shared<SymbolicPlan>(
+      make_symbolic_plan(pattern, matched.row_order, tree, options.max_block_size, awake));
   analysis.matched = std::move(matched);
   analysis.time_order = time_order;
   analysis.time_symbolic = symbolic_watch.seconds();

@@ -24,7 +24,7 @@ using ::testing::IsEmpty;
 
 MatchedScaling match(Vertex n, const Entries& entries, const AnalysisOptions& options = {}) {
   const Matrix<double> a = matrix_of(n, entries);
-  return match_and_scale(check_pattern(a.view()), a.values.data(), options);
+  return match_and_scale(check_pattern(a.view()), a.values.data(), options, 1);
 }
 
 /// The scaled entry; the scales are multiplied first, as the header asks for.
@@ -258,17 +258,17 @@ TEST(Matching, ScalingCanBeSwitchedOff) {
 
 TEST(Matching, WithoutValuesOnlyMissingDiagonalEntriesCount) {
   const AnalysisOptions options;
-  const MatchedScaling strong = match_and_scale<double>(pattern_of(5, path(5)), nullptr, options);
+  const MatchedScaling strong = match_and_scale<double>(pattern_of(5, path(5)), nullptr, options, 1);
   EXPECT_FALSE(strong.matched);
   EXPECT_THAT(strong.row_scale, Each(1.0));
   Entries saddle = path(6);
   saddle[{2, 6}] = saddle[{6, 2}] = 1.0;
-  const MatchedScaling paired = match_and_scale<double>(pattern_of(7, saddle), nullptr, options);
+  const MatchedScaling paired = match_and_scale<double>(pattern_of(7, saddle), nullptr, options, 1);
   EXPECT_TRUE(paired.matched);
   EXPECT_THAT(paired.pair, ElementsAre(0, 1, 6, 3, 4, 5, 2));
   Entries shifted;
   for (Vertex i = 0; i < 6; ++i) shifted[{(i + 1) % 6, i}] = 0.0;  // zeros count as entries here
-  EXPECT_THAT(match_and_scale<double>(pattern_of(6, shifted), nullptr, options).row_order,
+  EXPECT_THAT(match_and_scale<double>(pattern_of(6, shifted), nullptr, options, 1).row_order,
               ElementsAre(1, 2, 3, 4, 5, 0));
 }
 
@@ -467,12 +467,12 @@ TEST(Matching, ComplexAndSinglePrecisionAgreeWithDouble) {
   const Entries entries = random_entries(generator, n, 4.0, 0.8, false);
   const Matrix<double> a = matrix_of(n, entries);
   const Pattern p = check_pattern(a.view());
-  const MatchedScaling reference = match_and_scale(p, a.values.data(), {});
+  const MatchedScaling reference = match_and_scale(p, a.values.data(), {}, 1);
   std::vector<std::complex<double>> turned(a.values.begin(), a.values.end());
   for (auto& value : turned) value *= std::complex<double>(0.0, 1.0);
-  const MatchedScaling complex = match_and_scale(p, turned.data(), {});
+  const MatchedScaling complex = match_and_scale(p, turned.data(), {}, 1);
   const std::vector<float> narrow(a.values.begin(), a.values.end());
-  const MatchedScaling single = match_and_scale(p, narrow.data(), {});
+  const MatchedScaling single = match_and_scale(p, narrow.data(), {}, 1);
   for (const MatchedScaling* m : {&complex, &single}) {
     EXPECT_EQ(m->row_order, reference.row_order);
     EXPECT_EQ(m->row_scale, reference.row_scale);
@@ -483,17 +483,24 @@ TEST(Matching, ComplexAndSinglePrecisionAgreeWithDouble) {
 TEST(Matching, TheSameForAnyNumberOfThreads) {
   std::mt19937 generator(6);
   const Vertex n = 500;
-  Entries entries = random_entries(generator, n, 6.0, 0.0, false);
-  for (Vertex i = 0; i < n; ++i) entries[{(i + 7) % n, i}] = 0.1;
-  const Matrix<double> a = matrix_of(n, entries);
-  const Pattern p = check_pattern(a.view());
-  const MatchedScaling one = match_and_scale(p, a.values.data(), {}, 1);
-  for (const int threads : {2, 4}) {
-    const MatchedScaling many = match_and_scale(p, a.values.data(), {}, threads);
-    EXPECT_EQ(many.row_order, one.row_order);
-    EXPECT_EQ(many.pair, one.pair);
-    EXPECT_EQ(many.row_scale, one.row_scale);
-    EXPECT_EQ(many.column_scale, one.column_scale);
+  for (const bool symmetric : {false, true}) {
+    SCOPED_TRACE(symmetric ? "rows are paired" : "rows are permuted");
+    Entries entries = random_entries(generator, n, 6.0, 0.0, symmetric);
+    for (Vertex i = 0; i < n; ++i) {
+      entries[{(i + 7) % n, i}] = 0.1;
+      if (symmetric) entries[{i, (i + 7) % n}] = 0.1;
+    }
+    const Matrix<double> a = matrix_of(n, entries);
+    const Pattern p = check_pattern(a.view());
+    const MatchedScaling one = match_and_scale(p, a.values.data(), {}, 1);
+    EXPECT_NE(one.pair.empty(), symmetric);
+    for (const int threads : {2, 4, 13}) {
+      const MatchedScaling many = match_and_scale(p, a.values.data(), {}, threads);
+      EXPECT_EQ(many.row_order, one.row_order);
+      EXPECT_EQ(many.pair, one.pair);
+      EXPECT_EQ(many.row_scale, one.row_scale);
+      EXPECT_EQ(many.column_scale, one.column_scale);
+    }
   }
 }
 

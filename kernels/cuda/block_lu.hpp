@@ -1,9 +1,9 @@
-// The diagonal tile of each larger front at one step of its factorization, one block per front; and the rare
-// fronts whose pivots must be searched further than that.
+// The diagonal tile of each larger front at one step of its factorization, one block per front.
 #pragma once
 
 #include "kernels/cuda/async_copy.hpp"
 #include "kernels/cuda/device_store.hpp"
+#include "kernels/cuda/strict_panel.hpp"
 #include "kernels/cuda/tile_lu.hpp"
 
 namespace mfs::cuda {
@@ -19,35 +19,6 @@ constexpr std::size_t block_lu_bytes() {
   constexpr int tile = kTile<S>;
   return sizeof(TileWork<S>) + sizeof(S) * tile_ld(tile) * tile + sizeof(int) * tile + sizeof(S) * tile;
 }
-
-// Largest entry of column j of the tile in the border rows, once the columns left of it are eliminated there:
-// the border rows of the block column are not solved for yet.
-template <class S>
-struct BorderBelow {
-  const S* border_rows;  // at the first column of the tile
-  Offset ld;
-  int count;
-  S* column;  // shared memory
-  double* work;
-
-  __device__ double operator()(const Tile<S>& tile, int j) const {
-    if (threadIdx.x == 0) {
-      for (int i = 0; i < j; ++i) column[i] = tile.a[i + j * tile.ld];
-      for (int i = j - 1; i >= 0; --i) {
-        column[i] /= tile.a[i + i * tile.ld];
-        for (int k = 0; k < i; ++k) column[k] -= tile.a[k + i * tile.ld] * column[i];
-      }
-    }
-    __syncthreads();
-    double most = 0;
-    for (int r = threadIdx.x; r < count; r += blockDim.x) {
-      S sum = border_rows[r + j * ld];
-      for (int k = 0; k < j; ++k) sum -= border_rows[r + k * ld] * column[k];
-      most = fmax(most, magnitude(sum));
-    }
-    return block_max(most, work);
-  }
-};
 
 // A tile that leaves out pivot rows below it does not decide about a small pivot: its front becomes strict,
 // and is factored again.
@@ -82,97 +53,18 @@ __device__ void store_tile(const Tile<S>& tile, S* to, Offset ld) {
   }
 }
 
-// Exchanges two rows of a whole front, all columns.
-template <class S>
-__device__ void exchange_front_rows(const Front<S>& front, int a, int b) {
-  const Offset ld = front.lower_ld;
-  for (int c = threadIdx.x; c < front.rows(); c += blockDim.x) {
-    S* column = c < front.pivots ? front.lower + c * ld
-                                 : front.upper + static_cast<Offset>(c - front.pivots) * front.pivots;
-    const S held = column[a];
-    column[a] = column[b];
-    column[b] = held;
-  }
-}
-
-// Columns [k, k + s) of a strict front, rows [k, p), in global memory: each pivot is searched in all of them.
+// What other columns of a strict front need is written to the front; the tile is loaded by whoever calls.
 template <class S, class Value>
 __device__ __noinline__ void factor_strict(const DeviceStore<S, Value>& store, Vertex f,
-                                           const Front<S>& front, int k, int s, S* column_work,
+                                           const Front<S>& front, int k, int s, S* memory, S* column,
                                            TileWork<S>& work) {
-  const PivotRule rule = store.rule();
-  const Offset ld = front.lower_ld;
-  const int m = front.pivots - k, begin = store.fronts.pivot_begin[f];
-  S* const a = front.lower + k + k * ld;
-  Vertex* local_row = store.fronts.local_row + begin;
-  if (k == 0) {
-    for (int i = threadIdx.x; i < front.pivots; i += blockDim.x) local_row[i] = i;
-  }
-  __shared__ int chosen;
-  for (int j = 0; j < s; ++j) {
-    __syncthreads();
-    // The column up to date: left-looking, one row per thread.
-    for (int i = threadIdx.x; i < j; i += blockDim.x) column_work[i] = a[i + j * ld];
-    __syncthreads();
-    if (threadIdx.x < kWarp) {  // its part above the diagonal, by one warp
-      for (int i = 0; i < j; ++i) {
-        const S solved = column_work[i];
-        __syncwarp();
-        for (int r = i + 1 + threadIdx.x; r < j; r += kWarp) column_work[r] -= a[r + i * ld] * solved;
-        __syncwarp();
-      }
-    }
-    __syncthreads();
-    for (int i = threadIdx.x; i < j; i += blockDim.x) a[i + j * ld] = column_work[i];
-    double most = -1;
-    int from = m;
-    for (int r = j + threadIdx.x; r < m; r += blockDim.x) {
-      S sum = a[r + j * ld];
-      for (int i = 0; i < j; ++i) sum -= a[r + i * ld] * column_work[i];
-      a[r + j * ld] = sum;
-      const double size = magnitude(sum);
-      if (!(size <= most)) {
-        most = size;
-        from = r;
-      }
-    }
-    const double largest = block_max(most, work.border);
-    if (threadIdx.x == 0) chosen = m;
-    __syncthreads();
-    if (most == largest) atomicMin(&chosen, from);
-    __syncthreads();
-    const int row = chosen < m ? chosen : j;
-    if (row != j) {
-      exchange_front_rows(front, k + j, k + row);
-      if (threadIdx.x == 0) {
-        const Vertex held = local_row[k + j];
-        local_row[k + j] = local_row[k + row];
-        local_row[k + row] = held;
-      }
-    }
-    __syncthreads();
-    S pivot = a[j + j * ld];
-    const double size = magnitude(pivot);
-    S added = S(0);
-    if (size == size && !(size >= rule.bound)) {
-      // The border rows of columns left of this one are not solved for: do so for this column alone.
-      const Tile<S> tile{a, static_cast<int>(ld), s, s};
-      const BorderBelow<S> below{front.lower + front.pivots + k * ld, ld, front.border, column_work,
-                                 work.border};
-      const S accepted = replacement(pivot, below(tile, j), rule);
-      added = accepted - pivot;
-      pivot = accepted;
-      if (threadIdx.x == 0 && magnitude(added) != 0) atomicAdd(&store.fronts.status->perturbed, 1ull);
-    }
-    __syncthreads();
-    if (threadIdx.x == 0) {
-      if (!(size <= 1.7976931348623157e308)) atomicAdd(&store.fronts.status->nonfinite, 1ull);
-      a[j + j * ld] = pivot;
-      if (magnitude(added) != 0) store.fronts.shift[begin + k + j] = added;
-    }
-    for (int r = j + 1 + threadIdx.x; r < m; r += blockDim.x) a[r + j * ld] = a[r + j * ld] / pivot;
-  }
-  __syncthreads();
+  StrictPanels<S, Value>(store, f, front, k, s, memory, column, work).factor();
+}
+
+/// Fronts that became strict in the factorization before are it in this one.
+__global__ inline void settle_strict_fronts(int* strict, int fronts) {
+  const int f = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
+  if (f < fronts && strict[f] != 0) strict[f] = kStrict;
 }
 
 template <class S, class Value>
@@ -191,8 +83,8 @@ __global__ void __launch_bounds__(kTileThreads)
   S* column_work = a + tile.ld * kTile<S>;
   int* row_at = reinterpret_cast<int*>(column_work + kTile<S>);
   const Vertex begin = store.fronts.pivot_begin[f] + k;
-  if (store.strict[f]) {
-    factor_strict(store, f, front, k, s, column_work, work);
+  if (store.is_strict(f)) {
+    factor_strict(store, f, front, k, s, a, column_work, work);
     load_tile(tile, diagonal, ld);
   } else {
     if (static_cast<int>(threadIdx.x) < s) row_at[threadIdx.x] = threadIdx.x;
@@ -216,7 +108,7 @@ template <class S, class Value>
 __global__ void exchange_block_rows(DeviceStore<S, Value> store, Offset first) {
   extern __shared__ __align__(16) unsigned char memory[];
   const FrontPart part = store.exchange[first + blockIdx.x];
-  if (store.strict[part.front]) return;  // has exchanged whole rows
+  if (store.is_strict(part.front)) return;  // has exchanged whole rows
   const Front<S> front = store.fronts.front(part.front);
   const int s = min(kTile<S>, front.pivots - part.begin);
   const Vertex* local_row = store.fronts.local_row + store.fronts.pivot_begin[part.front] + part.begin;

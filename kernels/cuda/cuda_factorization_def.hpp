@@ -20,6 +20,9 @@ namespace mfs::cuda {
 /// What one block may have on the devices of compute capability 9.0.
 constexpr std::size_t kMostSharedMemory = 227 * 1024;
 
+/// Factorizations with strict fronts before it is tried without them again.
+constexpr int kMostPatience = 64;
+
 template <class S>
 constexpr bool fits_shared_memory() {
   return small_front_bytes<S>(kSmallRows<S>) <= kMostSharedMemory &&
@@ -74,14 +77,11 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
     this->forget_factors();
     pivots_read_ = false;
     send_matrix();
-    for (;;) {
-      launch_factor(tolerance);
-      stream_.to_host(status_, stages_.status(), sizeof(DeviceStatus));
-      stream_.synchronize();
-      if (status_->found_strict == 0) break;
-      if (look_ahead_) graph_.reset();
-      look_ahead_ = false;  // a front that is strict stays so
-    }
+    const bool again = strict_ && ++strict_for_ >= patience_;
+    if (again) strict_ = false;
+    if (!strict_) stages_.forget_strict_fronts();
+    while (launch_factor(tolerance).found_strict > 0) strict_ = true;
+    note_strictness(again);
     FactorStatus status = status_->pivots;
     status.getrf = plan().flops.getrf;
     status.trsm = plan().flops.trsm;
@@ -201,17 +201,30 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
     return !(read_error() > 0);
   }
 
-  void launch_factor(double tolerance) {
+  // Strict fronts cost far more, but matrices that follow may not need them: now and then they are factored
+  // without, the less often the more often that was in vain.
+  void note_strictness(bool again) {
+    if (again || !strict_) strict_for_ = 0;
+    patience_ = !strict_ ? 1 : again ? std::min(2 * patience_, kMostPatience) : patience_;
+  }
+
+  const DeviceStatus& launch_factor(double tolerance) {
+    const bool look_ahead = !strict_;
+    Graph& graph = graph_[look_ahead];
     if (!warm_) {
-      stages_.factor(tolerance, look_ahead_);
+      stages_.factor(tolerance, look_ahead);
       warm_ = true;
-      return;
+    } else {
+      if (!graph.recorded() || tolerance != graph_tolerance_) {
+        if (tolerance != graph_tolerance_) graph_[!look_ahead].reset();
+        graph.record(stream_, [&] { stages_.factor(tolerance, look_ahead); });
+        graph_tolerance_ = tolerance;
+      }
+      graph.launch(stream_);
     }
-    if (!graph_.recorded() || tolerance != graph_tolerance_) {
-      graph_.record(stream_, [&] { stages_.factor(tolerance, look_ahead_); });
-      graph_tolerance_ = tolerance;
-    }
-    graph_.launch(stream_);
+    stream_.to_host(status_, stages_.status(), sizeof(DeviceStatus));
+    stream_.synchronize();
+    return *status_;
   }
 
   double read_error() {
@@ -266,16 +279,11 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
       work(std::integral_constant<int, kSolveColumns>());
     }
   }
-  static unsigned blocks(Offset threads) {
-    return static_cast<unsigned>((threads + kVectorThreads - 1) / kVectorThreads);
-  }
-  static unsigned reducing_blocks(Offset threads) { return std::min(blocks(threads), kMostReducingBlocks); }
-
   void enter(const Columns<const V>& b, bool transposed) {
     const Offset n = plan().n;
     with_width(b.count, [&](auto k) {
-      enter_elimination_order<k()>
-          <<<blocks(n * k()), kVectorThreads, 0, stream_.get()>>>(n, side(!transposed), b, substitution_.v);
+      enter_elimination_order<k()><<<vector_blocks(n * k()), kVectorThreads, 0, stream_.get()>>>(
+          n, side(!transposed), b, substitution_.v);
     });
   }
 
@@ -288,18 +296,17 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
     graph.launch(stream_);
     const Offset n = plan().n;
     with_width(columns, [&](auto k) {
-      leave_elimination_order<k()><<<blocks(n * k()), kVectorThreads, 0, stream_.get()>>>(
+      leave_elimination_order<k()><<<vector_blocks(n * k()), kVectorThreads, 0, stream_.get()>>>(
           n, side(transposed), static_cast<const S*>(substitution_.v), add, x_);
     });
   }
 
   // The backward error of x_; where r is given, what is left of b goes there in elimination order.
   double measure(const Columns<const V>& b, const TransposedPattern* transposed, double row_floor, S* r) {
-    const Offset n = plan().n;
+    const Offset n = plan().n, nnz = plan().nnz;
     const RowAccess<V> rows = device_rows(transposed);
     stream_.clear(device_error_, (1 + kSolveColumns) * sizeof(double));
     const RowFloors floors{row_floor, device_error_ + 1};
-    const bool long_rows = plan().nnz >= kLongRow * n;
     with_width(b.count, [&](auto k) {
       if (row_floor > 0) {
         largest_unscaled_unknowns<k()><<<reducing_blocks(n * k()), kVectorThreads, 0, stream_.get()>>>(
@@ -312,10 +319,8 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
       };
       if constexpr (k() > 1) {
         launch(k);
-      } else if (long_rows) {
-        launch(std::integral_constant<int, kLongRowLanes>());
       } else {
-        launch(std::integral_constant<int, kResidualLanes>());
+        with_row_lanes(n, nnz, launch);
       }
     });
     check_launch("residual");
@@ -325,7 +330,8 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
   void write_solution(const Columns<V>& to) {
     const Offset n = plan().n;
     with_width(to.count, [&](auto k) {
-      write_columns<k()><<<blocks(n), kVectorThreads, 0, stream_.get()>>>(n, static_cast<const V*>(x_), to);
+      write_columns<k()>
+          <<<vector_blocks(n), kVectorThreads, 0, stream_.get()>>>(n, static_cast<const V*>(x_), to);
     });
     check_launch("solution");
   }
@@ -414,9 +420,11 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
   std::unique_ptr<PinnedArena> host_;
   double* error_;
   DeviceStatus* status_;
-  bool scales_sent_ = false, values_sent_ = false, values_here_ = true, warm_ = false, look_ahead_ = true;
+  bool scales_sent_ = false, values_sent_ = false, values_here_ = true, warm_ = false;
+  bool strict_ = false;                // some front is, else none
+  int strict_for_ = 0, patience_ = 1;  // factorizations since, and until it is tried without
   Event foreign_;
-  Graph graph_, solve_graph_[2][2];  // by transposed, by more than one column
+  Graph graph_[2], solve_graph_[2][2];  // by look-ahead; by transposed, by more than one column
   double graph_tolerance_ = 0;
   std::unique_ptr<DeviceArena> vectors_, rhs_, transposed_;
   RowAccess<V> transposed_rows_{};

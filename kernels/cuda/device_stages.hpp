@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 
 #include "kernels/cuda/device.hpp"
 #include "kernels/cuda/device_blas.hpp"
@@ -54,7 +55,11 @@ class DeviceStages {
   const DeviceStore<S, V>& store() const { return store_; }
   DeviceStatus* status() const { return status_; }
   /// Of device memory.
-  Offset bytes() const { return arena_.bytes() + blas_.bytes() + blas_ahead_.bytes(); }
+  Offset bytes() const {
+    Offset bytes = arena_.bytes();
+    for (const auto* blas : {&blas_, &blas_ahead_}) bytes += *blas ? (*blas)->bytes() : 0;
+    return bytes;
+  }
   /// What contribution blocks leave free between two factorizations: `spare_bytes` bytes.
   void* spare() const { return store_.fronts.storage + plan_.factor_entries; }
   Offset spare_bytes() const {
@@ -66,6 +71,8 @@ class DeviceStages {
   /// which is only right while no front is strict: those exchange rows that the update works on. `mark`,
   /// where given, is called before each launch, one after the other then, and once at the end.
   void factor(double tolerance, bool look_ahead, const Mark& mark = {});
+  /// No front is strict any more, until a factorization finds that it has to be.
+  void forget_strict_fronts();
   /// Launches v := A'^-1 v (elimination order, scaled) for the factors, or the transposed. All have
   /// solve_width(...) columns side by side: v and y n rows, border one per border row of every front, partial
   /// partial_rows().
@@ -78,10 +85,11 @@ class DeviceStages {
  private:
   struct Layout;
   DeviceStages(const SymbolicPlan& plan, const Pattern& pattern, const Stream& stream, DevicePlan lists);
+  void open_library();
   void launch_small_fronts(const std::vector<SmallLaunch>& launches);
   void join_small_fronts(const std::vector<SmallLaunch>& launches);
   void launch_stages(double tolerance, bool look_ahead, const Mark& mark);
-  void launch(const Launch& what, const Stream& stream, const DeviceBlas& blas);
+  void launch(const Launch& what, const Stream& stream, const std::optional<DeviceBlas>& blas);
   void assemble(const Range& parts, const Stream& stream);
   template <class Aside, class Here>
   void beside(bool has_aside, bool has_here, const Aside& aside, const Here& here);
@@ -95,9 +103,8 @@ class DeviceStages {
   Stream side_[kMostSmallLaunches];
   Event fork_, joined_[kMostSmallLaunches];
   SideStream assembly_, ahead_;
-  Kokkos::Cuda exec_;
-  DeviceBlas blas_, blas_ahead_;
   DevicePlan lists_;
+  std::optional<DeviceBlas> blas_, blas_ahead_;  // where the plan has products for them
   DeviceArena arena_;
   DeviceStore<S, V> store_;
   DeviceStatus* status_;

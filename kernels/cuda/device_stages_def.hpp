@@ -5,12 +5,12 @@
 #include "kernels/cuda/block_lu.hpp"
 #include "kernels/cuda/device_stages.hpp"
 #include "kernels/cuda/products.hpp"
+#include "kernels/cuda/reductions.hpp"
 #include "kernels/cuda/small_fronts.hpp"
 #include "kernels/cuda/strips.hpp"
 #include "kernels/cuda/substitution.hpp"
 #include "kernels/cuda/tile_inverses.hpp"
 #include "kernels/cuda/tiny_substitution.hpp"
-#include "kernels/vector_ops.hpp"
 
 namespace mfs::cuda {
 
@@ -92,11 +92,9 @@ DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& patter
                                  DevicePlan lists)
     : plan_(plan),
       stream_(stream),
-      exec_(stream.get()),
-      blas_(stream),
-      blas_ahead_(ahead_.stream()),
       lists_(std::move(lists)),
       arena_(Layout(plan, pattern, lists_).arena.total()) {
+  open_library();
   Offset place = 0;
   Layout::place(plan, pattern, lists_, store_, [&](auto*& pointer, Offset count, const void* source) {
     using T = std::remove_pointer_t<std::remove_reference_t<decltype(pointer)>>;
@@ -114,7 +112,7 @@ DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& patter
   store_.found_strict = &status_->found_strict;
   store_.largest = &status_->largest;
   store_.tiny = pivot_rule<RealOf<S>>(0, 1).tiny;
-  stream_.clear(store_.strict, plan.num_fronts * static_cast<Offset>(sizeof(int)));
+  forget_strict_fronts();
   stream_.synchronize();  // what was copied from may go
   set_shared_memory(reinterpret_cast<const void*>(&factor_small_fronts<256, 2, S, V>),
                     small_front_bytes<S>(kSmallRows<S>));
@@ -131,8 +129,28 @@ DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& patter
                       WideShape::bytes<S>());
 }
 
+// Its working memory would be most of what a small system takes.
 template <class S, class V>
-void DeviceStages<S, V>::launch(const Launch& what, const Stream& stream, const DeviceBlas& blas) {
+void DeviceStages<S, V>::open_library() {
+  for (const DepthLaunches& depth : lists_.depths) {
+    for (const auto* launches : {&depth.factor, &depth.update}) {
+      for (const Launch& part : *launches) {
+        if (part.kind != Launch::Kind::library) continue;
+        if (!blas_) blas_.emplace(stream_);
+        if (part.order == Order::aside && !blas_ahead_) blas_ahead_.emplace(ahead_.stream());
+      }
+    }
+  }
+}
+
+template <class S, class V>
+void DeviceStages<S, V>::forget_strict_fronts() {
+  stream_.clear(store_.strict, plan_.num_fronts * static_cast<Offset>(sizeof(int)));
+}
+
+template <class S, class V>
+void DeviceStages<S, V>::launch(const Launch& what, const Stream& stream,
+                                const std::optional<DeviceBlas>& blas) {
   const unsigned blocks = static_cast<unsigned>(what.blocks);
   const int count = static_cast<int>(what.tasks.count());
   switch (what.kind) {
@@ -159,8 +177,8 @@ void DeviceStages<S, V>::launch(const Launch& what, const Stream& stream, const 
     case Launch::Kind::library: {
       const ProductTask& task = lists_.products[what.tasks.begin];
       S* const storage = store_.fronts.storage;
-      blas.gemm_minus<S>(task.m, task.n, task.k, storage + task.a, task.lda, storage + task.b, task.ldb,
-                         storage + task.c, task.ldc);
+      blas->template gemm_minus<S>(task.m, task.n, task.k, storage + task.a, task.lda, storage + task.b,
+                                   task.ldb, storage + task.c, task.ldc);
       break;
     }
   }
@@ -204,12 +222,18 @@ void DeviceStages<S, V>::launch_stages(double tolerance, bool look_ahead, const 
   store_.tolerance = tolerance;
   stream_.clear(status_, sizeof(DeviceStatus));
   stream_.clear(store_.fronts.shift, plan_.n * static_cast<Offset>(sizeof(S)));
+  settle_strict_fronts<<<vector_blocks(plan_.num_fronts), kVectorThreads, 0, stream_.get()>>>(
+      store_.strict, plan_.num_fronts);
   Vertex step = 0;
   const auto next = [&](Kernel kernel) {
     if (mark) mark(kernel, step);
   };
   next(Kernel::largest);
-  largest_scaled_entry(exec_, store_.fronts, &status_->largest);
+  with_row_lanes(plan_.n, plan_.nnz, [&](auto lanes) {
+    largest_entry_by_rows<lanes()>
+        <<<reducing_blocks(static_cast<Offset>(plan_.n) * lanes()), kVectorThreads, 0, stream_.get()>>>(
+            store_.fronts, &status_->largest);
+  });
   for (const DepthLaunches& depth : lists_.depths) {
     next(Kernel::small_fronts);
     launch_small_fronts(depth.small);

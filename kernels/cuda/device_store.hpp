@@ -7,13 +7,15 @@
 
 namespace mfs::cuda {
 
+constexpr int kStrict = 1, kBecomesStrict = 2;
+
 template <class S, class Value>
 struct DeviceStore {
   FrontStore<S, Value> fronts;
 
-  // A front is strict once a pivot of a tile was too small, or let something below it grow: from then on its
-  // pivots are searched in all rows of the pivot block, as on the host.
-  int* strict;            // by front
+  // A front is strict once a pivot of a tile was too small, or let something below it grow: from the next
+  // factorization on its pivots are searched in all rows of the pivot block, as on the host.
+  int* strict;            // by front: 0, kStrict or kBecomesStrict
   int* found_strict;      // fronts that became strict in this factorization
   const double* largest;  // scaled entry of the matrix
   double tolerance;       // of pivots, relative to it
@@ -36,8 +38,9 @@ struct DeviceStore {
     rule.largest = *largest;
     return rule;
   }
+  __device__ bool is_strict(Vertex f) const { return strict[f] == kStrict; }
   __device__ void make_strict(Vertex f) const {
-    if (atomicExch(strict + f, 1) == 0) atomicAdd(found_strict, 1);
+    if (atomicCAS(strict + f, 0, kBecomesStrict) == 0) atomicAdd(found_strict, 1);
   }
 };
 

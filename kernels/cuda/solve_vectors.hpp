@@ -7,18 +7,10 @@
 #pragma once
 
 #include "kernels/cuda/device_scalar.hpp"
-#include "kernels/cuda/warp_tile.hpp"
+#include "kernels/cuda/reductions.hpp"
 #include "kernels/residual.hpp"
 
 namespace mfs::cuda {
-
-constexpr int kVectorThreads = 256;
-/// Lanes that share a row of the matrix where there is one column, the second number where rows have at least
-/// kLongRow entries on average; of more columns, each has a lane.
-constexpr int kResidualLanes = 8, kLongRowLanes = 32, kLongRow = 24;
-/// Blocks that a reduction over a vector is shared by: what they add up to meets in one place, which takes
-/// about 1 ns of each warp.
-constexpr unsigned kMostReducingBlocks = 1024;
 
 /// A caller's vectors.
 template <class V>
@@ -65,21 +57,6 @@ __global__ void __launch_bounds__(kVectorThreads) write_columns(Offset n, const 
 #pragma unroll
   for (int c = 0; c < K; ++c) {
     if (c < to.count) to.data[i + c * to.ld] = x[i * K + c];
-  }
-}
-
-// Numbers that are not negative have the same order as unsigned integers.
-__device__ inline unsigned long long order_of(double value) {
-  return static_cast<unsigned long long>(__double_as_longlong(value));
-}
-
-// The largest of all threads' values, none of them negative or NaN.
-__device__ inline void raise_to(double* largest, double value) {
-#pragma unroll
-  for (int step = kWarp / 2; step > 0; step /= 2)
-    value = fmax(value, __shfl_xor_sync(0xffffffffu, value, step));
-  if (threadIdx.x % kWarp == 0 && value > 0) {
-    atomicMax(reinterpret_cast<unsigned long long*>(largest), order_of(value));
   }
 }
 

@@ -103,7 +103,7 @@ __global__ void __launch_bounds__(kStripThreads, 1)
   const int strips = task.left ? (length + kStrip - 1) / kStrip : 0;
   const int strip = static_cast<int>(blockIdx.x) - task.first_strip;
   const bool left = strip < strips;  // of the block column
-  const bool strict = store.strict[f] != 0;
+  const bool strict = store.is_strict(f);
   const int warp_begin = static_cast<int>(threadIdx.x / kWarp) * 16;
   const int begin = (left ? strip * kStrip : task.begin + (strip - strips) * kStrip) + warp_begin;
   const int width = min(16, (left ? length : task.end) - begin);

@@ -164,13 +164,15 @@ __device__ void factor_tile_panel(const Tile<S>& tile, int first, int width, con
       }
     }
     __syncthreads();
-    unsigned keys[kMostPivotWarps];
-#pragma unroll
-    for (int w = 0; w < kMostPivotWarps; ++w) keys[w] = w < pivot_warps ? offer.key[w] : 0u;
     int best = 0;
+    unsigned most = offer.key[0];
 #pragma unroll
     for (int w = 1; w < kMostPivotWarps; ++w) {
-      if (keys[w] > keys[best]) best = w;
+      const unsigned key = w < pivot_warps ? offer.key[w] : 0u;
+      if (key > most) {
+        most = key;
+        best = w;
+      }
     }
     const int from = offer.row[best];
     const S* const pivot_row = offer.part[best];

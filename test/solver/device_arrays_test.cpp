@@ -192,5 +192,50 @@ TEST_F(DeviceArraysOfDoubles, AreRefinedOnTheDeviceForFactorsOfSinglePrecision) 
   }
 }
 
+/// Dense. Its pivots are on the diagonal, or, where they are `away`, in the 128th row below or above it,
+/// which the pivot search of the first 128 columns does not reach at first.
+SparseMatrix with_pivots(bool away) {
+  constexpr std::int64_t n = 300, half = 128;
+  Random random(31);
+  SparseMatrix a{n, {0}, {}, {}};
+  for (std::int64_t i = 0; i < n; ++i) {
+    const std::int64_t partner = !away ? i : i < half ? i + half : i < 2 * half ? i - half : i;
+    for (std::int64_t j = 0; j < n; ++j) {
+      const double size = away && i < half && j < half ? 1e-3 : 1.0;
+      const double entry = size * random.entry();
+      a.columns.push_back(j);
+      a.values.push_back(j == partner ? 80.0 : entry);
+    }
+    a.offsets.push_back(static_cast<std::int64_t>(a.columns.size()));
+  }
+  return a;
+}
+
+// Once a front's pivots are searched further, they are so in later factorizations, but not forever: then the
+// factors are those of a solver that never had to.
+TEST_F(DeviceArraysOfDoubles, ForgetOtherMatrices) {
+  const SparseMatrix common = with_pivots(false), rare = with_pivots(true);
+  Solver solver(options_);
+  solver.factor(common.view());
+  const std::vector<double> b = right_hand_sides(common, 1, common.n, 3);
+  std::vector<double> first(b.size()), x(b.size()), before;
+  solver.solve(b.data(), first.data());
+  for (int again = 0; again < 5; ++again) {
+    solver.refactor(rare.view());
+    solver.solve(b.data(), x.data());
+    EXPECT_LE(worst_error(rare, b, rare.n, x, rare.n, 1), kPromised);
+    if (again > 0) {
+      EXPECT_EQ(x, before) << "the same matrix " << again << " times";
+    }
+    before = x;
+  }
+  for (int again = 0; again < 4; ++again) {
+    solver.refactor(common.view());
+    solver.solve(b.data(), x.data());
+    EXPECT_LE(worst_error(common, b, common.n, x, common.n, 1), kPromised);
+  }
+  EXPECT_EQ(x, first);
+}
+
 }  // namespace
 }  // namespace mfs::test

@@ -1,5 +1,6 @@
 #include "dae/integrator/partition.hpp"
 
+#include <klu.h>
 #include <umfpack.h>
 
 #include <algorithm>
@@ -22,84 +23,92 @@ constexpr double kUnchanged = 0.25;
 /// A choice has degraded when dependent coordinates move this many times more than they did at first.
 constexpr double kDegraded = 4.0;
 
-struct Controls {
-  Controls() {
-    umfpack_di_defaults(values);
-    values[UMFPACK_STRATEGY] = UMFPACK_STRATEGY_UNSYMMETRIC;  // pivots by size
-    values[UMFPACK_SCALE] = UMFPACK_SCALE_NONE;               // coordinates have scales of their own
-    values[UMFPACK_SINGLETONS] = 0;  // a coordinate of one constraint would be its pivot whatever its size
-    values[UMFPACK_PIVOT_TOLERANCE] = 0.5;
-  }
-  double values[UMFPACK_CONTROL];
-};
-
-void check(int status, const char* what) {
-  if (status == UMFPACK_OK || status == UMFPACK_WARNING_singular_matrix) return;
-  if (status == UMFPACK_ERROR_out_of_memory) throw OutOfMemory(MemorySpace::host, 0, 0);
-  throw BackendError("UMFPACK", status, std::string("coordinate partitioning: ") + what);
+[[noreturn]] void fail(const char* library, bool no_memory, int status, const char* what) {
+  if (no_memory) throw OutOfMemory(MemorySpace::host, 0, 0);
+  throw BackendError(library, status, std::string("coordinate partitioning: ") + what);
 }
 
-/// A matrix in compressed columns and its factors.
-class Lu {
- public:
-  Lu(int rows, std::vector<int> starts, std::vector<int> index)
-      : rows_(rows),
-        columns_(static_cast<int>(starts.size()) - 1),
-        starts_(std::move(starts)),
-        index_(std::move(index)) {}
-  ~Lu() {
-    umfpack_di_free_numeric(&numeric_);
-    umfpack_di_free_symbolic(&symbolic_);
-  }
-  Lu(const Lu&) = delete;
+struct Pivots {
+  std::vector<int> row, column;  ///< of the k-th pivot
+  std::vector<double> value;
+};
 
-  void factor(std::vector<double> values) {
-    values_ = std::move(values);
-    umfpack_di_free_numeric(&numeric_);
-    // Where there are values, the analysis sees which entries are zero.
-    if (symbolic_ == nullptr)
-      check(umfpack_di_symbolic(rows_, columns_, starts_.data(), index_.data(), values_.data(), &symbolic_,
-                                controls_.values, nullptr),
-            "symbolic factorization");
-    const int status = umfpack_di_numeric(starts_.data(), index_.data(), values_.data(), symbolic_, &numeric_,
-                                          controls_.values, nullptr);
-    check(status, "factorization");
-    singular_ = status == UMFPACK_WARNING_singular_matrix;
-  }
-  bool singular() const { return singular_; }
-
-  struct Pivots {
-    std::vector<int> row, column;  ///< of the k-th pivot
-    std::vector<double> value;
+/// Those of a matrix in compressed columns, by UMFPACK, which takes them by size.
+Pivots find_pivots(int rows, const std::vector<int>& starts, const std::vector<int>& index,
+                   const std::vector<double>& values) {
+  double controls[UMFPACK_CONTROL];
+  umfpack_di_defaults(controls);
+  controls[UMFPACK_STRATEGY] = UMFPACK_STRATEGY_UNSYMMETRIC;  // pivots by size
+  controls[UMFPACK_SCALE] = UMFPACK_SCALE_NONE;               // coordinates have scales of their own
+  controls[UMFPACK_SINGLETONS] = 0;  // a coordinate of one constraint would be its pivot whatever its size
+  controls[UMFPACK_PIVOT_TOLERANCE] = 0.5;
+  const auto check = [](int status, const char* what) {
+    if (status != UMFPACK_OK && status != UMFPACK_WARNING_singular_matrix)
+      fail("UMFPACK", status == UMFPACK_ERROR_out_of_memory, status, what);
   };
-  Pivots pivots() const {
-    const auto count = static_cast<std::size_t>(std::min(rows_, columns_));
-    Pivots p{std::vector<int>(static_cast<std::size_t>(rows_)),
-             std::vector<int>(static_cast<std::size_t>(columns_)), std::vector<double>(count)};
-    check(umfpack_di_get_numeric(nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, p.row.data(),
-                                 p.column.data(), p.value.data(), nullptr, nullptr, numeric_),
-          "pivots");
-    p.row.resize(count);
-    p.column.resize(count);
-    return p;
-  }
+  const auto free_symbolic = [](void* p) { umfpack_di_free_symbolic(&p); };
+  const auto free_numeric = [](void* p) { umfpack_di_free_numeric(&p); };
+  const int columns = static_cast<int>(starts.size()) - 1;
+  void* made = nullptr;
+  // With values, the analysis sees which entries are zero.
+  check(umfpack_di_symbolic(rows, columns, starts.data(), index.data(), values.data(), &made, controls,
+                            nullptr),
+        "symbolic factorization");
+  const std::unique_ptr<void, decltype(free_symbolic)> symbolic(made, free_symbolic);
+  check(umfpack_di_numeric(starts.data(), index.data(), values.data(), symbolic.get(), &made, controls,
+                           nullptr),
+        "factorization");
+  const std::unique_ptr<void, decltype(free_numeric)> numeric(made, free_numeric);
+  const auto count = static_cast<std::size_t>(std::min(rows, columns));
+  Pivots p{std::vector<int>(static_cast<std::size_t>(rows)),
+           std::vector<int>(static_cast<std::size_t>(columns)), std::vector<double>(count)};
+  check(umfpack_di_get_numeric(nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, p.row.data(),
+                               p.column.data(), p.value.data(), nullptr, nullptr, numeric.get()),
+        "pivots");
+  p.row.resize(count);
+  p.column.resize(count);
+  return p;
+}
 
-  /// Solves A^T x = b, A square.
-  std::vector<double> solve_transpose(const std::vector<double>& b) const {
-    std::vector<double> x(b.size());
-    check(umfpack_di_solve(UMFPACK_At, starts_.data(), index_.data(), values_.data(), x.data(), b.data(),
-                           numeric_, controls_.values, nullptr),
-          "solution");
-    return x;
+/// A square matrix in compressed columns and its factors, by KLU: constraints that share no frame are blocks
+/// of their own, mostly with one row. Only the values change.
+class BlockLu {
+ public:
+  BlockLu(std::vector<int> starts, std::vector<int> index)
+      : starts_(std::move(starts)), index_(std::move(index)) {
+    klu_defaults(&common_);
+    symbolic_ = klu_analyze(static_cast<int>(starts_.size()) - 1, starts_.data(), index_.data(), &common_);
+    check(symbolic_ != nullptr, "analysis");
+  }
+  ~BlockLu() {
+    klu_free_numeric(&numeric_, &common_);
+    klu_free_symbolic(&symbolic_, &common_);
+  }
+  BlockLu(const BlockLu&) = delete;
+
+  /// False: singular.
+  bool factor(std::vector<double> values) {
+    klu_free_numeric(&numeric_, &common_);
+    numeric_ = klu_factor(starts_.data(), index_.data(), values.data(), symbolic_, &common_);
+    if (common_.status == KLU_SINGULAR) return false;
+    check(numeric_ != nullptr, "factorization");
+    return true;
+  }
+  /// x for A^T x = b.
+  std::vector<double> solve_transpose(std::vector<double> b) {
+    check(klu_tsolve(symbolic_, numeric_, symbolic_->n, 1, b.data(), &common_) != 0, "solution");
+    return b;
   }
 
  private:
-  Controls controls_;
-  int rows_, columns_;
+  void check(bool good, const char* what) const {
+    if (!good) fail("KLU", common_.status == KLU_OUT_OF_MEMORY, common_.status, what);
+  }
+
+  klu_common common_{};
   std::vector<int> starts_, index_;
-  std::vector<double> values_;
-  void *symbolic_ = nullptr, *numeric_ = nullptr;
-  bool singular_ = false;
+  klu_symbolic* symbolic_ = nullptr;
+  klu_numeric* numeric_ = nullptr;
 };
 
 /// Phi_q with columns in the coordinates' scales and rows of largest entry 1.
@@ -149,10 +158,8 @@ std::vector<int> redundant_rows(const Pattern& pattern, const std::vector<double
   for (int row = 0; row < pattern.rows; ++row) kept[row] = row;
   // Once a pivot is rounding, what is eliminated with it is none the better: look again without these rows.
   while (!kept.empty()) {
-    Rows rows = take_rows(pattern, entries, kept);
-    Lu lu(pattern.columns, rows.starts, rows.column);
-    lu.factor(std::move(rows.values));
-    const Lu::Pivots pivots = lu.pivots();
+    const Rows rows = take_rows(pattern, entries, kept);
+    const Pivots pivots = find_pivots(pattern.columns, rows.starts, rows.column, rows.values);
     std::vector<char> found(kept.size(), 1);  // more rows than columns: the rest has no pivot
     for (std::size_t k = 0; k < pivots.value.size(); ++k)
       found[pivots.column[k]] = std::abs(pivots.value[k]) < kRedundant ? 1 : 0;
@@ -170,10 +177,9 @@ class Partition::Impl {
   Impl(const Pattern& pattern, const std::vector<double>& values, std::vector<double> scale)
       : pattern_(pattern), scale_(std::move(scale)), independent_(scale_.size(), 1) {
     if (pattern.rows == 0) return;
-    Lu whole(pattern.columns, pattern.row_start, pattern.column);
     std::vector<double> entries = scaled(pattern_, values, scale_);
-    whole.factor(entries);
-    for (const int row : whole.pivots().row) independent_[row] = 0;
+    for (const int row : find_pivots(pattern.columns, pattern.row_start, pattern.column, entries).row)
+      independent_[row] = 0;
     make_dependent_block();
     first_growth_ = std::max(growth(std::move(entries)), 1.0);
   }
@@ -203,7 +209,7 @@ class Partition::Impl {
         }
       starts.push_back(static_cast<int>(index.size()));
     }
-    dependent_ = std::make_unique<Lu>(count, std::move(starts), std::move(index));
+    dependent_ = std::make_unique<BlockLu>(std::move(starts), std::move(index));
   }
 
   /// Of the scaled `entries`, which are remembered.
@@ -212,8 +218,7 @@ class Partition::Impl {
     const std::vector<double>& entries = looked_at_;
     std::vector<double> block;
     for (const int k : entry_) block.push_back(entries[k]);
-    dependent_->factor(std::move(block));
-    if (dependent_->singular()) return std::numeric_limits<double>::infinity();
+    if (!dependent_->factor(std::move(block))) return std::numeric_limits<double>::infinity();
     double most = 0.0;
     for (std::uint64_t sample = 0; sample < 2; ++sample) {
       std::vector<double> moved(static_cast<std::size_t>(pattern_.rows), 0.0);
@@ -223,7 +228,7 @@ class Partition::Impl {
           if (independent_[i] != 0)
             moved[row] += entries[k] * random_sign(sample, static_cast<std::uint64_t>(i));
         }
-      for (const double x : dependent_->solve_transpose(moved)) most = std::max(most, std::abs(x));
+      for (const double x : dependent_->solve_transpose(std::move(moved))) most = std::max(most, std::abs(x));
     }
     return most;
   }
@@ -232,7 +237,7 @@ class Partition::Impl {
   std::vector<double> scale_;
   std::vector<char> independent_;
   std::vector<int> entry_;  ///< of Phi_q, for each entry of the dependent block
-  std::unique_ptr<Lu> dependent_;
+  std::unique_ptr<BlockLu> dependent_;
   double first_growth_ = 1.0;
   std::vector<double> looked_at_;
 };

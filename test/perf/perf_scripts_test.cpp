@@ -130,4 +130,29 @@ TEST(PackDevice, SaysThatNothingIsBuilt) {
   EXPECT_THAT(run.err, HasSubstr("build it first"));
 }
 
+const std::string kSeries = "time,a.v,von_mises_max,von_mises_node m\n0,3,0,7\n0.5,4,0,8\n";
+
+TEST(CompareSeries, DifferenceOverNorm) {
+  const TemporaryFolder folder;
+  const std::string b = folder.write("b.csv", kSeries);
+  const std::string a =
+      folder.write("a.csv", "time,a.v,von_mises_max,von_mises_node m\n0,3.3,0,7\n0.5,4.4,0,9\n");
+  const ProgramRun run = shell(kScripts + "compare_series " + a + " " + b);
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("\n| a.v | 1.0e-01 |\n"));
+  EXPECT_THAT(run.out, HasSubstr("\n| von_mises_max | 0.0e+00 |\n"));     // none, though the norm is zero
+  EXPECT_THAT(run.out, HasSubstr("\n| von_mises_node m | 5.0e-01 |\n"));  // in one of two outputs
+}
+
+TEST(CompareSeries, RefusesOtherTimesAndQuantities) {
+  const TemporaryFolder folder;
+  const std::string b = folder.write("b.csv", kSeries);
+  for (const char* other : {"time,a.v,von_mises_max,von_mises_node m\n0,3,0,7\n0.4,4,0,8\n",
+                            "time,a.w,von_mises_max,von_mises_node m\n0,3,0,7\n0.5,4,0,8\n"}) {
+    const ProgramRun run = shell(kScripts + "compare_series " + folder.write("a.csv", other) + " " + b);
+    EXPECT_EQ(run.code, 1);
+    EXPECT_THAT(run.err, HasSubstr("not the same quantities"));
+  }
+}
+
 }  // namespace

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <string>
 #include <utility>
 
 #include <NOX.H>
@@ -17,6 +18,7 @@
 #include <mfs/error.hpp>
 
 #include "dae/integrator/kept_factors.hpp"
+#include "dae/integrator/threaded_vector.hpp"
 #include "dae/integrator/vector_loops.hpp"
 #include "ordering/stopwatch.hpp"
 
@@ -46,19 +48,27 @@ constexpr double kLeastLeftOver = 0.1;
 /// factors still are a preconditioner.
 constexpr double kKeptRates[] = {0.6, 1.7}, kRelatedRates[] = {0.25, 4.0};
 
+/// An array of Kokkos that holds f(0), f(1) ..., each written first by the thread that will use it.
+template <class View, class F>
+View make_view(const std::string& label, std::size_t length, int threads, const F& f) {
+  const View view(Kokkos::view_alloc(Kokkos::WithoutInitializing, label), length);
+  const auto on_host = Kokkos::create_mirror_view(view);
+  parallel_for(length, threads, [&](std::size_t i) { on_host(i) = f(i); });
+  Kokkos::deep_copy(view, on_host);
+  return view;
+}
+
+/// All zero. The matrix takes these arrays as they are: given any others, it would copy them by one thread.
 RCP<Matrix> make_matrix(const Pattern& pattern, int threads) {
+  using Graph = Matrix::local_graph_device_type;
   const RCP<const Teuchos::Comm<int>> comm = rcp(new Teuchos::SerialComm<int>());
   const auto map = rcp(new Map(static_cast<Tpetra::global_size_t>(pattern.rows), 0, comm));
-  const auto offsets = Teuchos::arcp<std::size_t>(static_cast<Teuchos::Ordinal>(pattern.row_start.size()));
-  const auto columns = Teuchos::arcp<int>(static_cast<Teuchos::Ordinal>(pattern.entries()));
-  const auto values = Teuchos::arcp<double>(static_cast<Teuchos::Ordinal>(pattern.entries()));
-  std::copy(pattern.row_start.begin(), pattern.row_start.end(), offsets.begin());
-  int* const column = columns.getRawPtr();
-  double* const value = values.getRawPtr();
-  parallel_for(pattern.entries(), threads, [&](std::size_t k) {
-    column[k] = pattern.column[k];
-    value[k] = 0.0;
-  });
+  const auto offsets = make_view<Graph::row_map_type::non_const_type>(
+      "row starts", pattern.row_start.size(), threads, [&](std::size_t i) { return pattern.row_start[i]; });
+  const auto columns = make_view<Graph::entries_type::non_const_type>(
+      "columns", pattern.entries(), threads, [&](std::size_t k) { return pattern.column[k]; });
+  const auto values = make_view<Matrix::local_matrix_device_type::values_type>(
+      "values", pattern.entries(), threads, [](std::size_t) { return 0.0; });
   const auto matrix = rcp(new Matrix(map, map, offsets, columns, values));
   // Nothing is to be sorted, merged or renumbered: fillComplete would take as long as several factorizations.
   matrix->expertStaticFillComplete(map, map);
@@ -72,24 +82,26 @@ class StepModel : public Thyra::StateFuncModelEvaluatorBase<double> {
             LinearSolves& solves, IntegrationReport& report, int threads)
       : equations_(equations),
         matrix_(make_matrix(equations.pattern(), threads)),
-        space_(Thyra::createVectorSpace<double>(matrix_->getRowMap())),
+        space_(Thyra::tpetraVectorSpace<double>(matrix_->getRowMap())),
         solver_(std::move(solver)),
         solves_(solves),
-        report_(report) {}
+        report_(report),
+        threads_(threads) {}
 
   void set_relation(const StepRelation& relation) { relation_ = &relation; }
   /// The next Jacobian that NOX asks for is evaluated; otherwise the old one stays.
   void want_jacobian() { wanted_ = true; }
 
-  RCP<Thyra::VectorBase<double>> make_vector() const {
-    const auto x = Thyra::createMember(space_);
-    Thyra::assign(x.ptr(), 0.0);
+  RCP<ThreadedVector> make_vector() const {
+    const auto x = rcp(new ThreadedVector(space_, threads_));
+    x->assign(0.0);
     return x;
   }
-  RCP<Thyra::VectorBase<double>> predicted(const std::vector<double>& lambda) const {
-    const auto x = make_vector();
-    equations_.pack(*relation_, lambda, Convert::getTpetraVector(x)->getDataNonConst().getRawPtr());
-    return x;
+  /// x of the prediction, in the one array for it.
+  RCP<Thyra::VectorBase<double>> predicted(const std::vector<double>& lambda) {
+    if (predicted_.is_null()) predicted_ = make_vector();
+    equations_.pack(*relation_, lambda, predicted_->data());
+    return predicted_;
   }
   void evaluate_jacobian(const State& state, const StepRelation& relation) const {
     equations_.jacobian(state, relation, matrix_->getLocalMatrixHost().values.data());
@@ -111,7 +123,7 @@ class StepModel : public Thyra::StateFuncModelEvaluatorBase<double> {
   RCP<const Thyra::LinearOpWithSolveFactoryBase<double>> get_W_factory() const override { return solver_; }
   RCP<Thyra::LinearOpBase<double>> create_W_op() const override {
     const RCP<Tpetra::Operator<double>> jacobian = matrix_;
-    return Thyra::createLinearOp(jacobian, space_, space_);
+    return Thyra::createLinearOp<double>(jacobian, space_, space_);
   }
   Evaluator::InArgs<double> createInArgs() const override {
     Evaluator::InArgsSetup<double> arguments;
@@ -160,10 +172,12 @@ class StepModel : public Thyra::StateFuncModelEvaluatorBase<double> {
 
   const StepEquations& equations_;
   RCP<Matrix> matrix_;
-  RCP<const Thyra::VectorSpaceBase<double>> space_;
+  RCP<const ThreadedVector::Space> space_;
   RCP<const Thyra::LinearOpWithSolveFactoryBase<double>> solver_;
   LinearSolves& solves_;
   IntegrationReport& report_;
+  int threads_;
+  RCP<ThreadedVector> predicted_;
   const StepRelation* relation_ = nullptr;
   // Evaluation is const for Thyra.
   mutable State state_;

@@ -33,7 +33,8 @@ add_subdirectory(ordering/metis)   # target mfs_metis
 # Trilinos, for the adapter: its packages are looked for in amesos2_mfs; here only whether they are there.
 set(MFS_TRILINOS_FOUND OFF)
 if(MFS_TRILINOS)
-  find_path(MFS_AMESOS2_INCLUDE Amesos2.hpp PATH_SUFFIXES trilinos)
+  find_path(MFS_AMESOS2_INCLUDE Amesos2.hpp HINTS ${Trilinos_DIR}/../../.. ${Trilinos_ROOT}
+    PATH_SUFFIXES include include/trilinos trilinos)
   mark_as_advanced(MFS_AMESOS2_INCLUDE)
   if(MFS_AMESOS2_INCLUDE)
     set(MFS_TRILINOS_FOUND ON)

@@ -6,19 +6,39 @@
 #   mfs::trilinos_belos         Belos                        component Belos
 #   mfs::trilinos_ifpack2       Ifpack2                      component Ifpack2
 #
+# Which Trilinos: that of Trilinos_DIR or Trilinos_ROOT, else the first on CMAKE_PREFIX_PATH or in the system. All
+# packages are taken from one installation.
+#
 # Headers and libraries are looked for one by one, under Debian's names (libtrilinos_amesos2) and Trilinos' own
 # (libamesos2): the CMake packages of Trilinos 13 bring their own Kokkos::kokkos into the project, and they fail
 # where the -dev package of any library they were built with is missing.
+#
+# Where Tpetra has CUDA, what uses mfs::trilinos is compiled by nvcc: with MFS_CUDA as MFS itself is, otherwise the
+# project's compiler has to be Kokkos' nvcc_wrapper. MfsTrilinos_CUDA tells of it.
 include(FindPackageHandleStandardArgs)
 include(CMakeFindDependencyMacro)
 
+set(_mfs_prefixes ${Trilinos_ROOT})
+if(Trilinos_DIR)
+  get_filename_component(_mfs_prefix "${Trilinos_DIR}/../../.." ABSOLUTE)
+  list(PREPEND _mfs_prefixes "${_mfs_prefix}")
+endif()
+find_path(MfsTrilinos_trilinos_INCLUDE Amesos2.hpp HINTS ${_mfs_prefixes} PATH_SUFFIXES include include/trilinos trilinos)
+find_library(MfsTrilinos_amesos2_LIBRARY NAMES trilinos_amesos2 amesos2 NAMES_PER_DIR
+  HINTS ${MfsTrilinos_trilinos_INCLUDE}/../lib ${MfsTrilinos_trilinos_INCLUDE}/../lib64)
+set(_mfs_library_dir "")
+if(MfsTrilinos_amesos2_LIBRARY)
+  get_filename_component(_mfs_library_dir "${MfsTrilinos_amesos2_LIBRARY}" DIRECTORY)
+endif()
+
 function(_mfs_trilinos_package target header)
-  find_path(MfsTrilinos_${target}_INCLUDE ${header} PATH_SUFFIXES trilinos)
+  find_path(MfsTrilinos_${target}_INCLUDE ${header} PATHS ${MfsTrilinos_trilinos_INCLUDE} NO_DEFAULT_PATH)
   mark_as_advanced(MfsTrilinos_${target}_INCLUDE)
   set(found ${MfsTrilinos_${target}_INCLUDE})
   set(libraries)
   foreach(name IN LISTS ARGN)
-    find_library(MfsTrilinos_${name}_LIBRARY NAMES trilinos_${name} ${name})
+    find_library(MfsTrilinos_${name}_LIBRARY NAMES trilinos_${name} ${name}
+      PATHS ${_mfs_library_dir} NO_DEFAULT_PATH)
     mark_as_advanced(MfsTrilinos_${name}_LIBRARY)
     if(NOT MfsTrilinos_${name}_LIBRARY)
       set(found FALSE)
@@ -37,9 +57,18 @@ function(_mfs_trilinos_package target header)
   endif()
 endfunction()
 
-_mfs_trilinos_package(trilinos Amesos2.hpp amesos2 tpetra tpetrainout tpetraext kokkoskernels kokkoscore
+# Shared libraries bring these themselves. Not every version of Trilinos has all of them.
+set(_mfs_static_only)
+if(MfsTrilinos_amesos2_LIBRARY MATCHES "\\.a$")
+  foreach(name trilinosss tpetraclassicnodeapi teuchosparser kokkoscontainers)
+    if(EXISTS ${_mfs_library_dir}/lib${name}.a)
+      list(APPEND _mfs_static_only ${name})
+    endif()
+  endforeach()
+endif()
+_mfs_trilinos_package(trilinos Amesos2.hpp amesos2 tpetrainout tpetraext tpetra kokkoskernels
   teuchoskokkoscompat teuchoskokkoscomm teuchosremainder teuchosnumerics teuchoscomm teuchosparameterlist
-  teuchoscore)
+  ${_mfs_static_only} teuchoscore kokkoscore)
 if(TARGET mfs::trilinos)
   set(MfsTrilinos_INCLUDE_DIR ${MfsTrilinos_trilinos_INCLUDE})
   file(STRINGS ${MfsTrilinos_INCLUDE_DIR}/Teuchos_config.h _mfs_mpi REGEX "^#define HAVE_MPI")
@@ -49,10 +78,26 @@ if(TARGET mfs::trilinos)
   endif()
   file(STRINGS ${MfsTrilinos_INCLUDE_DIR}/Amesos2_config.h _mfs_epetra REGEX "^#define HAVE_AMESOS2_EPETRA$")
   if(_mfs_epetra)
-    find_library(MfsTrilinos_epetra_LIBRARY NAMES trilinos_epetra epetra)
+    find_library(MfsTrilinos_epetra_LIBRARY NAMES trilinos_epetra epetra PATHS ${_mfs_library_dir} NO_DEFAULT_PATH)
     mark_as_advanced(MfsTrilinos_epetra_LIBRARY)
     target_link_libraries(mfs::trilinos INTERFACE ${MfsTrilinos_epetra_LIBRARY})
     set(MfsTrilinos_EPETRA TRUE)
+  endif()
+  file(STRINGS ${MfsTrilinos_INCLUDE_DIR}/KokkosCore_config.h _mfs_cuda REGEX "^#define KOKKOS_ENABLE_CUDA$")
+  set(MfsTrilinos_CUDA FALSE CACHE INTERNAL "Whether Trilinos' Kokkos has CUDA")
+  if(_mfs_cuda)
+    set_property(CACHE MfsTrilinos_CUDA PROPERTY VALUE TRUE)
+    if(TARGET mfs_nvcc)
+      target_link_libraries(mfs::trilinos INTERFACE mfs_nvcc)
+    endif()
+  endif()
+  if(_mfs_static_only)
+    find_dependency(LAPACK)
+    target_link_libraries(mfs::trilinos INTERFACE LAPACK::LAPACK BLAS::BLAS ${CMAKE_DL_LIBS})
+    if(MfsTrilinos_CUDA)
+      find_dependency(CUDAToolkit)
+      target_link_libraries(mfs::trilinos INTERFACE CUDA::cudart CUDA::cuda_driver)
+    endif()
   endif()
   file(STRINGS ${MfsTrilinos_INCLUDE_DIR}/Trilinos_version.h _mfs_version
     REGEX "^#define TRILINOS_VERSION_STRING")

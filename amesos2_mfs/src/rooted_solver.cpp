@@ -228,6 +228,7 @@ void RootedSolver::check_pattern(const LocalRows& rows, const std::vector<std::i
 /// One rank: reads the caller's arrays in place; only columns in another order have to be copied.
 void RootedSolver::use_rows(const LocalRows& rows, const std::vector<std::int32_t>& column_positions) {
   local_rows_ = rows;
+  device_values_ = {};
   IndexSpan columns = rows.columns;
   if (!column_positions.empty()) {
     columns_.resize(rows.entries());
@@ -269,9 +270,14 @@ void RootedSolver::require_factorization() const {
 void RootedSolver::factor() {
   forget_factorization();
   if (!analyzed_) throw StateError("numericFactorization: symbolicFactorization has not succeeded");
+  // Every factorization is given its arrays anew: none is held longer, Tpetra would refuse others the access.
+  const DeviceValues device_values = std::exchange(device_values_, {});
+  const LocalRows local_rows = std::exchange(local_rows_, {});
   try {
     on_root([&](Solver& solver) {
-      if (solver.factored())
+      if (device_values.data != nullptr)
+        solver.refactor_device(device_values.data, stream_);
+      else if (solver.factored())
         solver.refactor(matrix_);
       else
         solver.factor(matrix_);
@@ -317,12 +323,26 @@ void RootedSolver::solve(const VectorLayout& b_layout, LocalColumns<const double
   const std::vector<std::int64_t>* b_ids = transpose ? &unknown_ids_ : &row_ids_;
   const auto run = [&](Solver& solver, const double* from, double* to, std::int64_t ldb, std::int64_t ldx) {
     if (transpose)
-      solver.solve_transpose(from, to, columns, std::max(ldb, n), std::max(ldx, n));
+      solver.solve_transpose(from, to, columns, ldb, ldx);
     else
-      solver.solve(from, to, columns, std::max(ldb, n), std::max(ldx, n));
+      solver.solve(from, to, columns, ldb, ldx);
+  };
+  const auto run_on_device = [&](Solver& solver, std::int64_t ldb, std::int64_t ldx) {
+    if (transpose)
+      solver.solve_transpose_device(b.data, x.data, columns, ldb, ldx, stream_);
+    else
+      solver.solve_device(b.data, x.data, columns, ldb, ldx, stream_);
   };
   if (one_rank() && b_layout.in_order() && x_layout.in_order()) {
-    on_root([&](Solver& solver) { run(solver, b.data, x.data, b.stride, x.stride); }, b_ids);
+    const std::int64_t ldb = std::max(b.stride, n), ldx = std::max(x.stride, n);
+    on_root(
+        [&](Solver& solver) {
+          if (b.on_device)
+            run_on_device(solver, ldb, ldx);
+          else
+            run(solver, b.data, x.data, ldb, ldx);
+        },
+        b_ids);
     return;
   }
   on_all_ranks(*comm_, [&] {

@@ -7,8 +7,9 @@
 //   rank 0 rows   ids 10 20        solver rows      0  1  2
 //   rank 1 rows   ids 35           ids             10 20 35     ids(k): what a message names
 //
-// With one rank, and with ids in their natural order, the solver reads the caller's arrays where they lie.
-// Nothing here knows Tpetra or Epetra: the adapter (solver_def.hpp) hands over plain arrays.
+// With one rank, and with ids in their natural order, the solver reads the caller's arrays where they lie,
+// with Backend::cuda also in the memory of the device. Nothing here knows Tpetra or Epetra: the adapter
+// (solver_def.hpp) hands over plain arrays.
 //
 // All member functions are collective, and an error of one rank is thrown on all of them (on_all_ranks.hpp).
 #pragma once
@@ -48,11 +49,18 @@ struct LocalRows {
   std::int64_t entries() const { return count == 0 ? 0 : offsets[count]; }
 };
 
+/// Values in the memory of the device, borrowed, in the order of LocalRows::values.
+struct DeviceValues {
+  const double* data = nullptr;
+  std::shared_ptr<const void> keep_alive;
+};
+
 /// This rank's piece of right-hand sides or solutions, borrowed; column j starts at data + j * stride.
 template <class Entry>
 struct LocalColumns {
   Entry* data = nullptr;
   std::int64_t stride = 0;
+  bool on_device = false;
 };
 
 /// Where the local entries of a vector stand in the solver's numbering.
@@ -88,6 +96,15 @@ class RootedSolver {
   /// columns, where they differ from those of the load. Throws PatternChanged, with the global id of the row.
   void load_values(const LocalRows& rows, const std::vector<std::int64_t>* column_ids = nullptr);
 
+  /// Whether the solver can read and write arrays on the device: on one rank, with Backend::cuda.
+  bool takes_device_arrays() const { return one_rank() && options_.backend == Backend::cuda; }
+  /// The same for values: they replace others.
+  bool takes_device_values() const { return takes_device_arrays() && solver_ && solver_->factored(); }
+  /// As load_values, for a pattern that the caller has compared with that of the last load().
+  void load_device_values(DeviceValues values) { device_values_ = std::move(values); }
+  /// The caller's stream (a cudaStream_t) in which arrays on the device become what they are.
+  void set_stream(void* stream) { stream_ = stream; }
+
   void analyze();
   /// Factors, or refactors where that was done before.
   void factor();
@@ -100,7 +117,8 @@ class RootedSolver {
 
   /// For vectors of `space` whose local entries have these ids. Throws InvalidInput for an unknown id.
   VectorLayout make_layout(const std::vector<std::int64_t>& ids, Space space) const;
-  /// Solves A X = B, or A^T X = B (then B is of space unknowns and X of space rows).
+  /// Solves A X = B, or A^T X = B (then B is of space unknowns and X of space rows). Both on the host, or
+  /// both on the device.
   void solve(const VectorLayout& b_layout, LocalColumns<const double> b, const VectorLayout& x_layout,
              LocalColumns<double> x, std::int64_t columns, bool transpose);
 
@@ -138,8 +156,10 @@ class RootedSolver {
   std::vector<std::int64_t> offsets_;  ///< gathered pattern and values, rank 0, several ranks
   std::vector<std::int32_t> columns_;
   std::vector<double> values_;
-  LocalRows local_rows_;    ///< one rank: the arrays in use
-  CsrView<double> matrix_;  ///< rank 0: what the solver reads
+  LocalRows local_rows_;        ///< one rank: the arrays in use
+  CsrView<double> matrix_;      ///< rank 0: what the solver reads, unless the values are on the device
+  DeviceValues device_values_;  ///< until they are factored
+  void* stream_ = nullptr;
 
   std::vector<std::int64_t> pattern_row_ids_,
       pattern_column_ids_;  ///< this rank's own pattern, several ranks

@@ -73,6 +73,11 @@ class MFS<Matrix, Vector>::Impl {
       rows = MatrixAccess::rows(*matrix);
     });
     solver.load(ids, rows);
+    if constexpr (MatrixAccess::kOnDevice) {
+      if (!on_device()) return;
+      device_pattern = MatrixAccess::device_pattern(*matrix);
+      solver.set_stream(MatrixAccess::stream());
+    }
   }
 
   /// Values of a matrix that is spread over the ranks as the analysed one was.
@@ -85,6 +90,13 @@ class MFS<Matrix, Vector>::Impl {
     const bool same_ids = mfs::amesos2::same(maps.rows, MatrixAccess::row_map(*matrix)) &&
                           mfs::amesos2::same(maps.unknowns, MatrixAccess::unknown_map(*matrix));
     const bool same_columns = mfs::amesos2::same(maps.columns, MatrixAccess::column_map(*matrix));
+    if constexpr (MatrixAccess::kOnDevice) {
+      if (same_ids && same_columns && on_device() && solver.takes_device_values()) {
+        const mfs::amesos2::DeviceValues values = MatrixAccess::device_values(*matrix, device_pattern);
+        if (values.data != nullptr)
+          return solver.load_device_values(values);  // else the host says what differs
+      }
+    }
     std::vector<std::int64_t> column_ids;
     mfs::amesos2::on_all_ranks(comm, [&] {
       if (!same_ids)
@@ -96,9 +108,17 @@ class MFS<Matrix, Vector>::Impl {
     solver.load_values(rows, same_columns ? nullptr : &column_ids);
   }
 
+  /// Whether arrays on the device are read and written there.
+  bool on_device() const {
+    if constexpr (MatrixAccess::kOnDevice)
+      return solver.takes_device_arrays() && MatrixAccess::on_first_device();
+    return false;
+  }
+
   Teuchos::RCP<const Matrix> matrix;
   RootedSolver solver;
   Maps maps;
+  typename MatrixAccess::DevicePattern device_pattern;
   KnownLayout layouts[2];  ///< by Space
 
   Teuchos::ParameterList parameters{"MFS"};  ///< as set last
@@ -221,14 +241,16 @@ int MFS<Matrix, Vector>::solve_impl(const Teuchos::Ptr<MultiVecAdapter<Vector>>,
     MFS_AMESOS2_TIME(vecConvTime_);
     b_layout = &impl.layout(*impl.b, b_space, impl.layouts[static_cast<int>(b_space)]);
     x_layout = &impl.layout(*impl.x, x_space, impl.layouts[static_cast<int>(x_space)]);
+    const bool on_device = impl.on_device() && b_layout->in_order() && x_layout->in_order() &&
+                           Access::one_distance(*impl.b) && Access::one_distance(*impl.x);
     mfs::amesos2::on_all_ranks(*this->getComm(), [&] {
-      b = Access::read(*impl.b, hold_b);
+      b = Access::read(*impl.b, hold_b, on_device);
       if (b.data == nullptr && length_b > 0) {
         b_copy.resize(length_b * Access::columns(*impl.b));
         Access::copy_from(*impl.b, b_copy.data());
         b = {b_copy.data(), length_b};
       }
-      x = Access::write(*impl.x, hold_x);
+      x = Access::write(*impl.x, hold_x, on_device);
       if (x.data == nullptr && length_x > 0) {
         x_copy.resize(length_x * Access::columns(*impl.x));
         x = {x_copy.data(), length_x};

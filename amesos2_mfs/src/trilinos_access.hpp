@@ -3,12 +3,18 @@
 //   MatrixAccess<Matrix>    Map, maps of rows / columns / unknowns, the local rows
 //   VectorAccess<Vector>    Map, the local columns to read or to write
 //   ids(map), same(a, b)    global ids of a map; whether two maps are equal (collective)
+//
+// Where kOnDevice is true, Tpetra's arrays lie in memory that a CUDA device reads (device_access.hpp): they
+// are had in place by who works there, and copied for the host. Tpetra gives out no view of one side while
+// one of the other side is held; so none is held longer than a phase lasts.
 #pragma once
 
 #include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <stdexcept>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include <Amesos2_config.h>
@@ -20,6 +26,7 @@
 #include <Epetra_MultiVector.h>
 #endif
 
+#include "device_access.hpp"
 #include "rooted_solver.hpp"
 
 namespace mfs::amesos2 {
@@ -61,10 +68,32 @@ struct MatrixAccess<Tpetra::CrsMatrix<double, LO, GO, Node>> {
   static Map unknown_map(const Matrix& a) { return a.getDomainMap(); }
   static bool complete(const Matrix& a) { return a.isFillComplete(); }
 
+  /// In place, or copies where the host does not reach them.
   static LocalRows rows(const Matrix& a) {
-    const auto local = a.getLocalMatrixHost();
-    return {static_cast<std::int64_t>(local.numRows()), local.graph.row_map.data(),
-            local.graph.entries.data(), local.values.data(), keep(local)};
+    const auto local = a.getLocalMatrixDevice();
+    const auto on_host = [](const auto& view) {
+      return Kokkos::create_mirror_view_and_copy(Kokkos::HostSpace(), view);
+    };
+    const auto held =
+        std::make_tuple(on_host(local.graph.row_map), on_host(local.graph.entries), on_host(local.values));
+    return {static_cast<std::int64_t>(local.numRows()), std::get<0>(held).data(), std::get<1>(held).data(),
+            std::get<2>(held).data(), keep(held)};
+  }
+
+  static constexpr bool kOnDevice = reached_by_cuda<typename Node::memory_space>;
+  /// libmfs works on the first device of the process.
+  static bool on_first_device() { return typename Node::execution_space().cuda_device() == 0; }
+  /// Where Tpetra's kernels run.
+  static void* stream() { return typename Node::execution_space().cuda_stream(); }
+  using DevicePattern = mfs::amesos2::DevicePattern<typename Matrix::local_graph_device_type>;
+  static DevicePattern device_pattern(const Matrix& a) {
+    return DevicePattern(a.getLocalMatrixDevice().graph);
+  }
+  /// The values where they lie, or nothing where the pattern is another.
+  static DeviceValues device_values(const Matrix& a, const DevicePattern& pattern) {
+    const auto local = a.getLocalMatrixDevice();
+    if (!pattern.matches(local.graph)) return {};
+    return {local.values.data(), keep(local.values)};
   }
 };
 
@@ -78,19 +107,18 @@ struct VectorAccess<Tpetra::MultiVector<double, LO, GO, Node>> {
   static std::int64_t columns(const Vector& v) { return static_cast<std::int64_t>(v.getNumVectors()); }
   static bool supported(const Vector&) { return true; }
 
-  /// The columns of `v` if they lie at one distance from each other, else nothing. `hold` keeps them in
-  /// place.
-  static LocalColumns<const double> read(const Vector& v, std::shared_ptr<const void>& hold) {
-    if (!v.isConstantStride()) return {};
-    const auto view = v.getLocalViewHost(Tpetra::Access::ReadOnly);
-    hold = keep(view);
-    return {view.data(), static_cast<std::int64_t>(view.stride(1))};
+  /// Whether the columns of `v` lie at one distance from each other.
+  static bool one_distance(const Vector& v) { return v.isConstantStride(); }
+  /// These columns, on the device or on the host; nothing where they do not. `hold` keeps them in place.
+  static LocalColumns<const double> read(const Vector& v, std::shared_ptr<const void>& hold, bool device) {
+    if (!one_distance(v)) return {};
+    return device ? columns_of(v.getLocalViewDevice(Tpetra::Access::ReadOnly), hold, device)
+                  : columns_of(v.getLocalViewHost(Tpetra::Access::ReadOnly), hold, device);
   }
-  static LocalColumns<double> write(Vector& v, std::shared_ptr<const void>& hold) {
-    if (!v.isConstantStride()) return {};
-    const auto view = v.getLocalViewHost(Tpetra::Access::ReadWrite);
-    hold = keep(view);
-    return {view.data(), static_cast<std::int64_t>(view.stride(1))};
+  static LocalColumns<double> write(Vector& v, std::shared_ptr<const void>& hold, bool device) {
+    if (!one_distance(v)) return {};
+    return device ? columns_of(v.getLocalViewDevice(Tpetra::Access::ReadWrite), hold, device)
+                  : columns_of(v.getLocalViewHost(Tpetra::Access::ReadWrite), hold, device);
   }
   static void copy_from(const Vector& v, double* columns) {
     const std::size_t length = v.getLocalLength();
@@ -107,6 +135,14 @@ struct VectorAccess<Tpetra::MultiVector<double, LO, GO, Node>> {
     }
   }
   static std::int64_t local_length(const Vector& v) { return static_cast<std::int64_t>(v.getLocalLength()); }
+
+ private:
+  template <class View>
+  static auto columns_of(const View& view, std::shared_ptr<const void>& hold, bool device) {
+    hold = keep(view);
+    return LocalColumns<typename View::value_type>{view.data(), static_cast<std::int64_t>(view.stride(1)),
+                                                   device};
+  }
 };
 
 // ---- Epetra ----
@@ -128,6 +164,8 @@ inline bool same(const EpetraMap& a, const EpetraMap& b) {
 template <>
 struct MatrixAccess<Epetra_CrsMatrix> {
   using Map = EpetraMap;
+  static constexpr bool kOnDevice = false;
+  struct DevicePattern {};
 
   static Map row_map(const Epetra_CrsMatrix& a) { return std::make_shared<Epetra_BlockMap>(a.RowMap()); }
   static Map column_map(const Epetra_CrsMatrix& a) { return std::make_shared<Epetra_BlockMap>(a.ColMap()); }
@@ -173,12 +211,13 @@ struct VectorAccess<Epetra_MultiVector> {
   static bool supported(const Epetra_MultiVector& v) {
     return v.Map().ConstantElementSize() && v.Map().ElementSize() == 1;
   }
-  static LocalColumns<const double> read(const Epetra_MultiVector& v, std::shared_ptr<const void>&) {
-    if (!v.ConstantStride()) return {};
+  static bool one_distance(const Epetra_MultiVector& v) { return v.ConstantStride(); }
+  static LocalColumns<const double> read(const Epetra_MultiVector& v, std::shared_ptr<const void>&, bool) {
+    if (!one_distance(v)) return {};
     return {v.Values(), v.Stride()};
   }
-  static LocalColumns<double> write(Epetra_MultiVector& v, std::shared_ptr<const void>&) {
-    if (!v.ConstantStride()) return {};
+  static LocalColumns<double> write(Epetra_MultiVector& v, std::shared_ptr<const void>&, bool) {
+    if (!one_distance(v)) return {};
     return {v.Values(), v.Stride()};
   }
   static void copy_from(const Epetra_MultiVector& v, double* columns) {

@@ -23,7 +23,8 @@ if(Trilinos_DIR)
   get_filename_component(_mfs_prefix "${Trilinos_DIR}/../../.." ABSOLUTE)
   list(PREPEND _mfs_prefixes "${_mfs_prefix}")
 endif()
-find_path(MfsTrilinos_trilinos_INCLUDE Amesos2.hpp HINTS ${_mfs_prefixes} PATH_SUFFIXES include include/trilinos trilinos)
+find_path(MfsTrilinos_trilinos_INCLUDE Amesos2.hpp HINTS ${_mfs_prefixes}
+  PATH_SUFFIXES include include/trilinos trilinos)
 find_library(MfsTrilinos_amesos2_LIBRARY NAMES trilinos_amesos2 amesos2 NAMES_PER_DIR
   HINTS ${MfsTrilinos_trilinos_INCLUDE}/../lib ${MfsTrilinos_trilinos_INCLUDE}/../lib64)
 set(_mfs_library_dir "")

@@ -40,7 +40,7 @@ function(build_outside name)
 endfunction()
 build_outside(plain)
 if(AMESOS2)
-  build_outside(amesos2 -D WITH_AMESOS2=ON)
+  build_outside(amesos2 -D WITH_AMESOS2=ON -D Trilinos_DIR=${TRILINOS_DIR})
   run(${WORK}/amesos2/solve_tiny_amesos2)
 endif()
 

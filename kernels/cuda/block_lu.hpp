@@ -53,7 +53,7 @@ __device__ void store_tile(const Tile<S>& tile, S* to, Offset ld) {
   }
 }
 
-// What other columns of a strict front need is written to the front; the tile is loaded by whoever calls.
+// Leaves the block column in the front. Not inlined: the tiles of all other fronts would pay with registers.
 template <class S, class Value>
 __device__ __noinline__ void factor_strict(const DeviceStore<S, Value>& store, Vertex f,
                                            const Front<S>& front, int k, int s, S* memory, S* column,

@@ -77,6 +77,35 @@ __device__ inline double block_max(double value, double* work) {
   return value;
 }
 
+// Largest entry of column j of the tile in the border rows, once the columns left of it are eliminated there:
+// the border rows of the block column are not solved for yet.
+template <class S>
+struct BorderBelow {
+  const S* border_rows;  // at the first column of the tile
+  Offset ld;
+  int count;
+  S* column;  // shared memory
+  double* work;
+
+  __device__ double operator()(const Tile<S>& tile, int j) const {
+    if (threadIdx.x == 0) {
+      for (int i = 0; i < j; ++i) column[i] = tile.a[i + j * tile.ld];
+      for (int i = j - 1; i >= 0; --i) {
+        column[i] /= tile.a[i + i * tile.ld];
+        for (int k = 0; k < i; ++k) column[k] -= tile.a[k + i * tile.ld] * column[i];
+      }
+    }
+    __syncthreads();
+    double most = 0;
+    for (int r = threadIdx.x; r < count; r += blockDim.x) {
+      S sum = border_rows[r + j * ld];
+      for (int k = 0; k < j; ++k) sum -= border_rows[r + k * ld] * column[k];
+      most = fmax(most, magnitude(sum));
+    }
+    return block_max(most, work);
+  }
+};
+
 template <class S>
 __device__ S perturbed_pivot(S pivot, double wanted) {
   using Real = RealOf<S>;

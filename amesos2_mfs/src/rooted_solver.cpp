@@ -322,26 +322,18 @@ void RootedSolver::solve(const VectorLayout& b_layout, LocalColumns<const double
   const std::int64_t n = row_gather_.total();
   const std::vector<std::int64_t>* b_ids = transpose ? &unknown_ids_ : &row_ids_;
   const auto run = [&](Solver& solver, const double* from, double* to, std::int64_t ldb, std::int64_t ldx) {
-    if (transpose)
+    if (b.on_device && transpose)
+      solver.solve_transpose_device(from, to, columns, ldb, ldx, stream_);
+    else if (b.on_device)
+      solver.solve_device(from, to, columns, ldb, ldx, stream_);
+    else if (transpose)
       solver.solve_transpose(from, to, columns, ldb, ldx);
     else
       solver.solve(from, to, columns, ldb, ldx);
   };
-  const auto run_on_device = [&](Solver& solver, std::int64_t ldb, std::int64_t ldx) {
-    if (transpose)
-      solver.solve_transpose_device(b.data, x.data, columns, ldb, ldx, stream_);
-    else
-      solver.solve_device(b.data, x.data, columns, ldb, ldx, stream_);
-  };
   if (one_rank() && b_layout.in_order() && x_layout.in_order()) {
-    const std::int64_t ldb = std::max(b.stride, n), ldx = std::max(x.stride, n);
     on_root(
-        [&](Solver& solver) {
-          if (b.on_device)
-            run_on_device(solver, ldb, ldx);
-          else
-            run(solver, b.data, x.data, ldb, ldx);
-        },
+        [&](Solver& solver) { run(solver, b.data, x.data, std::max(b.stride, n), std::max(x.stride, n)); },
         b_ids);
     return;
   }

@@ -47,6 +47,14 @@ class MFS : public SolverCore<Amesos2::MFS, Matrix, Vector> {
   void setA(const Teuchos::RCP<const Matrix> a, EPhase keep_phase = CLEAN) override;
   using super_type::setA;
 
+  /// The next numericFactorization takes these values, in memory of the CUDA device, instead of those of the
+  /// matrix, whose entries they belong to in its order; the pattern is not compared. `stream`, a cudaStream_t,
+  /// is where they become what they are. Throws mfs::StateError unless takesDeviceValues().
+  void setDeviceValues(const double* values, void* stream = nullptr);
+  /// On one rank, with "Backend" "cuda", once a matrix has been factored: matching needs its values on the
+  /// host.
+  bool takesDeviceValues() const;
+
   /// Throws std::invalid_argument where lengths or numbers of columns do not fit, on all ranks.
   void solve(const Teuchos::Ptr<Vector> X, const Teuchos::Ptr<const Vector> B) const override;
   using super_type::solve;

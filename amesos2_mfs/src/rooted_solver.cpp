@@ -276,7 +276,7 @@ void RootedSolver::factor() {
   try {
     on_root([&](Solver& solver) {
       if (device_values.data != nullptr)
-        solver.refactor_device(device_values.data, stream_);
+        solver.refactor_device(device_values.data, device_values.stream);
       else if (solver.factored())
         solver.refactor(matrix_);
       else

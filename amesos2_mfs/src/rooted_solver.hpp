@@ -52,6 +52,7 @@ struct LocalRows {
 /// Values in the memory of the device, borrowed, in the order of LocalRows::values.
 struct DeviceValues {
   const double* data = nullptr;
+  void* stream = nullptr;  ///< a cudaStream_t in which they become what they are
   std::shared_ptr<const void> keep_alive;
 };
 
@@ -100,7 +101,7 @@ class RootedSolver {
   bool takes_device_arrays() const { return one_rank() && options_.backend == Backend::cuda; }
   /// The same for values: they replace others.
   bool takes_device_values() const { return takes_device_arrays() && solver_ && solver_->factored(); }
-  /// As load_values, for a pattern that the caller has compared with that of the last load().
+  /// As load_values, for a pattern that the caller knows to be that of the last load().
   void load_device_values(DeviceValues values) { device_values_ = std::move(values); }
   /// The caller's stream (a cudaStream_t) in which arrays on the device become what they are.
   void set_stream(void* stream) { stream_ = stream; }

@@ -10,6 +10,7 @@
 #include <ostream>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include <Amesos2_SolverCore_def.hpp>
 #include <Teuchos_TimeMonitor.hpp>
@@ -64,6 +65,7 @@ class MFS<Matrix, Vector>::Impl {
     mfs::amesos2::LocalIds ids;
     mfs::amesos2::LocalRows rows;
     maps = {};
+    given_values = {};
     for (auto& known : layouts) known = {};
     mfs::amesos2::on_all_ranks(comm, [&] {
       check_complete();
@@ -86,6 +88,8 @@ class MFS<Matrix, Vector>::Impl {
     solver.forget_factorization();
     if (!solver.analyzed())
       throw mfs::StateError("numericFactorization: symbolicFactorization has not succeeded");
+    const mfs::amesos2::DeviceValues given = std::exchange(given_values, {});
+    if (given.data != nullptr) return solver.load_device_values(given);
     mfs::amesos2::on_all_ranks(comm, [&] { check_complete(); });
     const bool same_ids = mfs::amesos2::same(maps.rows, MatrixAccess::row_map(*matrix)) &&
                           mfs::amesos2::same(maps.unknowns, MatrixAccess::unknown_map(*matrix));
@@ -119,6 +123,7 @@ class MFS<Matrix, Vector>::Impl {
   RootedSolver solver;
   Maps maps;
   typename MatrixAccess::DevicePattern device_pattern;
+  mfs::amesos2::DeviceValues given_values;  ///< for the next factorization, by setDeviceValues
   KnownLayout layouts[2];  ///< by Space
 
   Teuchos::ParameterList parameters{"MFS"};  ///< as set last
@@ -162,6 +167,18 @@ void MFS<Matrix, Vector>::setA(const Teuchos::RCP<const Matrix> a, EPhase keep_p
                                 std::to_string(rows));
   super_type::setA(a, keep_phase);
   impl_->matrix = a;
+}
+
+template <class Matrix, class Vector>
+void MFS<Matrix, Vector>::setDeviceValues(const double* values, void* stream) {
+  if (!takesDeviceValues())
+    throw mfs::StateError("setDeviceValues: only on one rank, with Backend cuda, after a factorization");
+  impl_->given_values = {values, stream, nullptr};
+}
+
+template <class Matrix, class Vector>
+bool MFS<Matrix, Vector>::takesDeviceValues() const {
+  return impl_->solver.takes_device_values();
 }
 
 template <class Matrix, class Vector>

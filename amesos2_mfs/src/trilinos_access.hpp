@@ -93,7 +93,7 @@ struct MatrixAccess<Tpetra::CrsMatrix<double, LO, GO, Node>> {
   static DeviceValues device_values(const Matrix& a, const DevicePattern& pattern) {
     const auto local = a.getLocalMatrixDevice();
     if (!pattern.matches(local.graph)) return {};
-    return {local.values.data(), keep(local.values)};
+    return {local.values.data(), stream(), keep(local.values)};
   }
 };
 

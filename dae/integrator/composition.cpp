@@ -40,6 +40,7 @@ Composition::Composition(int size, std::vector<Term> terms, int threads)
   make_groups();
   make_pattern();
   make_targets();
+  find_own();
 }
 
 void Composition::make_groups() {
@@ -105,23 +106,35 @@ void Composition::make_targets() {
     }
 }
 
-void Composition::begin_row(int row, const std::vector<Rows>& begun, double* matrix) const {
-  const int first = pattern_.row_start[row], end = pattern_.row_start[row + 1];
-  for (const Rows& rows : begun)
-    if (row >= rows.first && row < rows.first + rows.count) {
-      const int before = pattern_.row_start[rows.first];
-      std::copy(rows.values + (first - before), rows.values + (end - before), matrix + first);
-      return;
-    }
-  std::fill(matrix + first, matrix + end, 0.0);
+/// Numbers the entries that are composed here, and lets the targets of the terms name those numbers.
+void Composition::find_own() {
+  if (std::none_of(terms_.begin(), terms_.end(), [](const Term& term) { return term.elsewhere; })) {
+    own_start_ = pattern_.row_start;
+    return;
+  }
+  std::vector<int> number(pattern_.entries(), -1);
+  for (std::size_t t = 0; t < terms_.size(); ++t)
+    if (!terms_[t].elsewhere)
+      for (const int entry : target_[t]) number[entry] = 0;
+  for (int row = 0; row < pattern_.rows; ++row) {
+    own_start_.push_back(static_cast<int>(own_.size()));
+    for (int entry = pattern_.row_start[row]; entry < pattern_.row_start[row + 1]; ++entry)
+      if (number[entry] == 0) {
+        number[entry] = static_cast<int>(own_.size());
+        own_.push_back(entry);
+      }
+  }
+  own_start_.push_back(static_cast<int>(own_.size()));
+  for (std::size_t t = 0; t < terms_.size(); ++t)
+    if (!terms_[t].elsewhere)
+      parallel_for(target_[t].size(), threads_, [&](std::size_t k) { target_[t][k] = number[target_[t][k]]; });
 }
 
-void Composition::compose(const std::vector<Values>& values, double* matrix,
-                          const std::vector<Rows>& begun) const {
+void Composition::compose(const std::vector<Values>& values, double* own) const {
   for (const Group& group : groups_) {
 #pragma omp parallel for num_threads(threads_) schedule(static)
     for (int row = 0; row < group.rows; ++row) {
-      begin_row(group.first_row + row, begun, matrix);
+      std::fill(own + own_start_[group.first_row + row], own + own_start_[group.first_row + row + 1], 0.0);
       for (const std::size_t t : group.terms) {
         if (terms_[t].elsewhere) continue;
         const Pattern& block = *terms_[t].block;
@@ -129,7 +142,7 @@ void Composition::compose(const std::vector<Values>& values, double* matrix,
         const int* const target = target_[t].data();
         const Values& from = values[t];
         for (int k = block.row_start[row]; k < block.row_start[row + 1]; ++k)
-          matrix[target[k]] += from.factor * from.block[source != nullptr ? source[k] : k];
+          own[target[k]] += from.factor * from.block[source != nullptr ? source[k] : k];
       }
     }
   }

@@ -8,7 +8,7 @@
 //                               |      |      |       |       column[j]; factor
 //   matrix row              [ ......................... ]
 //
-// Terms may be summed elsewhere, into rows that then come as a whole.
+// Terms may be added elsewhere. Then values are composed only for those entries that the others reach.
 #pragma once
 
 #include <utility>
@@ -42,37 +42,36 @@ class Composition {
     const double* block;  ///< of the term's block
     double factor = 1.0;
   };
-  /// Rows of the matrix to begin with, side by side: all entries of them.
-  struct Rows {
-    int first, count;
-    const double* values;
-  };
-
   /// `size` rows and columns. Throws InvalidInput where the matrix has 2^31 entries or more.
   Composition(int size, std::vector<Term> terms, int threads);
 
   const Pattern& pattern() const { return pattern_; }
   /// Where the entries of term k go, one that is added elsewhere; given away.
   RawVector<int> take_targets(std::size_t k) { return std::move(target_[k]); }
-  /// `values[k]` belongs to term k, if that is added here; `begun` is what was added elsewhere. Overwrites
-  /// `matrix`, one value per entry of the pattern.
-  void compose(const std::vector<Values>& values, double* matrix, const std::vector<Rows>& begun = {}) const;
+  /// Where terms are added elsewhere: the entries that are composed here, ascending. Empty otherwise, when all
+  /// are.
+  const std::vector<int>& own_entries() const { return own_; }
+  /// `values[k]` belongs to term k, if that is added here. Overwrites `own`, one value for each of
+  /// own_entries(), or of all.
+  void compose(const std::vector<Values>& values, double* own) const;
 
  private:
   struct Group {
     int first_row, rows;
     std::vector<std::size_t> terms;
   };
-  void begin_row(int row, const std::vector<Rows>& begun, double* matrix) const;
   void make_groups();
   void make_pattern();
   void make_targets();
+  void find_own();
 
   int threads_;
   std::vector<Term> terms_;
   std::vector<Group> groups_;
-  std::vector<RawVector<int>> target_;  ///< per term: where its entries go
+  std::vector<RawVector<int>> target_;  ///< per term: where its entries go, among the own ones if it is added here
   Pattern pattern_;
+  std::vector<int> own_;
+  std::vector<int> own_start_;  ///< per row: the first of own_ in it
 };
 
 }  // namespace mfs::dae

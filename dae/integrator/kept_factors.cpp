@@ -94,6 +94,7 @@ class KeptSolve : public Thyra::LinearOpWithSolveBase<double> {
     solves_.new_matrix = false;
     iterating_ = solves_.factored && !solves_.factor_next && krylov_spent_ + kFewSteps < krylov_budget_;
     if (iterating_) {
+      if (solves_.remote_matrix != nullptr) solves_.bring_values();
       const auto preconditioner = Thyra::unspecifiedPrec<double>(Thyra::inverse<double>(factors_));
       iterative_ = krylov_->createOp();
       krylov_->initializePreconditionedOp(source_, preconditioner, iterative_.get());
@@ -163,14 +164,17 @@ class KeptSolve : public Thyra::LinearOpWithSolveBase<double> {
   void factor() const {
     solves_.factored = false;
     double seconds = 0.0;
-    noting_failure([&] { timed(seconds, [&] { direct_->initializeOp(source_, factors_.get()); }); });
+    noting_failure([&] {
+      timed(seconds, [&] {
+        give_values();
+        direct_->initializeOp(source_, factors_.get());
+      });
+    });
     solves_.factored = true;
     ++solves_.factorizations;
     krylov_spent_ = 0;
-    const auto& solver =
-        dynamic_cast<Thyra::Amesos2LinearOpWithSolve<double>&>(*factors_).get_amesos2Solver();
-    const Report& report = dynamic_cast<const MfsSolver&>(*solver).report();
-    const int analyses = solver->getStatus().getNumSymbolicFact();
+    const Report& report = solver()->report();
+    const int analyses = solver()->getStatus().getNumSymbolicFact();
     const double analysis = analyses > analyses_ ? report.time_order + report.time_symbolic : 0.0;
     solves_.analyses += analyses - analyses_;
     analyses_ = analyses;
@@ -180,6 +184,21 @@ class KeptSolve : public Thyra::LinearOpWithSolveBase<double> {
     krylov_budget_ =
         report.flops.total() / (kFlopsPerEntry * static_cast<double>(report.nnz_factor) +
                                 flops_per_matrix_entry(backend_) * static_cast<double>(report.nnz));
+  }
+
+  /// Null before the first factorization.
+  MfsSolver* solver() const {
+    return dynamic_cast<MfsSolver*>(
+        dynamic_cast<Thyra::Amesos2LinearOpWithSolve<double>&>(*factors_).get_amesos2Solver().get());
+  }
+
+  /// Where the values are on a device, they go from there to the solver if it can take them.
+  void give_values() const {
+    if (solves_.remote_matrix == nullptr) return;
+    if (solver() != nullptr && solver()->takesDeviceValues())
+      solver()->setDeviceValues(solves_.remote_matrix->values(), solves_.remote_matrix->stream());
+    else
+      solves_.bring_values();
   }
 
   bool iterate(const Vectors& b, const Ptr<Vectors>& x) const {

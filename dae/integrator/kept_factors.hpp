@@ -14,6 +14,7 @@
 #include <mfs/report.hpp>
 
 #include "dae/integrator/integrator.hpp"
+#include "dae/mechanics/constrained_system.hpp"
 
 namespace mfs::dae {
 
@@ -21,6 +22,8 @@ namespace mfs::dae {
 struct LinearSolves {
   // Told by Newton's method.
   bool new_matrix = false;  ///< the matrix has got new values; set back when they are taken
+  RemoteMatrix* remote_matrix = nullptr;  ///< where it has got them, if that is not the matrix itself
+  std::function<void()> bring_values;     ///< puts them into the matrix itself
   bool factor_next = true;  ///< a new matrix is not to be solved by FGMRES
   /// Makes the right-hand side b of a system with the matrix from the residual h.
   std::function<void(const double* h, double* b)> right_side;

@@ -104,15 +104,17 @@ class StepModel : public Thyra::StateFuncModelEvaluatorBase<double> {
     return predicted_;
   }
   void evaluate_jacobian(const State& state, const StepRelation& relation) const {
-    equations_.jacobian(state, relation, matrix_->getLocalMatrixHost().values.data());
+    equations_.jacobian(state, relation, matrix_values());
     solves_.new_matrix = true;
     ++report_.jacobians;
   }
   /// The matrix for initial accelerations takes the place of the Jacobian.
   void evaluate_initial() {
-    equations_.initial_jacobian(matrix_->getLocalMatrixHost().values.data());
+    equations_.initial_jacobian(matrix_values());
     solves_.new_matrix = true;
   }
+  /// Of the matrix that NOX and the solver know.
+  double* matrix_values() const { return matrix_->getLocalMatrixHost().values.data(); }
   /// Where H was evaluated last: once NOX has given an iterate to be tested, that iterate.
   const State& state() const { return state_; }
   /// Gives it away for another one, whose arrays are used again.
@@ -308,6 +310,8 @@ class Newton::Impl {
             new StepModel(equations, make_kept_factors(options, solves_), solves_, report, options.threads))),
         test_(rcp(new NewtonTest(equations, *model_, options))) {
     solves_.correct = [this](double* x) { equations_.correct(*relation_, x); };
+    solves_.remote_matrix = equations.remote_matrix();
+    solves_.bring_values = [this] { equations_.remote_matrix()->read(model_->matrix_values()); };
   }
 
   // The first matrix is what ordering, matching and scales are made for. By the initial one alone, where

@@ -110,13 +110,9 @@ Composition StepEquations::make_composition(int threads) {
     add_relation(kV, kQ);
   }
   for (RemoteTangent* const remote : system_.remote_tangents()) {
-    const Pattern& pattern = remote->pattern();
-    int first = 0, end = n_;
-    while (first < end && pattern.row_start[first + 1] == 0) ++first;
-    while (end > first && pattern.row_start[end - 1] == pattern.row_start[n_]) --end;
-    remotes_.push_back({remote, first, end - first, terms.size()});
+    remotes_.push_back({remote, terms.size()});
     for (const Kind kind : {kA, kV, kQ}) {
-      terms.push_back({&pattern, 0, column_[kind], nullptr, true});
+      terms.push_back({&remote->pattern(), 0, column_[kind], nullptr, true});
       numbers_.push_back({nullptr, kForce, kind});
     }
   }
@@ -124,14 +120,14 @@ Composition StepEquations::make_composition(int threads) {
 }
 
 void StepEquations::place_remotes() {
-  const std::vector<int>& row_start = composition_.pattern().row_start;
+  if (remotes_.empty()) return;
+  remote_matrix_ =
+      remotes_.front().tangent->make_matrix(composition_.pattern().entries(), composition_.own_entries());
   for (const Remote& remote : remotes_) {
     const RawVector<int> target[] = {composition_.take_targets(remote.first_term),
                                      composition_.take_targets(remote.first_term + 1),
                                      composition_.take_targets(remote.first_term + 2)};
-    const int first = row_start[remote.first_row], end = row_start[remote.first_row + remote.rows];
-    remote.tangent->place({target[0].data(), target[1].data(), target[2].data()},
-                          static_cast<std::size_t>(first), static_cast<std::size_t>(end - first));
+    remote.tangent->place({target[0].data(), target[1].data(), target[2].data()}, *remote_matrix_);
   }
 }
 
@@ -263,16 +259,15 @@ void StepEquations::initial_jacobian(double* values) const {
 void StepEquations::compose(const StepRelation& relation, double* values) const {
   augmentation_.compute(constraint_gradient());
   scales_ = {typical_diagonal(relation), relation.v_by_a, relation.q_by_v};
-  for (const Remote& remote : remotes_)
-    remote.tangent->begin_sum({scales_.of(kForce, kA), scales_.of(kForce, kV), scales_.of(kForce, kQ)});
   std::vector<Composition::Values> terms;
   for (const Numbers& numbers : numbers_)
     terms.push_back({numbers.block != nullptr ? numbers.block->data() : nullptr,
                      scales_.of(numbers.row, numbers.column)});
-  std::vector<Composition::Rows> begun;
+  composition_.compose(terms, remote_matrix_ ? remote_matrix_->own() : values);
+  if (!remote_matrix_) return;
+  remote_matrix_->begin();
   for (const Remote& remote : remotes_)
-    begun.push_back({remote.first_row, remote.rows, remote.tangent->take_sum()});
-  composition_.compose(terms, values, begun);
+    remote.tangent->begin_sum({scales_.of(kForce, kA), scales_.of(kForce, kV), scales_.of(kForce, kQ)});
 }
 
 void StepEquations::initial_right_side(const State& state, double* b) const {

@@ -20,10 +20,11 @@
 //
 // so Phi_q itself stands in the rows of all its levels, and the first two groups of columns hold
 // (dF/da + v_by_a dF/dv + q_by_a dF/dq) / s + Phi_q^T Phi_q and Phi_q^T in the rows of F. Where a device has
-// these derivatives (RemoteTangent), it adds them up itself, and its rows begin with what it gives.
+// these derivatives (RemoteTangent), the matrix is put together there (RemoteMatrix).
 #pragma once
 
 #include <array>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -59,10 +60,13 @@ class StepEquations {
   void unpack(const double* x, const StepRelation& relation, State& state) const;
   /// H at `state`, the unpacked x.
   void residual(const State& state, const StepRelation& relation, double* h) const;
-  /// R H_x C at `state`: values in the order of the pattern.
+  /// R H_x C at `state`: values in the order of the pattern, unless there is a remote matrix, which takes them
+  /// instead.
   void jacobian(const State& state, const StepRelation& relation, double* values) const;
   /// The same at the state of the last one, in a step of no time, in which v and q do not move with a.
   void initial_jacobian(double* values) const;
+  /// Where the values are if derivatives are evaluated on a device, else null.
+  RemoteMatrix* remote_matrix() const { return remote_matrix_.get(); }
   /// The right-hand side b of the system for what lambda and a, zero in `state`, are to be changed by, so
   /// that F and the constraints on accelerations hold.
   void initial_right_side(const State& state, double* b) const;
@@ -120,14 +124,14 @@ class StepEquations {
   mutable BlockSet due_;          ///< blocks that the next Jacobian has to evaluate
   BlockSet constant_;             ///< those of them that the first one evaluates for all
   std::vector<Numbers> numbers_;  ///< by term
-  /// What goes to rows of F from elsewhere.
+  /// What is added to rows of F elsewhere.
   struct Remote {
     RemoteTangent* tangent;
-    int first_row, rows;
     std::size_t first_term;  ///< of three, in the order of kForceByAVQ
   };
   std::vector<Remote> remotes_;
   Composition composition_;
+  std::unique_ptr<RemoteMatrix> remote_matrix_;
   std::array<std::vector<int>, 3> diagonal_;  ///< where dF/da, dF/dv and dF/dq have their diagonal entries
   mutable std::vector<double> diagonal_sum_;  ///< of F's derivatives by a, v and q, times the rates of a step
   mutable Scales scales_;

@@ -104,6 +104,24 @@ struct Residual {
 /// One number for each of the derivatives of F: by a, by v, by q.
 using ByAVQ = std::array<double, 3>;
 
+/// Newton's matrix in the memory of a device: what is evaluated there is added up there, and the host sends
+/// what it has for some of the entries. Where a solver takes the values from there, they never pass through
+/// the memory of the host.
+class RemoteMatrix {
+ public:
+  virtual ~RemoteMatrix() = default;
+
+  /// Room for what the host has, a number for each of the entries that it was made with.
+  virtual double* own() = 0;
+  /// Begins anew with what was left there; all other entries are zero. Then the remote tangents add theirs.
+  virtual void begin() = 0;
+  /// All entries, in the memory of the device: in stream(), behind what is there.
+  virtual const double* values() = 0;
+  virtual void* stream() const = 0;
+  /// Waits for them and copies them.
+  virtual void read(double* values) = 0;
+};
+
 /// A share of F's derivatives that is not in the blocks: it stays where it is evaluated, on a device, and
 /// goes from there into Newton's matrix as one sum. The blocks would be three times as much to copy, and they
 /// would pass through the memory of the host several times.
@@ -111,12 +129,15 @@ class RemoteTangent {
  public:
   virtual ~RemoteTangent() = default;
 
-  /// The entries of each of the three derivatives, n x n. Rows with entries are side by side, and no two
-  /// remote tangents have the same.
+  /// The entries of each of the three derivatives, n x n. No two remote tangents have entries in one row.
   virtual const Pattern& pattern() const = 0;
-  /// Says where entry k of the derivative by a, v, q goes: to entry target[0][k], target[1][k], target[2][k]
-  /// of a matrix, all of them among `count` entries from `first` on. Targets of one k may be the same.
-  virtual void place(const std::array<const int*, 3>& target, std::size_t first, std::size_t count) = 0;
+  /// A matrix of so many entries on the device, for this remote tangent and all others of the system.
+  /// `own`: the entries that the host has numbers for. Throws OutOfMemory, BackendError.
+  virtual std::unique_ptr<RemoteMatrix> make_matrix(std::size_t entries, const std::vector<int>& own) = 0;
+  /// Says where entry k of the derivative by a, v, q is to be added: to entry target[0][k], target[1][k],
+  /// target[2][k] of `matrix`, made by make_matrix(), which has to live as long as sums are added to it.
+  /// Targets of one k may be the same; those of different k are not.
+  virtual void place(const std::array<const int*, 3>& target, RemoteMatrix& matrix) = 0;
 
   /// Begins to evaluate the derivatives; `state`, whose multipliers do not matter, has been read when this
   /// returns.
@@ -124,10 +145,8 @@ class RemoteTangent {
   /// Adds the diagonal entries of factor[0] dF/da + factor[1] dF/dv + factor[2] dF/dq, in the state that was
   /// begun last, to `diagonal` (n).
   virtual void add_diagonal(const ByAVQ& factor, std::vector<double>& diagonal) = 0;
-  /// Begins to put that sum into its places.
+  /// Begins to add that sum to the matrix, which has begun before.
   virtual void begin_sum(const ByAVQ& factor) = 0;
-  /// Waits for it: `count` entries, zero where no target is. They last until the next call of the others.
-  virtual const double* take_sum() = 0;
 };
 
 class ConstrainedSystem {

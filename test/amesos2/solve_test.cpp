@@ -492,6 +492,16 @@ TEST(Amesos2Errors, NotANumberInTheRightHandSide) {
     for (const double value : x.getData(j)) EXPECT_EQ(value, 7.0) << "x was touched";
 }
 
+TEST(Amesos2Errors, ValuesOnADeviceWithoutABackendForIt) {
+  const auto a = assemble(grid_entries(6, 5), even_map(30));
+  const auto solver = make(a);
+  solver->symbolicFactorization().numericFactorization();
+  auto& mfs_solver = dynamic_cast<Amesos2::MFS<Matrix, Vector>&>(*solver);
+  EXPECT_FALSE(mfs_solver.takesDeviceValues());
+  EXPECT_THROW(mfs_solver.setDeviceValues(nullptr), mfs::StateError);
+  EXPECT_LT(solve_error(*solver, *a), kSmall);
+}
+
 TEST(Amesos2Errors, ABackendThatIsNotThere) {
   for (const mfs::Backend backend : mfs::backends())
     if (backend == mfs::Backend::cuda) GTEST_SKIP() << "there is one";

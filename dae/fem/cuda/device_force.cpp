@@ -64,8 +64,11 @@ class CudaForce final : public DeviceForce {
   void begin(const StateView& state) override;
   void add_to(std::vector<double>& force) override;
   const Pattern& pattern() const override { return tangent_.pattern(); }
-  void place(const std::array<const int*, 3>& target, std::size_t first, std::size_t count) override {
-    tangent_.place(target, first, count, stream_);
+  std::unique_ptr<RemoteMatrix> make_matrix(std::size_t entries, const std::vector<int>& own) override {
+    return std::make_unique<DeviceMatrix>(entries, own);
+  }
+  void place(const std::array<const int*, 3>& target, RemoteMatrix& matrix) override {
+    tangent_.place(target, matrix, stream_);
   }
   void begin_tangent(const StateView& state) override {
     send(state);
@@ -75,7 +78,6 @@ class CudaForce final : public DeviceForce {
     tangent_.add_diagonal(factor, diagonal, stream_);
   }
   void begin_sum(const ByAVQ& factor) override { tangent_.begin_sum(factor, stream_); }
-  const double* take_sum() override { return tangent_.take_sum(stream_); }
 
  private:
   struct Places {

@@ -2,8 +2,8 @@
 // the host (solid_tangent.hpp): lanes make what belongs to the points, then each thread has one column of the
 // element's matrices and some of their rows. Elements of one colour share no node, and colours follow one
 // another, so nothing is atomic and each entry gets its terms in one order. Values are kept by pairs of
-// coupled nodes, 3 x 3 for each. They stay on the device: what the host gets are the body's rows of Newton's
-// matrix, the sum of all three derivatives (RemoteTangent).
+// coupled nodes, 3 x 3 for each. They stay on the device: the sum of all three derivatives is added to Newton's
+// matrix there (RemoteTangent).
 #pragma once
 
 #include <algorithm>
@@ -16,6 +16,7 @@
 #include <mfs/error.hpp>
 
 #include "dae/fem/cuda/device_body.hpp"
+#include "dae/fem/cuda/device_matrix.hpp"
 #include "dae/fem/device_force.hpp"
 #include "dae/fem/solid_tangent.hpp"
 #include "kernels/cuda/device.hpp"
@@ -199,9 +200,9 @@ static __global__ void diagonal_entries(int nodes, const int* own, PairValues va
   diagonal[c] = term[0] + term[1] + term[2];
 }
 
-/// Each entry to its places in `sum`: those of dF/da, then dF/dv, then dF/dq, `entries` of each.
-static __global__ void sum_entries(std::int64_t entries, const int* target, PairValues values, Factors factor,
-                                   double* sum) {
+/// Adds each entry to its places in `matrix`: those of dF/da, then dF/dv, then dF/dq, `entries` of each.
+static __global__ void add_entries(std::int64_t entries, const int* target, PairValues values, Factors factor,
+                                   double* matrix) {
   const std::int64_t k = static_cast<std::int64_t>(blockIdx.x) * blockDim.x + threadIdx.x;
   if (k >= entries) return;
   double term[3];
@@ -215,9 +216,9 @@ static __global__ void sum_entries(std::int64_t entries, const int* target, Pair
   else if (by_q == by_v)
     at_v += term[2];
   else
-    sum[by_q] = term[2];
-  if (by_v != by_a) sum[by_v] = at_v;
-  sum[by_a] = at_a;
+    matrix[by_q] += term[2];
+  if (by_v != by_a) matrix[by_v] += at_v;
+  matrix[by_a] += at_a;
 }
 
 /// Pairs of nodes that an element has both of: those of node i from start[i] on, neighbours ascending.
@@ -347,18 +348,6 @@ inline std::vector<double> pair_masses(const SolidBody& body, const std::vector<
   return masses;
 }
 
-/// Rows of a matrix, and where the entries of dF/da, dF/dv and dF/dq go in them.
-struct MatrixRows {
-  std::int64_t count;
-  cuda::DeviceArena target, device;
-  cuda::PinnedArena host;
-  MatrixRows(std::size_t targets, std::size_t entries)
-      : count(static_cast<std::int64_t>(entries)),
-        target(static_cast<Offset>(targets * sizeof(int))),
-        device(bytes_of(entries)),
-        host(bytes_of(entries)) {}
-};
-
 /// The derivatives of one body's forces.
 template <ElementKind kind>
 class DeviceTangent {
@@ -369,12 +358,10 @@ class DeviceTangent {
 
   // As in RemoteTangent.
   const Pattern& pattern() const { return pattern_; }
-  void place(const std::array<const int*, 3>& target, std::size_t first, std::size_t count,
-             const cuda::Stream& stream);
+  void place(const std::array<const int*, 3>& target, RemoteMatrix& matrix, const cuda::Stream& stream);
   void begin(const DeviceBody& body, const PointGradients<kind>* cell, const cuda::Stream& stream) const;
   void add_diagonal(const ByAVQ& factor, std::vector<double>& diagonal, const cuda::Stream& stream) const;
   void begin_sum(const ByAVQ& factor, const cuda::Stream& stream) const;
-  const double* take_sum(const cuda::Stream& stream) const;
 
  private:
   struct Places {
@@ -402,7 +389,8 @@ class DeviceTangent {
   const Places places_;
   const cuda::DeviceArena device_;
   const cuda::PinnedArena host_;  // diagonal
-  std::optional<MatrixRows> sum_;
+  DeviceMatrix* matrix_ = nullptr;
+  std::optional<cuda::DeviceArena> target_;  // entries of the matrix, as add_entries takes them
 };
 
 template <ElementKind kind>
@@ -446,24 +434,24 @@ DeviceTangent<kind>::DeviceTangent(const SolidBody& body, const Slots& slots, co
 }
 
 template <ElementKind kind>
-void DeviceTangent<kind>::place(const std::array<const int*, 3>& target, std::size_t first, std::size_t count,
+void DeviceTangent<kind>::place(const std::array<const int*, 3>& target, RemoteMatrix& matrix,
                                 const cuda::Stream& stream) {
   const std::size_t entries = pattern_.entries();
-  stream.drain();  // a copy of the last sum, which was not taken
-  sum_.reset();
-  sum_.emplace(3 * entries, count);
+  stream.drain();  // what is added to another matrix
+  target_.reset();
+  target_.emplace(static_cast<Offset>(3 * entries * sizeof(int)));
+  matrix_ = &dynamic_cast<DeviceMatrix&>(matrix);
   std::vector<int> by_pair(entries);
   for (std::size_t b = 0; b < 3; ++b) {
 #pragma omp parallel for num_threads(threads_) schedule(static)
     for (int i = 0; i < nodes_; ++i)
       pairs_.for_each_entry(i, [&](int entry, std::int64_t of_pair) {
-        by_pair[static_cast<std::size_t>(of_pair)] = target[b][entry] - static_cast<int>(first);
+        by_pair[static_cast<std::size_t>(of_pair)] = target[b][entry];
       });
-    stream.to_device(sum_->target.at<int>(0) + b * entries, by_pair.data(),
+    stream.to_device(target_->at<int>(0) + b * entries, by_pair.data(),
                      static_cast<Offset>(entries * sizeof(int)));
     stream.synchronize();
   }
-  stream.clear(sum_->device.at<double>(0), bytes_of(count));
 }
 
 template <ElementKind kind>
@@ -498,17 +486,11 @@ void DeviceTangent<kind>::add_diagonal(const ByAVQ& factor, std::vector<double>&
 template <ElementKind kind>
 void DeviceTangent<kind>::begin_sum(const ByAVQ& factor, const cuda::Stream& stream) const {
   const auto entries = static_cast<std::int64_t>(pattern_.entries());
-  double* const on_device = sum_->device.at<double>(0);
-  sum_entries<<<blocks_for(entries), kThreads, 0, stream.get()>>>(entries, sum_->target.at<int>(0), values(),
-                                                                  factors(factor), on_device);
-  cuda::check_launch("sum_entries");
-  stream.to_host(sum_->host.at<double>(0), on_device, bytes_of(static_cast<std::size_t>(sum_->count)));
-}
-
-template <ElementKind kind>
-const double* DeviceTangent<kind>::take_sum(const cuda::Stream& stream) const {
-  stream.synchronize();
-  return sum_->host.at<double>(0);
+  matrix_->add(stream, [&](double* matrix) {
+    add_entries<<<blocks_for(entries), kThreads, 0, stream.get()>>>(entries, target_->at<int>(0), values(),
+                                                                    factors(factor), matrix);
+    cuda::check_launch("add_entries");
+  });
 }
 
 }  // namespace mfs::dae

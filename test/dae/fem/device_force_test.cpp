@@ -150,20 +150,21 @@ struct PlainSum {
   double tolerance() const { return 1e-13 * std::max(1.0, size.coeffs().maxCoeff()); }
 };
 
-/// Places in a matrix whose rows have entries of others, too. Some columns of dF/dv and dF/dq go where those
-/// of dF/da go, some have entries of their own.
+/// Places in a matrix whose rows have entries of others, too, some of them at the same places. Some columns of
+/// dF/dv and dF/dq go where those of dF/da go, some have entries of their own.
 struct SomePlaces {
-  static constexpr int kBefore = 7;  // entries of rows before these
   std::vector<int> target[3];
+  std::vector<int> others;
   std::size_t count = 0;
 
   SomePlaces(const Pattern& pattern, unsigned seed) {
     std::mt19937 random(seed);
     std::vector<int> apart(static_cast<std::size_t>(pattern.columns));  // bits: dF/dv, dF/dq
     for (int& bits : apart) bits = static_cast<int>(random() % 4);
-    int next = kBefore;
+    int next = 0;
     for (int row = 0; row < pattern.rows; ++row) {
-      next += static_cast<int>(random() % 2);  // another's
+      others.push_back(next++);
+      if (random() % 2 == 0) others.push_back(next);  // the first of ours, if there is one, and theirs
       const auto first = pattern.column.begin() + pattern.row_start[row];
       const auto end = pattern.column.begin() + pattern.row_start[row + 1];
       for (int b = 0; b < 3; ++b)
@@ -173,18 +174,35 @@ struct SomePlaces {
                                   : target[0][static_cast<std::size_t>(column - pattern.column.begin())]);
         }
     }
-    count = static_cast<std::size_t>(next - kBefore);
+    count = static_cast<std::size_t>(next) + 1;
+    others.erase(std::unique(others.begin(), others.end()), others.end());
   }
-  void give(DeviceForce& device) const {
-    device.place({target[0].data(), target[1].data(), target[2].data()}, kBefore, count);
+  std::unique_ptr<RemoteMatrix> give(DeviceForce& device) const {
+    auto matrix = device.make_matrix(count, others);
+    device.place({target[0].data(), target[1].data(), target[2].data()}, *matrix);
+    return matrix;
+  }
+  double number_of_others(std::size_t k) const { return 1.0 + 0.01 * static_cast<double>(k % 7); }
+  void begin(RemoteMatrix& matrix) const {
+    double* const own = matrix.own();
+    for (std::size_t k = 0; k < others.size(); ++k) own[k] = number_of_others(k);
+    matrix.begin();
+  }
+  /// All entries but for what others have.
+  std::vector<double> read(RemoteMatrix& matrix) const {
+    std::vector<double> values(count);
+    matrix.read(values.data());
+    for (std::size_t k = 0; k < others.size(); ++k)
+      values[static_cast<std::size_t>(others[k])] -= number_of_others(k);
+    return values;
   }
   /// The sum of the entries in the three places of each entry, once where some are the same.
-  std::vector<double> gather(const double* sum) const {
+  std::vector<double> gather(const std::vector<double>& matrix) const {
     std::vector<double> values;
     for (std::size_t k = 0; k < target[0].size(); ++k) {
-      values.push_back(sum[target[0][k] - kBefore]);
+      values.push_back(matrix[static_cast<std::size_t>(target[0][k])]);
       for (int b = 1; b < 3; ++b)
-        if (target[b][k] != target[0][k]) values.back() += sum[target[b][k] - kBefore];
+        if (target[b][k] != target[0][k]) values.back() += matrix[static_cast<std::size_t>(target[b][k])];
     }
     return values;
   }
@@ -192,23 +210,24 @@ struct SomePlaces {
 
 constexpr ByAVQ kFactor{0.7, 0.03, 0.002};
 
-std::vector<double> device_sum(DeviceForce& device, const State& state, const SomePlaces& places,
-                               const ByAVQ& factor = kFactor) {
+std::vector<double> device_sum(DeviceForce& device, RemoteMatrix& matrix, const State& state,
+                               const SomePlaces& places, const ByAVQ& factor = kFactor) {
   device.begin_tangent(state.view());
+  places.begin(matrix);
   device.begin_sum(factor);
-  return places.gather(device.take_sum());
+  return places.gather(places.read(matrix));
 }
 
 TEST_P(DeviceForceOf, ABodyHasTheDerivativesOfTheHost) {
   const auto device = make_device(body_, state_, 2);
   const Pattern& pattern = device->pattern();
   const SomePlaces places(pattern, seed_);
-  places.give(*device);
+  const auto matrix = places.give(*device);
   for (const ByAVQ& factor : {kFactor, ByAVQ{1, 0, 0}, ByAVQ{0, 1, 0}, ByAVQ{0, 0, 1}}) {
     const PlainSum plain(body_, state_, factor);
     const double tolerance = plain.tolerance();
     ASSERT_EQ(pattern.entries(), static_cast<std::size_t>(plain.value.nonZeros()));
-    const std::vector<double> sum = device_sum(*device, state_, places, factor);
+    const std::vector<double> sum = device_sum(*device, *matrix, state_, places, factor);
     for (std::size_t k = 0; k < sum.size(); ++k) {
       ASSERT_EQ(pattern.column[k], plain.value.innerIndexPtr()[k]);
       ASSERT_TRUE(std::isfinite(sum[k]));
@@ -225,21 +244,48 @@ TEST_P(DeviceForceOf, ABodyHasTheDerivativesOfTheHost) {
   }
 }
 
-TEST_P(DeviceForceOf, EntriesOfOthersStayZeroAndSumsRepeat) {
+TEST_P(DeviceForceOf, EntriesOfOthersStayAndSumsRepeat) {
   const auto device = make_device(body_, state_, 2), other = make_device(body_, state_, 1);
   const SomePlaces first(device->pattern(), seed_), second(device->pattern(), seed_ + 1);
-  for (const auto& body : {device.get(), other.get()}) first.give(*body);
-  const std::vector<double> sum = device_sum(*device, state_, first);
-  EXPECT_EQ(device_sum(*other, state_, first), sum);
-  EXPECT_EQ(device_sum(*device, state_, first), sum);
+  const auto matrix = first.give(*device), others_matrix = first.give(*other);
+  const std::vector<double> sum = device_sum(*device, *matrix, state_, first);
+  EXPECT_EQ(device_sum(*other, *others_matrix, state_, first), sum);
+  EXPECT_EQ(device_sum(*device, *matrix, state_, first), sum);
 
-  second.give(*device);  // of another matrix
+  const auto another = second.give(*device);
+  second.begin(*another);
   device->begin_sum(kFactor);
-  const double* const values = device->take_sum();
+  const std::vector<double> values = second.read(*another);
   std::vector<char> ours(second.count);
   for (const auto& target : second.target)
-    for (const int entry : target) ours[static_cast<std::size_t>(entry - SomePlaces::kBefore)] = 1;
+    for (const int entry : target) ours[static_cast<std::size_t>(entry)] = 1;
   for (std::size_t k = 0; k < second.count; ++k) EXPECT_TRUE(ours[k] != 0 || values[k] == 0.0) << k;
+}
+
+TEST_P(DeviceForceOf, TwoBodiesAddToOneMatrix) {
+  const auto one = make_device(body_, state_, 2), two = make_device(body_, state_, 1);
+  const SomePlaces places(one->pattern(), seed_);
+  const auto alone = places.give(*one);
+  const std::vector<double> sum = device_sum(*one, *alone, state_, places);
+
+  // The second body's entries follow those of the first.
+  const int n = static_cast<int>(places.count);
+  SomePlaces behind = places;
+  for (auto& target : behind.target)
+    for (int& entry : target) entry += n;
+  const auto both = one->make_matrix(2 * places.count, {});
+  one->place({places.target[0].data(), places.target[1].data(), places.target[2].data()}, *both);
+  two->place({behind.target[0].data(), behind.target[1].data(), behind.target[2].data()}, *both);
+  for (const auto& body : {one.get(), two.get()}) body->begin_tangent(state_.view());
+  both->begin();
+  for (const auto& body : {one.get(), two.get()}) body->begin_sum(kFactor);
+  std::vector<double> values(2 * places.count);
+  both->read(values.data());
+  const double tolerance = PlainSum(body_, state_, kFactor).tolerance();
+  for (const SomePlaces& some : {places, behind}) {
+    const std::vector<double> gathered = some.gather(values);
+    for (std::size_t k = 0; k < sum.size(); ++k) ASSERT_NEAR(gathered[k], sum[k], tolerance);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(All, DeviceForceOf,
@@ -265,14 +311,14 @@ TEST_F(Device, DropsWhatWasNotTaken) {
   EXPECT_EQ(device_force(*device, second), expected);
 
   const SomePlaces places(device->pattern(), 1);
-  places.give(*device);
-  const std::vector<double> sum = device_sum(*device, second, places);
+  const auto matrix = places.give(*device);
+  const std::vector<double> sum = device_sum(*device, *matrix, second, places);
   device->begin_tangent(first.view());
   EXPECT_EQ(device_force(*device, second), expected);
   device->begin(first.view());
-  EXPECT_EQ(device_sum(*device, second, places), sum);
+  EXPECT_EQ(device_sum(*device, *matrix, second, places), sum);
   device->begin_sum({1, 1, 1});
-  EXPECT_EQ(device_sum(*device, second, places), sum);
+  EXPECT_EQ(device_sum(*device, *matrix, second, places), sum);
 }
 
 // On the host, too, this is no exception: the step above is rejected.
@@ -287,8 +333,8 @@ TEST_F(Device, AnElementTurnedInsideOutGivesNotANumber) {
 
   const PlainSum plain(body_, state, kFactor);
   const SomePlaces places(device->pattern(), 1);
-  places.give(*device);
-  const std::vector<double> sum = device_sum(*device, state, places);
+  const auto matrix = places.give(*device);
+  const std::vector<double> sum = device_sum(*device, *matrix, state, places);
   for (std::size_t k = 0; k < sum.size(); ++k)
     EXPECT_EQ(std::isnan(sum[k]), std::isnan(plain.value.valuePtr()[k]));
 }
@@ -299,12 +345,13 @@ TEST_F(Device, EveryCallThatFailsIsToldAndForgotten) {
   const SomePlaces places(make_device(body_, state, 1)->pattern(), 1);
   const auto evaluate = [&](DeviceForce& device) {
     (void)device_force(device, state);
-    places.give(device);
+    const auto matrix = places.give(device);
     device.begin_tangent(state.view());
     std::vector<double> diagonal(static_cast<std::size_t>(state.q.size()));
     device.add_diagonal(kFactor, diagonal);
+    places.begin(*matrix);
     device.begin_sum(kFactor);
-    (void)device.take_sum();
+    (void)places.read(*matrix);
   };
   bool met = true;
   for (long n = 0; met; ++n) {

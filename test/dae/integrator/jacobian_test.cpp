@@ -137,6 +137,7 @@ Eigen::MatrixXd jacobian(const StepEquations& equations, const State& state, con
   const Pattern& pattern = equations.pattern();
   std::vector<double> values(pattern.entries());
   equations.jacobian(state, relation, values.data());
+  if (equations.remote_matrix() != nullptr) equations.remote_matrix()->read(values.data());
   return mfs::test::dense(pattern, values);
 }
 
@@ -204,6 +205,26 @@ TEST(Jacobian, HasAPivotWithoutInertiaAndNoStepMakesItLargeOrSmall) {
     }
 }
 
+class AwayMatrix : public RemoteMatrix {
+ public:
+  AwayMatrix(std::size_t entries, std::vector<int> places)
+      : values_(entries), places_(std::move(places)), own_(places_.size(), 1e9) {}
+  double* own() override { return own_.data(); }
+  void begin() override {
+    std::fill(values_.begin(), values_.end(), 0.0);
+    for (std::size_t k = 0; k < own_.size(); ++k) values_.at(places_[k]) = own_[k];
+  }
+  const double* values() override { return values_.data(); }
+  void* stream() const override { return nullptr; }
+  void read(double* values) override { std::copy(values_.begin(), values_.end(), values); }
+
+  std::vector<double> values_;
+
+ private:
+  std::vector<int> places_;
+  std::vector<double> own_;
+};
+
 /// The same system with the derivatives of some rows of F elsewhere.
 template <class Inner>
 class Divided : public DenseSystem<Inner> {
@@ -247,12 +268,12 @@ class Divided : public DenseSystem<Inner> {
       }
     }
     const Pattern& pattern() const override { return pattern_; }
-    void place(const std::array<const int*, 3>& target, std::size_t first, std::size_t count) override {
-      for (int b = 0; b < 3; ++b) {
-        target_[b].assign(target[b], target[b] + pattern_.entries());
-        for (int& entry : target_[b]) entry -= static_cast<int>(first);
-      }
-      sum_.resize(count);
+    std::unique_ptr<RemoteMatrix> make_matrix(std::size_t entries, const std::vector<int>& own) override {
+      return std::make_unique<AwayMatrix>(entries, own);
+    }
+    void place(const std::array<const int*, 3>& target, RemoteMatrix& matrix) override {
+      for (int b = 0; b < 3; ++b) target_[b].assign(target[b], target[b] + pattern_.entries());
+      matrix_ = &dynamic_cast<AwayMatrix&>(matrix);
     }
     void begin_tangent(const StateView& state) override {
       const DenseSystem<Inner> whole;
@@ -265,13 +286,11 @@ class Divided : public DenseSystem<Inner> {
           for (int b = 0; b < 3; ++b) diagonal[i] += factor[b] * value(b, i, i);
     }
     void begin_sum(const ByAVQ& factor) override {
-      std::fill(sum_.begin(), sum_.end(), 0.0);
       for (std::size_t k = 0; k < pattern_.entries(); ++k)
         for (int b = 0; b < 3; ++b)
-          sum_.at(target_[b][k]) +=
+          matrix_->values_.at(target_[b][k]) +=
               factor[b] * value(b, first_ + static_cast<int>(k) / pattern_.columns, pattern_.column[k]);
     }
-    const double* take_sum() override { return sum_.data(); }
 
    private:
     double value(int b, int row, int column) const {
@@ -281,7 +300,7 @@ class Divided : public DenseSystem<Inner> {
     int first_;
     Pattern pattern_;
     std::vector<int> target_[3];
-    std::vector<double> sum_;
+    AwayMatrix* matrix_ = nullptr;
     Tangent all_;
   };
   std::unique_ptr<Away> away_;

@@ -94,11 +94,13 @@ class ArtificialGroup final : public dae::ElementGroup {
     }
     // Its derivatives are nobody's business but the integrator's.
     const dae::Pattern& pattern() const override { return tangent_; }
-    void place(const std::array<const int*, 3>&, std::size_t, std::size_t) override {}
+    std::unique_ptr<dae::RemoteMatrix> make_matrix(std::size_t, const std::vector<int>&) override {
+      return nullptr;
+    }
+    void place(const std::array<const int*, 3>&, dae::RemoteMatrix&) override {}
     void begin_tangent(const dae::StateView&) override {}
     void add_diagonal(const dae::ByAVQ&, std::vector<double>&) override {}
     void begin_sum(const dae::ByAVQ&) override {}
-    const double* take_sum() override { return nullptr; }
 
    private:
     const ArtificialGroup& group_;

@@ -48,8 +48,8 @@ class MFS : public SolverCore<Amesos2::MFS, Matrix, Vector> {
   using super_type::setA;
 
   /// The next numericFactorization takes these values, in memory of the CUDA device, instead of those of the
-  /// matrix, whose entries they belong to in its order; the pattern is not compared. `stream`, a cudaStream_t,
-  /// is where they become what they are. Throws mfs::StateError unless takesDeviceValues().
+  /// matrix, whose entries they belong to in its order; the pattern is not compared. `stream`, a
+  /// cudaStream_t, is where they become what they are. Throws mfs::StateError unless takesDeviceValues().
   void setDeviceValues(const double* values, void* stream = nullptr);
   /// On one rank, with "Backend" "cuda", once a matrix has been factored: matching needs its values on the
   /// host.

@@ -124,7 +124,7 @@ class MFS<Matrix, Vector>::Impl {
   Maps maps;
   typename MatrixAccess::DevicePattern device_pattern;
   mfs::amesos2::DeviceValues given_values;  ///< for the next factorization, by setDeviceValues
-  KnownLayout layouts[2];  ///< by Space
+  KnownLayout layouts[2];                   ///< by Space
 
   Teuchos::ParameterList parameters{"MFS"};  ///< as set last
   bool has_trans = false, trans = false;

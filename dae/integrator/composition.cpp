@@ -127,7 +127,8 @@ void Composition::find_own() {
   own_start_.push_back(static_cast<int>(own_.size()));
   for (std::size_t t = 0; t < terms_.size(); ++t)
     if (!terms_[t].elsewhere)
-      parallel_for(target_[t].size(), threads_, [&](std::size_t k) { target_[t][k] = number[target_[t][k]]; });
+      parallel_for(target_[t].size(), threads_,
+                   [&](std::size_t k) { target_[t][k] = number[target_[t][k]]; });
 }
 
 void Composition::compose(const std::vector<Values>& values, double* own) const {

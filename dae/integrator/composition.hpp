@@ -48,8 +48,8 @@ class Composition {
   const Pattern& pattern() const { return pattern_; }
   /// Where the entries of term k go, one that is added elsewhere; given away.
   RawVector<int> take_targets(std::size_t k) { return std::move(target_[k]); }
-  /// Where terms are added elsewhere: the entries that are composed here, ascending. Empty otherwise, when all
-  /// are.
+  /// Where terms are added elsewhere: the entries that are composed here, ascending. Empty otherwise, when
+  /// all are.
   const std::vector<int>& own_entries() const { return own_; }
   /// `values[k]` belongs to term k, if that is added here. Overwrites `own`, one value for each of
   /// own_entries(), or of all.
@@ -68,7 +68,8 @@ class Composition {
   int threads_;
   std::vector<Term> terms_;
   std::vector<Group> groups_;
-  std::vector<RawVector<int>> target_;  ///< per term: where its entries go, among the own ones if it is added here
+  std::vector<RawVector<int>>
+      target_;  ///< per term: where its entries go, among the own ones if it is added here
   Pattern pattern_;
   std::vector<int> own_;
   std::vector<int> own_start_;  ///< per row: the first of own_ in it

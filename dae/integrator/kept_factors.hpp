@@ -21,10 +21,10 @@ namespace mfs::dae {
 /// What Newton's method and its linear solver tell each other.
 struct LinearSolves {
   // Told by Newton's method.
-  bool new_matrix = false;  ///< the matrix has got new values; set back when they are taken
+  bool new_matrix = false;                ///< the matrix has got new values; set back when they are taken
   RemoteMatrix* remote_matrix = nullptr;  ///< where it has got them, if that is not the matrix itself
   std::function<void()> bring_values;     ///< puts them into the matrix itself
-  bool factor_next = true;  ///< a new matrix is not to be solved by FGMRES
+  bool factor_next = true;                ///< a new matrix is not to be solved by FGMRES
   /// Makes the right-hand side b of a system with the matrix from the residual h.
   std::function<void(const double* h, double* b)> right_side;
   /// Makes a correction of a solution, in its place.

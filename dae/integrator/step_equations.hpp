@@ -60,8 +60,8 @@ class StepEquations {
   void unpack(const double* x, const StepRelation& relation, State& state) const;
   /// H at `state`, the unpacked x.
   void residual(const State& state, const StepRelation& relation, double* h) const;
-  /// R H_x C at `state`: values in the order of the pattern, unless there is a remote matrix, which takes them
-  /// instead.
+  /// R H_x C at `state`: values in the order of the pattern, unless there is a remote matrix, which takes
+  /// them instead.
   void jacobian(const State& state, const StepRelation& relation, double* values) const;
   /// The same at the state of the last one, in a step of no time, in which v and q do not move with a.
   void initial_jacobian(double* values) const;

@@ -1,5 +1,6 @@
 // Newton's matrix on the device (RemoteMatrix): cleared, given what the host has, then added to by each body
-// in the body's own stream. Bodies have rows of their own, so they add at the same time and nothing is atomic.
+// in the body's own stream. Bodies have rows of their own, so they add at the same time and nothing is
+// atomic.
 #pragma once
 
 #include <vector>

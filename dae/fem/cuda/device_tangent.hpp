@@ -2,8 +2,8 @@
 // the host (solid_tangent.hpp): lanes make what belongs to the points, then each thread has one column of the
 // element's matrices and some of their rows. Elements of one colour share no node, and colours follow one
 // another, so nothing is atomic and each entry gets its terms in one order. Values are kept by pairs of
-// coupled nodes, 3 x 3 for each. They stay on the device: the sum of all three derivatives is added to Newton's
-// matrix there (RemoteTangent).
+// coupled nodes, 3 x 3 for each. They stay on the device: the sum of all three derivatives is added to
+// Newton's matrix there (RemoteTangent).
 #pragma once
 
 #include <algorithm>

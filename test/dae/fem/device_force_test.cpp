@@ -150,8 +150,8 @@ struct PlainSum {
   double tolerance() const { return 1e-13 * std::max(1.0, size.coeffs().maxCoeff()); }
 };
 
-/// Places in a matrix whose rows have entries of others, too, some of them at the same places. Some columns of
-/// dF/dv and dF/dq go where those of dF/da go, some have entries of their own.
+/// Places in a matrix whose rows have entries of others, too, some of them at the same places. Some columns
+/// of dF/dv and dF/dq go where those of dF/da go, some have entries of their own.
 struct SomePlaces {
   std::vector<int> target[3];
   std::vector<int> others;

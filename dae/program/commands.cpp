@@ -1,5 +1,7 @@
 #include "dae/program/commands.hpp"
 
+#include <omp.h>
+
 #include <filesystem>
 #include <optional>
 
@@ -10,6 +12,7 @@
 #include "dae/model/model.hpp"
 #include "dae/model/model_library.hpp"
 #include "dae/output/plots.hpp"
+#include "dae/program/host_threads.hpp"
 #include "dae/program/recorder.hpp"
 #include "dae/program/run_report.hpp"
 #include "ordering/stopwatch.hpp"
@@ -22,10 +25,12 @@ namespace {
 using program::ExitCode;
 
 MultibodyModel load(const Command& command) {
+  const int threads = host_threads(command.threads, command.backend, omp_get_num_procs());
+  if (threads > 0) omp_set_num_threads(threads);  // also of what is not told
   Json json = read_json(command.model);
   if (command.refine > 0) refine_meshes(json, command.refine);
   const std::string folder = std::filesystem::path(command.model).parent_path().string();
-  return make_model(json, folder, command.threads, command.backend);
+  return make_model(json, folder, threads, command.backend);
 }
 
 Integrator make_integrator(const MultibodyModel& model) {

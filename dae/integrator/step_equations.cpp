@@ -192,10 +192,11 @@ void StepEquations::scale_rows(const double* h, double* b) const {
 void StepEquations::correct(const StepRelation& relation, double* x) const {
   const Pattern& gradient = system_.tangent_pattern()[Block::position_q];
   const std::vector<double>& values = constraint_gradient();
-  parallel_for(static_cast<std::size_t>(m_), threads_, [&](std::size_t row) {
+  const auto add_to_multiplier = [&](std::size_t row) {
     for (int k = gradient.row_start[row]; k < gradient.row_start[row + 1]; ++k)
       x[row] += values[k] * x[column_[kA][gradient.column[k]]];
-  });
+  };
+  parallel_for(static_cast<std::size_t>(m_), threads_, add_to_multiplier, gradient.entries());
   // Multipliers balance forces, whichever dominate: they are not scaled.
   const double shared = 2.0 * ratio(relation) / (1.0 + ratio(relation)) / scales_.s;
   parallel_for(is_independent_.size(), threads_, [&](std::size_t i) {

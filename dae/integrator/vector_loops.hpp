@@ -22,11 +22,12 @@ inline int team_size(int threads) {
 
 constexpr std::int64_t kBlockLength = 4096;
 
-/// f(i) for all i in 0 ... count - 1.
+/// f(i) for all i in 0 ... count - 1, which looks at `work` numbers in all (0: one each).
 template <class F>
-void parallel_for(std::size_t count, int threads, const F& f) {
+void parallel_for(std::size_t count, int threads, const F& f, std::size_t work = 0) {
   const auto n = static_cast<std::int64_t>(count);
-#pragma omp parallel for num_threads(team_size(threads)) schedule(static) if (n > 2 * kBlockLength)
+  const bool worth_threads = std::max(count, work) > 2 * kBlockLength;
+#pragma omp parallel for num_threads(team_size(threads)) schedule(static) if (worth_threads)
   for (std::int64_t i = 0; i < n; ++i) f(static_cast<std::size_t>(i));
 }
 

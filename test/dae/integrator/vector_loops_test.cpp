@@ -18,6 +18,18 @@ TEST(VectorLoops, VisitEveryIndexOnce) {
   }
 }
 
+TEST(VectorLoops, AreSharedWhereTheWorkIsWorthIt) {
+  const auto team = [](std::size_t length, std::size_t work) {
+    std::vector<int> threads(length);
+    parallel_for(
+        length, 3, [&](std::size_t i) { threads[i] = omp_get_num_threads(); }, work);
+    return threads;
+  };
+  EXPECT_EQ(team(10000, 0), std::vector<int>(10000, 3));
+  EXPECT_EQ(team(100, 0), std::vector<int>(100, 1));
+  EXPECT_EQ(team(100, 10000), std::vector<int>(100, 3));
+}
+
 TEST(VectorLoops, TheErrorNormDoesNotDependOnTheNumberOfThreads) {
   mfs::test::Random random(11);
   for (const std::size_t length : kLengths) {

@@ -7,24 +7,39 @@
 
 #include <mfs/error.hpp>
 
-#include "dae/mechanics/rotation.hpp"
-
 namespace mfs::dae {
 namespace {
 
-/// A(p) s = B(p, p) s with B bilinear in p and symmetric: (A(p + u) - A(p - u)) / 4.
-Eigen::Vector3d bilinear(const double* p, const double* u, const Eigen::Vector3d& s) {
-  double sum[4], difference[4];
-  for (int k = 0; k < 4; ++k) {
-    sum[k] = p[k] + u[k];
-    difference[k] = p[k] - u[k];
-  }
-  const Triple<double> x = rotate(sum, s), y = rotate(difference, s);
-  return 0.25 * Eigen::Vector3d(x[0] - y[0], x[1] - y[1], x[2] - y[2]);
+using Parameters = Eigen::Map<const Eigen::Vector4d>;
+
+Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& s) {
+  Eigen::Matrix3d matrix;
+  matrix << 0, -s[2], s[1], s[2], 0, -s[0], -s[1], s[0], 0;
+  return matrix;
 }
 
-/// One element for each node: its 3 coordinates and the frame's 7. As A(p) s is quadratic in p, derivatives
-/// are written out: they are B(p, .) and B(., .).
+/// A(p) s is quadratic in p: it is D(p) p, with D linear in p and D(p) u = D(u) p.
+Eigen::Matrix<double, 3, 4> half_derivative(const Parameters& p, const Eigen::Vector3d& s) {
+  const Eigen::Vector3d e = p.tail<3>();
+  Eigen::Matrix<double, 3, 4> d;
+  d.col(0) = p[0] * s + e.cross(s);
+  d.rightCols<3>() = e * s.transpose() - s * e.transpose() - p[0] * cross_matrix(s);
+  d.rightCols<3>().diagonal().array() += e.dot(s);
+  return d;
+}
+
+/// Q with p^T Q u = lambda^T D(p) u.
+Eigen::Matrix4d contracted(const Eigen::Vector3d& lambda, const Eigen::Vector3d& s) {
+  Eigen::Matrix4d q;
+  q(0, 0) = lambda.dot(s);
+  q.topRightCorner<1, 3>() = s.cross(lambda).transpose();
+  q.bottomLeftCorner<3, 1>() = s.cross(lambda);
+  q.bottomRightCorner<3, 3>() = s * lambda.transpose() + lambda * s.transpose();
+  q.bottomRightCorner<3, 3>().diagonal().array() -= lambda.dot(s);
+  return q;
+}
+
+/// One element for each node: its 3 coordinates and the frame's 7.
 class RigidInterface final : public ElementGroup {
  public:
   RigidInterface(std::string name, const std::vector<int>& node_coordinates, int frame,
@@ -49,9 +64,10 @@ class RigidInterface final : public ElementGroup {
 
   void residual(int e, const LocalState& state, LocalResidual& residual) const override {
     const Eigen::Vector3d& s = arms_[e];
-    const double *p = state.q + kP, *rate = state.v + kP, *second = state.a + kP;
-    const Eigen::Vector3d arm = bilinear(p, p, s), arm_rate = 2 * bilinear(p, rate, s);
-    const Eigen::Vector3d arm_second = 2 * (bilinear(rate, rate, s) + bilinear(p, second, s));
+    const Parameters p(state.q + kP), rate(state.v + kP), second(state.a + kP);
+    const auto d = half_derivative(p, s);
+    const Eigen::Vector3d arm = d * p, arm_rate = 2 * d * rate;
+    const Eigen::Vector3d arm_second = 2 * (half_derivative(rate, s) * rate + d * second);
     for (int i = 0; i < 3; ++i) {
       residual.position[i] = state.q[i] - state.q[3 + i] - arm[i];
       residual.velocity[i] = state.v[i] - state.v[3 + i] - arm_rate[i];
@@ -60,7 +76,7 @@ class RigidInterface final : public ElementGroup {
       residual.force[3 + i] = -state.lambda[i];
     }
     const Eigen::Map<const Eigen::Vector3d> lambda(state.lambda);
-    for (int k = 0; k < 4; ++k) residual.force[kP + k] = -2 * lambda.dot(bilinear(p, unit(k), s));
+    Eigen::Map<Eigen::Vector4d>(residual.force + kP) = -2 * d.transpose() * lambda;
   }
 
   void tangent(int e, const LocalState& state, LocalTangent& tangent) const override {
@@ -70,29 +86,25 @@ class RigidInterface final : public ElementGroup {
       tangent.position_q[i * kCoordinates + i] = 1;
       tangent.position_q[i * kCoordinates + 3 + i] = -1;
     }
+    const auto by_p = half_derivative(Parameters(state.q + kP), s);
+    const auto by_rate = half_derivative(Parameters(state.v + kP), s);
+    const auto by_second = half_derivative(Parameters(state.a + kP), s);
+    const auto force_by_p = contracted(lambda, s);
     for (int k = 0; k < 4; ++k) {
-      const Eigen::Vector3d by_p = -2 * bilinear(state.q + kP, unit(k), s);
-      const Eigen::Vector3d by_rate = -2 * bilinear(state.v + kP, unit(k), s);
-      const Eigen::Vector3d by_second = -2 * bilinear(state.a + kP, unit(k), s);
       for (int i = 0; i < 3; ++i) {
         const int entry = i * kCoordinates + kP + k;
-        tangent.position_q[entry] = by_p[i];
-        tangent.velocity_q[entry] = by_rate[i];
-        tangent.acceleration_q[entry] = by_second[i];
-        tangent.acceleration_v[entry] = 2 * by_rate[i];
+        tangent.position_q[entry] = -2 * by_p(i, k);
+        tangent.velocity_q[entry] = -2 * by_rate(i, k);
+        tangent.acceleration_q[entry] = -2 * by_second(i, k);
+        tangent.acceleration_v[entry] = -4 * by_rate(i, k);
       }
-      for (int j = 0; j < 4; ++j)
-        tangent.force_q[(kP + k) * kCoordinates + kP + j] = -2 * lambda.dot(bilinear(unit(k), unit(j), s));
+      for (int j = 0; j < 4; ++j) tangent.force_q[(kP + k) * kCoordinates + kP + j] = -2 * force_by_p(k, j);
     }
   }
 
  private:
   static constexpr int kP = 6,
                        kCoordinates = 10;  // where the Euler parameters begin; node, origin, parameters
-  static const double* unit(int k) {
-    static constexpr double kUnit[4][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}};
-    return kUnit[k];
-  }
 
   std::string name_;
   std::vector<Eigen::Vector3d> arms_;  // s
@@ -118,10 +130,8 @@ void fit_motion(const std::vector<Eigen::Vector3d>& arms, const std::vector<Eige
   Eigen::VectorXd right(3 * n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const Eigen::Vector3d& s = arms[static_cast<std::size_t>(i)];
-    Eigen::Matrix3d w_cross_s;
-    w_cross_s << 0, s[2], -s[1], -s[2], 0, s[0], s[1], -s[0], 0;
     matrix.block<3, 3>(3 * i, 0) = Eigen::Matrix3d::Identity();
-    matrix.block<3, 3>(3 * i, 3) = w_cross_s;
+    matrix.block<3, 3>(3 * i, 3) = -cross_matrix(s);
     right.segment<3>(3 * i) = velocity[static_cast<std::size_t>(i)];
   }
   const Eigen::VectorXd motion = matrix.colPivHouseholderQr().solve(right);

@@ -176,7 +176,8 @@ class Integrator::Impl {
     equations_.reset();
     if (bdf) {
       const Pattern& pattern = system_->tangent_pattern()[Block::position_q];
-      partition_.emplace(pattern, constraint_gradient(*system_, state_.t, state_.q), scale_);
+      partition_.emplace(pattern, constraint_gradient(*system_, state_.t, state_.q), scale_,
+                         options_.threads);
       independent = partition_->independent();
     }
     equations_.emplace(*system_, options_.unknowns, bdf, independent, options_.threads);

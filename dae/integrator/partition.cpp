@@ -12,6 +12,8 @@
 
 #include <mfs/error.hpp>
 
+#include "dae/integrator/vector_loops.hpp"
+
 namespace mfs::dae {
 namespace {
 
@@ -70,6 +72,9 @@ Pivots find_pivots(int rows, const std::vector<int>& starts, const std::vector<i
   return p;
 }
 
+/// Whether a factorization chooses its pivots or takes those of the one before.
+enum class PivotOrder { chosen, kept };
+
 /// A square matrix in compressed columns and its factors, by KLU: constraints that share no frame are blocks
 /// of their own, mostly with one row. Only the values change.
 class BlockLu {
@@ -77,6 +82,7 @@ class BlockLu {
   BlockLu(std::vector<int> starts, std::vector<int> index)
       : starts_(std::move(starts)), index_(std::move(index)) {
     klu_defaults(&common_);
+    common_.scale = 0;  // none: the entries are scaled
     symbolic_ = klu_analyze(static_cast<int>(starts_.size()) - 1, starts_.data(), index_.data(), &common_);
     check(symbolic_ != nullptr, "analysis");
   }
@@ -86,8 +92,12 @@ class BlockLu {
   }
   BlockLu(const BlockLu&) = delete;
 
-  /// False: singular.
-  bool factor(std::vector<double> values) {
+  /// False: singular, or so with the pivots kept. There are none to keep before the first and after a
+  /// singular one.
+  bool factor(std::vector<double> values, PivotOrder order) {
+    if (order == PivotOrder::kept && numeric_ != nullptr)
+      return klu_refactor(starts_.data(), index_.data(), values.data(), symbolic_, numeric_, &common_) != 0 &&
+             common_.status == KLU_OK;
     klu_free_numeric(&numeric_, &common_);
     numeric_ = klu_factor(starts_.data(), index_.data(), values.data(), symbolic_, &common_);
     if (common_.status == KLU_SINGULAR) return false;
@@ -113,15 +123,16 @@ class BlockLu {
 
 /// Phi_q with columns in the coordinates' scales and rows of largest entry 1.
 std::vector<double> scaled(const Pattern& pattern, const std::vector<double>& values,
-                           const std::vector<double>& scale) {
+                           const std::vector<double>& scale, int threads) {
   std::vector<double> result(values.size());
-  for (int row = 0; row < pattern.rows; ++row) {
+  const auto scale_row = [&](std::size_t row) {
     double most = 0.0;
     for (int k = pattern.row_start[row]; k < pattern.row_start[row + 1]; ++k)
       most = std::max(most, std::abs(result[k] = values[k] * scale[pattern.column[k]]));
     if (most > 0.0)
       for (int k = pattern.row_start[row]; k < pattern.row_start[row + 1]; ++k) result[k] /= most;
-  }
+  };
+  parallel_for(static_cast<std::size_t>(pattern.rows), threads, scale_row, pattern.entries());
   return result;
 }
 
@@ -153,7 +164,7 @@ double random_sign(std::uint64_t sample, std::uint64_t index) {
 
 std::vector<int> redundant_rows(const Pattern& pattern, const std::vector<double>& values,
                                 const std::vector<double>& scale) {
-  const std::vector<double> entries = scaled(pattern, values, scale);
+  const std::vector<double> entries = scaled(pattern, values, scale, 1);
   std::vector<int> kept(static_cast<std::size_t>(pattern.rows)), redundant;
   for (int row = 0; row < pattern.rows; ++row) kept[row] = row;
   // Once a pivot is rounding, what is eliminated with it is none the better: look again without these rows.
@@ -174,23 +185,26 @@ std::vector<int> redundant_rows(const Pattern& pattern, const std::vector<double
 
 class Partition::Impl {
  public:
-  Impl(const Pattern& pattern, const std::vector<double>& values, std::vector<double> scale)
-      : pattern_(pattern), scale_(std::move(scale)), independent_(scale_.size(), 1) {
+  Impl(const Pattern& pattern, const std::vector<double>& values, std::vector<double> scale, int threads)
+      : pattern_(pattern), scale_(std::move(scale)), threads_(threads), independent_(scale_.size(), 1) {
     if (pattern.rows == 0) return;
-    std::vector<double> entries = scaled(pattern_, values, scale_);
-    for (const int row : find_pivots(pattern.columns, pattern.row_start, pattern.column, entries).row)
+    looked_at_ = scaled(pattern_, values, scale_, threads_);
+    for (const int row : find_pivots(pattern.columns, pattern.row_start, pattern.column, looked_at_).row)
       independent_[row] = 0;
     make_dependent_block();
-    first_growth_ = std::max(growth(std::move(entries)), 1.0);
+    first_growth_ = std::max(growth(PivotOrder::chosen), 1.0);
   }
 
   const std::vector<char>& independent() const { return independent_; }
   bool degraded(const std::vector<double>& values) {
     if (pattern_.rows == 0) return false;
-    std::vector<double> entries = scaled(pattern_, values, scale_);
+    std::vector<double> entries = scaled(pattern_, values, scale_, threads_);
     const auto unchanged = [](double a, double b) { return std::abs(a - b) <= kUnchanged; };
     if (std::equal(entries.begin(), entries.end(), looked_at_.begin(), unchanged)) return false;
-    return growth(std::move(entries)) > kDegraded * first_growth_;
+    looked_at_ = std::move(entries);
+    const double most = kDegraded * first_growth_;
+    // Pivots that were chosen for other values are at hand sooner, and may show more growth than there is.
+    return growth(PivotOrder::kept) > most && growth(PivotOrder::chosen) > most;
   }
 
  private:
@@ -212,22 +226,22 @@ class Partition::Impl {
     dependent_ = std::make_unique<BlockLu>(std::move(starts), std::move(index));
   }
 
-  /// Of the scaled `entries`, which are remembered.
-  double growth(std::vector<double> scaled_entries) {
-    looked_at_ = std::move(scaled_entries);
-    const std::vector<double>& entries = looked_at_;
-    std::vector<double> block;
-    for (const int k : entry_) block.push_back(entries[k]);
-    if (!dependent_->factor(std::move(block))) return std::numeric_limits<double>::infinity();
+  /// Of the entries that are looked at.
+  double growth(PivotOrder order) {
+    std::vector<double> block(entry_.size());
+    for (std::size_t k = 0; k < block.size(); ++k) block[k] = looked_at_[entry_[k]];
+    if (!dependent_->factor(std::move(block), order)) return std::numeric_limits<double>::infinity();
     double most = 0.0;
     for (std::uint64_t sample = 0; sample < 2; ++sample) {
       std::vector<double> moved(static_cast<std::size_t>(pattern_.rows), 0.0);
-      for (int row = 0; row < pattern_.rows; ++row)
+      const auto move_by_signs = [&](std::size_t row) {
         for (int k = pattern_.row_start[row]; k < pattern_.row_start[row + 1]; ++k) {
           const int i = pattern_.column[k];
           if (independent_[i] != 0)
-            moved[row] += entries[k] * random_sign(sample, static_cast<std::uint64_t>(i));
+            moved[row] += looked_at_[k] * random_sign(sample, static_cast<std::uint64_t>(i));
         }
+      };
+      parallel_for(moved.size(), threads_, move_by_signs, looked_at_.size());
       for (const double x : dependent_->solve_transpose(std::move(moved))) most = std::max(most, std::abs(x));
     }
     return most;
@@ -235,15 +249,17 @@ class Partition::Impl {
 
   const Pattern& pattern_;
   std::vector<double> scale_;
+  int threads_;
   std::vector<char> independent_;
   std::vector<int> entry_;  ///< of Phi_q, for each entry of the dependent block
   std::unique_ptr<BlockLu> dependent_;
   double first_growth_ = 1.0;
-  std::vector<double> looked_at_;
+  std::vector<double> looked_at_;  ///< scaled
 };
 
-Partition::Partition(const Pattern& position_q, const std::vector<double>& values, std::vector<double> scale)
-    : impl_(std::make_unique<Impl>(position_q, values, std::move(scale))) {}
+Partition::Partition(const Pattern& position_q, const std::vector<double>& values, std::vector<double> scale,
+                     int threads)
+    : impl_(std::make_unique<Impl>(position_q, values, std::move(scale), threads)) {}
 Partition::~Partition() = default;
 Partition::Partition(Partition&&) noexcept = default;
 Partition& Partition::operator=(Partition&&) noexcept = default;

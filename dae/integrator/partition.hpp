@@ -22,8 +22,9 @@ std::vector<int> redundant_rows(const Pattern& position_q, const std::vector<dou
 
 class Partition {
  public:
-  /// Chooses. Rows are assumed to be independent.
-  Partition(const Pattern& position_q, const std::vector<double>& values, std::vector<double> scale);
+  /// Chooses. Rows are assumed to be independent. `threads` 0: all.
+  Partition(const Pattern& position_q, const std::vector<double>& values, std::vector<double> scale,
+            int threads);
   ~Partition();
   Partition(Partition&&) noexcept;
   Partition& operator=(Partition&&) noexcept;

@@ -300,11 +300,21 @@ TEST(Partition, PicksLargeEntriesAndFindsWhatIsRedundant) {
   const auto redundant = redundant_rows(pattern, values, {1.0, 1.0, 1.0});
   EXPECT_EQ(redundant.size(), 1u);
   const Pattern two{2, 3, {0, 2, 4}, {0, 1, 0, 2}};
-  const Partition partition(two, {1.0, 1e-3, 1.0, 1.0}, {1.0, 1.0, 1.0});
+  const Partition partition(two, {1.0, 1e-3, 1.0, 1.0}, {1.0, 1.0, 1.0}, 1);
   EXPECT_THAT(partition.independent(), testing::ElementsAre(0, 1, 0));
   // In other units y is the strong one.
-  const Partition scaled(two, {1.0, 1e-3, 1.0, 1.0}, {1.0, 1e6, 1.0});
+  const Partition scaled(two, {1.0, 1e-3, 1.0, 1.0}, {1.0, 1e6, 1.0}, 1);
   EXPECT_EQ(scaled.independent()[1], 0);
+}
+
+TEST(Partition, DegradesWithTheCoordinatesNotWithThePivotsOfEarlierValues) {
+  const Pattern pattern{2, 3, {0, 3, 6}, {0, 1, 2, 0, 1, 2}};
+  const std::vector<double> first = {1.0, 0.5, 0.1, 0.5, 1.0, 0.1};
+  Partition partition(pattern, first, {1.0, 1.0, 1.0}, 2);
+  ASSERT_THAT(partition.independent(), testing::ElementsAre(0, 0, 1));
+  EXPECT_FALSE(partition.degraded({0.0, 1.0, 0.1, 1.0, 0.0, 0.1}));  // zero where the pivots were
+  EXPECT_TRUE(partition.degraded({1.0, 1.0, 0.1, 1.0, 1.0, 0.2}));   // they do not fix x and y
+  EXPECT_FALSE(partition.degraded(first));
 }
 
 }  // namespace

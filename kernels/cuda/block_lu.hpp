@@ -27,7 +27,7 @@ struct UndecidedBelow {
   const DeviceStore<S, Value>* store;
   Vertex front;
   template <class T>
-  __device__ double operator()(const T&, int) const {
+  __device__ double operator()(const T&, int, const PivotPlaces&) const {
     if (threadIdx.x == 0) store->make_strict(front);
     return 0;
   }
@@ -36,9 +36,17 @@ struct UndecidedBelow {
 template <class S>
 __device__ void load_tile(const Tile<S>& tile, const S* from, Offset ld) {
   const int lane = threadIdx.x % kWarp, warp = threadIdx.x / kWarp, warps = blockDim.x / kWarp;
-  for (int c = warp; c < tile.rows; c += warps) {
-    for (int r = lane; r < tile.rows; r += kWarp)
-      copy_async<sizeof(S)>(shared_address(tile.a + r + c * tile.ld), from + r + c * ld);
+  constexpr int kTogether = 16 / sizeof(S);  // entries of 16 bytes
+  if (tile.rows % kTogether == 0 && ld % kTogether == 0 && reinterpret_cast<std::size_t>(from) % 16 == 0) {
+    for (int c = warp; c < tile.rows; c += warps) {
+      for (int r = kTogether * lane; r < tile.rows; r += kTogether * kWarp)
+        copy_async<16>(shared_address(tile.a + r + c * tile.ld), from + r + c * ld);
+    }
+  } else {
+    for (int c = warp; c < tile.rows; c += warps) {
+      for (int r = lane; r < tile.rows; r += kWarp)
+        copy_async<sizeof(S)>(shared_address(tile.a + r + c * tile.ld), from + r + c * ld);
+    }
   }
   commit_copies();
   wait_copies<0>();
@@ -86,6 +94,7 @@ __global__ void __launch_bounds__(kTileThreads)
   if (store.is_strict(f)) {
     factor_strict(store, f, front, k, s, a, column_work, work);
     load_tile(tile, diagonal, ld);
+    invert_panels(tile);
   } else {
     if (static_cast<int>(threadIdx.x) < s) row_at[threadIdx.x] = threadIdx.x;
     load_tile(tile, diagonal, ld);

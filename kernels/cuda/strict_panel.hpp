@@ -144,7 +144,7 @@ class StrictPanels {
       const Tile<S> tile{a_, static_cast<int>(ld_), s_, s_};
       const BorderBelow<S> below{front_.lower + front_.pivots + k_ * ld_, ld_, front_.border, column_,
                                  work_.border};
-      const S accepted = replacement(pivot, below(tile, first + j), rule_);
+      const S accepted = replacement(pivot, below(tile, first + j, PivotPlaces{s_, nullptr}), rule_);
       added = accepted - pivot;
       pivot = accepted;
       if (threadIdx.x == 0 && magnitude(added) != 0) atomicAdd(&store_.fronts.status->perturbed, 1ull);

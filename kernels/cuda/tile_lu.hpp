@@ -2,8 +2,9 @@
 // the diagonal tile of a larger one. The pivot of each column is searched in all pivot rows of the tile;
 // pivots that are too small are treated as on the host (kernels/panel_lu.hpp).
 //
-// Sixteen columns at a time lie in registers, one row per thread; what is right of them is then solved for
-// and updated on the tensor cores.
+// Sixteen columns at a time lie in registers, one row per thread, and rows stay where they are; then all of
+// the panel's row exchanges are made at once, and what is right of it is solved for, by the inverse of its
+// unit lower triangle, and updated on the tensor cores.
 #pragma once
 
 #include "kernels/cuda/device_plan.hpp"
@@ -24,43 +25,78 @@ struct Tile {
   int rows, pivots;
 };
 
+/// A row that may become pivot row, its part of the panel.
+template <class S>
+struct alignas(16) OfferedRow {
+  S reciprocal;                // of the pivot
+  S right[kPanelColumns - 1];  // what is right of it
+  S pivot;
+};
+
 /// Work of tile_lu in shared memory.
 template <class S>
 struct TileWork {
-  // What each warp offers for the column under way: its best row, and that row's part of the panel.
-  struct Offer {
-    unsigned key[kMostPivotWarps];
-    int row[kMostPivotWarps];
-    S reciprocal[kMostPivotWarps];
-    S part[kMostPivotWarps][kPanelColumns];
-    S top[kPanelColumns];  // the row that is to be exchanged with it
-  };
-  Offer offer[2];  // by turns: one column is read while the next is offered
-  int exchange[kPanelColumns];
+  // What each warp offers for the column under way, by turns: one column is read while the next is offered.
+  alignas(16) unsigned key[2][8];
+  OfferedRow<S> offered[2][kMostPivotWarps];
+  int chosen[kPanelColumns];    // rows that became pivot rows of the panel, and lie where they were
+  int exchange[kPanelColumns];  // of a panel of a strict front
   double border[kMostWarps];
-  int any_exchange;
+};
+
+/// Where pivot row i of the tile lies while the panel from `first` on is under way.
+struct PivotPlaces {
+  int first;
+  const int* chosen;
+  __device__ int operator()(int i) const { return i < first ? i : chosen[i - first]; }
 };
 
 /// What the pivots below the bound are compared with: the largest entry of their column in border rows that
 /// are no rows of the tile. Asked for with the tile's columns up to this one written back.
 struct NoFurtherBorder {
   template <class S>
-  __device__ double operator()(const Tile<S>&, int) const {
+  __device__ double operator()(const Tile<S>&, int, const PivotPlaces&) const {
     return 0;
   }
 };
 
-// Orders by magnitude to 20 bits: enough to choose a pivot.
-__device__ inline unsigned pivot_key(double size) {
-  return __double2hiint(size) + 1u;
+// What the size of a pivot is judged by: 12 bits beside the exponent are enough to choose one.
+__device__ inline unsigned size_bits(double x) {
+  return __double2hiint(x) & 0x7fffff00u;
+}
+__device__ inline unsigned size_bits(float x) {
+  return __float_as_uint(x) & 0x7fffff00u;
+}
+template <class Real>
+__device__ unsigned size_bits(const Kokkos::complex<Real>& x) {
+  return size_bits(magnitude(x));
+}
+
+/// What size_bits of a pivot is compared with.
+template <class S>
+__device__ unsigned bound_bits(double bound) {
+  if constexpr (std::is_same_v<S, float>)
+    return size_bits(static_cast<float>(bound));
+  else
+    return size_bits(bound);
+}
+
+/// Pivots in the order in which they are preferred: by size, then by row (at most 256).
+template <class S>
+__device__ unsigned pivot_key(const S& pivot, int row) {
+  return size_bits(pivot) + 0x100u + (0xffu - row);
+}
+__device__ inline int row_of_key(unsigned key) {
+  static_assert(kMostPivotWarps * kWarp <= 256 && kMostPivotWarps <= 8);
+  return 0xff - (key & 0xff);
 }
 
 // 1 / x, to an ulp or two, without a branch.
 __device__ inline double reciprocal_of(double x) {
   double r;
   asm("rcp.approx.ftz.f64 %0, %1;" : "=d"(r) : "d"(x));
-  r = fma(r, fma(-x, r, 1.0), r);
-  return fma(r, fma(-x, r, 1.0), r);
+  const double e = fma(-x, r, 1.0);
+  return fma(r, fma(e, e, e), r);
 }
 template <class S>
 __device__ S reciprocal_of(const S& x) {
@@ -87,12 +123,12 @@ struct BorderBelow {
   S* column;  // shared memory
   double* work;
 
-  __device__ double operator()(const Tile<S>& tile, int j) const {
+  __device__ double operator()(const Tile<S>& tile, int j, const PivotPlaces& place) const {
     if (threadIdx.x == 0) {
-      for (int i = 0; i < j; ++i) column[i] = tile.a[i + j * tile.ld];
+      for (int i = 0; i < j; ++i) column[i] = tile.a[place(i) + j * tile.ld];
       for (int i = j - 1; i >= 0; --i) {
-        column[i] /= tile.a[i + i * tile.ld];
-        for (int k = 0; k < i; ++k) column[k] -= tile.a[k + i * tile.ld] * column[i];
+        column[i] /= tile.a[place(i) + i * tile.ld];
+        for (int k = 0; k < i; ++k) column[k] -= tile.a[place(k) + i * tile.ld] * column[i];
       }
     }
     __syncthreads();
@@ -127,17 +163,6 @@ __device__ inline void hold_loads() {
   asm volatile("" ::: "memory");
 }
 
-// Exchanges [begin, end) of a panel whose first row is x[0], row `origin` of the tile.
-template <class T>
-__device__ void exchange_rows(T* x, const int* exchange, int begin, int end, int origin) {
-  for (int k = begin; k < end; ++k) {
-    const int from = exchange[k] - origin;
-    const T held = x[k];
-    x[k] = x[from];
-    x[from] = held;
-  }
-}
-
 // x := L^-1 x for the unit lower triangle L of a panel; the panel's columns of x lie together.
 template <class S>
 __device__ void solve_panel_column(const S* lower, int ld, int width, S* x) {
@@ -159,174 +184,370 @@ __device__ void solve_panel_column(const S* lower, int ld, int width, S* x) {
   }
 }
 
+// The inverse of the unit lower triangle of a panel in its place, by one warp: that of its two halves, a lane
+// for each column, then what is between them. Row i of the triangle lies at row place(i).
+template <class S, class Place>
+__device__ void invert_unit_lower(S* panel, int ld, int width, const Place& place) {
+  constexpr int kHalf = kPanelColumns / 2;
+  const int lane = threadIdx.x % kWarp, c = lane % kHalf, begin = lane / kHalf % 2 * kHalf;
+  const auto at = [&](int i, int k) -> S& { return panel[place(min(i, width - 1)) + k * ld]; };
+  S x[kHalf];
+#pragma unroll
+  for (int i = 0; i < kHalf; ++i) x[i] = S(i == c ? 1 : 0);
+#pragma unroll
+  for (int i = 1; i < kHalf; ++i) {
+    const S* const row = &at(begin + i, begin);
+#pragma unroll
+    for (int k = 0; k < i; ++k) x[i] -= row[k * ld] * x[k];
+  }
+  __syncwarp();
+#pragma unroll
+  for (int i = 1; i < kHalf; ++i) {
+    if (lane < kPanelColumns && c < i && begin + i < width) at(begin + i, begin + c) = x[i];
+  }
+  __syncwarp();
+  if (width <= kHalf) return;
+  // [A   ]^-1   [A^-1              ]
+  // [B  C]    = [-C^-1 B A^-1  C^-1], each lane two entries of B.
+  const int i = kHalf + c;
+  S sum[2];
+#pragma unroll
+  for (int v = 0; v < 2; ++v) {
+    const int column = lane / kHalf + 4 * v;
+    sum[v] = at(i, column);
+#pragma unroll
+    for (int k = 1; k < kHalf; ++k) {
+      if (k > column) sum[v] += at(i, k) * at(k, column);
+    }
+  }
+  __syncwarp();
+#pragma unroll
+  for (int v = 0; v < 2; ++v) {
+    if (i < width) at(i, lane / kHalf + 4 * v) = sum[v];
+  }
+  __syncwarp();
+#pragma unroll
+  for (int v = 0; v < 2; ++v) {
+    const int column = lane / kHalf + 4 * v;
+#pragma unroll
+    for (int k = 0; k < kHalf - 1; ++k) {
+      if (k < c) sum[v] += at(i, kHalf + k) * at(kHalf + k, column);
+    }
+  }
+  __syncwarp();
+#pragma unroll
+  for (int v = 0; v < 2; ++v) {
+    if (i < width) at(i, lane / kHalf + 4 * v) = -sum[v];
+  }
+  __syncwarp();
+}
+
+// What becomes of an offered pivot that is suspect, or no number. Not inlined: this is rare, and the loop
+// over columns is better short.
+template <class S, class Border>
+__device__ __noinline__ void settle_pivot(Tile<S> tile, int j, double border_entry, PivotRule rule,
+                                          Border further_border, PivotPlaces places, OfferedRow<S>& offered,
+                                          S* shift, FactorStatus* status, TileWork<S>& work) {
+  const S pivot = offered.pivot;
+  const double size = magnitude(pivot);
+  const bool suspect = !(size >= rule.bound) && size == size;
+  S accepted = pivot;
+  if (suspect) {
+    const double border = fmax(block_max(border_entry, work.border), further_border(tile, j, places));
+    accepted = replacement(pivot, border, rule);
+  }
+  __syncthreads();
+  if (threadIdx.x == 0) {
+    if (!(size <= 1.7976931348623157e308)) atomicAdd(&status->nonfinite, 1ull);
+    if (suspect) {
+      const S added = accepted - pivot;
+      if (magnitude(added) != 0) {
+        atomicAdd(&status->perturbed, 1ull);
+        shift[j] = added;
+      }
+      offered.pivot = accepted;
+      offered.reciprocal = S(1) / accepted;
+    }
+  }
+  __syncthreads();
+}
+
+// Columns [begin, end) of the panel [first, next), of which at most Live are left. Rows stay where they are;
+// `waiting` says whether this thread's has not been pivot row.
+template <int Live, class S, class Border>
+__device__ void eliminate_columns(const Tile<S>& tile, int first, int begin, int end, int next,
+                                  const PivotRule& rule, const Border& further_border,
+                                  S (&row)[kPanelColumns], bool& waiting, S* shift, FactorStatus* status,
+                                  TileWork<S>& work) {
+  const int t = threadIdx.x, lane = t % kWarp, warp = t / kWarp;
+  const int rows = tile.rows, pivots = tile.pivots, ld = tile.ld, pivot_warps = (pivots + kWarp - 1) / kWarp;
+  const bool last_warp = warp == static_cast<int>(blockDim.x) / kWarp - 1;
+  const unsigned lowest = bound_bits<S>(rule.bound) + 0x200u, beyond = bound_bits<S>(HUGE_VAL) + 0x100u;
+  S* const a = tile.a;
+#pragma unroll 1
+  for (int j = begin; j < end; ++j) {
+    if (warp < pivot_warps) {
+      const bool candidate = waiting && t < pivots;
+      const unsigned key = candidate ? pivot_key(row[0], t) : 0u;
+      const unsigned most = __reduce_max_sync(0xffffffffu, key);
+      const S reciprocal = reciprocal_of(row[0]);
+      if (key != 0 && key == most) {
+        OfferedRow<S>& offered = work.offered[j % 2][warp];
+#pragma unroll
+        for (int k = 3; k < Live; k += 2) {
+          offered.right[k - 2] = row[k - 1];
+          offered.right[k - 1] = row[k];
+        }
+        offered.pivot = row[0];
+        offered.reciprocal = reciprocal;
+        offered.right[0] = row[1];
+      }
+      if (lane == 0) work.key[j % 2][warp] = most;
+    }
+    __syncthreads();
+    const unsigned* const key = work.key[j % 2];
+    unsigned most = max(max(key[0], key[1]), max(key[2], key[3]));
+    if (pivots > 4 * kWarp) most = max(most, key[4]);
+    const int from = row_of_key(most);
+    OfferedRow<S>& offered = work.offered[j % 2][from / kWarp];
+    if (__builtin_expect(most < lowest || most >= beyond, 0)) {  // rare; the same for all threads
+      const double border_entry = t >= pivots && t < rows ? magnitude(row[0]) : 0;
+      settle_pivot(tile, j, border_entry, rule, further_border, PivotPlaces{first, work.chosen}, offered,
+                   shift, status, work);
+    }
+    if (t == from) waiting = false;
+    if (warp * kWarp < rows) {
+      const S multiplier = row[0] * offered.reciprocal;
+#pragma unroll
+      for (int k = 1; k < Live; ++k) row[k - 1] = row[k] - multiplier * offered.right[k - 1];
+      if (waiting) a[t + j * ld] = multiplier;
+    }
+    if (last_warp) {
+      if (lane < next - j) a[from + (j + lane) * ld] = lane == 0 ? offered.pivot : offered.right[lane - 1];
+      if (lane == 0) work.chosen[j - first] = from;
+    }
+  }
+}
+
 // Columns [first, first + width) of the tile, a thread for each row.
 template <class S, class Border>
 __device__ void factor_tile_panel(const Tile<S>& tile, int first, int width, const PivotRule& rule,
                                   const Border& further_border, S* shift, FactorStatus* status,
                                   TileWork<S>& work) {
-  const int t = threadIdx.x, lane = t % kWarp, warp = t / kWarp, next = first + width;
-  const int rows = tile.rows, pivots = tile.pivots, ld = tile.ld, pivot_warps = (pivots + kWarp - 1) / kWarp;
-  S* const a = tile.a;
+  const int t = threadIdx.x, next = first + width, middle = min(first + kPanelColumns / 2, next);
+  bool waiting = t >= first && t < tile.rows;
   S row[kPanelColumns];  // what is left of this thread's row: row[0] is of the column that is under way
 #pragma unroll
   for (int c = 0; c < kPanelColumns; ++c) {
-    row[c] = t >= first && t < rows && c < width ? a[t + (first + c) * ld] : S(0);
+    row[c] = waiting && c < width ? tile.a[t + (first + c) * tile.ld] : S(0);
   }
-#pragma unroll 1
-  for (int j = first; j < next; ++j) {
-    typename TileWork<S>::Offer& offer = work.offer[j % 2];
-    if (warp < pivot_warps) {
-      const S reciprocal = reciprocal_of(row[0]);
-      const unsigned key = t >= j && t < pivots ? pivot_key(magnitude(row[0])) : 0u;
-      const unsigned most = __reduce_max_sync(0xffffffffu, key);
-      const unsigned who = __ballot_sync(0xffffffffu, key == most);
-      if (lane == __ffs(who) - 1) {
-        offer.key[warp] = most;
-        offer.row[warp] = t;
-        offer.reciprocal[warp] = reciprocal;
+  eliminate_columns<kPanelColumns>(tile, first, first, middle, next, rule, further_border, row, waiting,
+                                   shift, status, work);
+  eliminate_columns<kPanelColumns / 2>(tile, first, middle, next, next, rule, further_border, row, waiting,
+                                       shift, status, work);
+}
+
+// What brings the pivot rows of a panel to its first rows: row `to` becomes row `from`, one in each lane,
+// where moves; for each warp that asks.
+struct RowMoves {
+  int to, from;
+  bool moves, any;
+
+  __device__ RowMoves(const int* chosen, int first, int width) {
+    const int lane = threadIdx.x % kWarp, k = lane % kPanelColumns, next = first + width;
+    const int row = k < width ? chosen[k] : first;
+    const bool leaves = k < width && row >= next;  // its place below the panel's first rows
+    const unsigned left = __ballot_sync(0xffffffffu, leaves && lane < kPanelColumns);
+    // The i-th of the first rows that are not chosen goes where the i-th that leaves was.
+    unsigned others = ~__reduce_or_sync(0xffffffffu, k < width && row < next ? 1u << (row - first) : 0u);
+    for (unsigned before = left & ((1u << k) - 1); before != 0; before &= before - 1) others &= others - 1;
+    if (lane < kPanelColumns) {
+      to = first + k;
+      from = row;
+      moves = k < width && to != from;
+    } else {
+      to = row;
+      from = first + __ffs(others) - 1;
+      moves = leaves;
+    }
+    any = __any_sync(0xffffffffu, moves);
+  }
+  /// Of columns begin, begin + step, ... before `end`, by one warp.
+  template <class T>
+  __device__ void apply(T* a, int ld, int begin, int end, int step) const {
+    if (!any) return;
+    constexpr int kTogether = 4;
+    for (int first = begin; first < end; first += kTogether * step) {
+      T moved[kTogether];
 #pragma unroll
-        for (int k = 0; k < kPanelColumns; ++k) offer.part[warp][k] = row[k];
+      for (int i = 0; i < kTogether; ++i) {
+        const int c = first + i * step;
+        if (moves && c < end) moved[i] = a[from + c * ld];
       }
-      if (t == j) {
+      __syncwarp();
 #pragma unroll
-        for (int k = 0; k < kPanelColumns; ++k) offer.top[k] = row[k];
+      for (int i = 0; i < kTogether; ++i) {
+        const int c = first + i * step;
+        if (moves && c < end) a[to + c * ld] = moved[i];
       }
     }
-    __syncthreads();
-    int best = 0;
-    unsigned most = offer.key[0];
-#pragma unroll
-    for (int w = 1; w < kMostPivotWarps; ++w) {
-      const unsigned key = w < pivot_warps ? offer.key[w] : 0u;
-      if (key > most) {
-        most = key;
-        best = w;
-      }
-    }
-    const int from = offer.row[best];
-    const S* const pivot_row = offer.part[best];
-    S pivot = pivot_row[0], inverse = offer.reciprocal[best];
-    if (t == from && from != j) {
-#pragma unroll
-      for (int k = 0; k < kPanelColumns; ++k) row[k] = offer.top[k];
-    }
-    const double size = magnitude(pivot);
-    S added = S(0);
-    if (!(size >= rule.bound) && size == size) {  // rare; the same for all threads
-      const double own = t >= pivots && t < rows ? magnitude(row[0]) : 0;
-      const double border = fmax(block_max(own, work.border), further_border(tile, j));
-      const S accepted = replacement(pivot, border, rule);
-      added = accepted - pivot;
-      pivot = accepted;
-      inverse = S(1) / pivot;
-      if (t == 0 && magnitude(added) != 0) atomicAdd(&status->perturbed, 1ull);
-    }
-    if (t == 0) {
-      if (!(size <= 1.7976931348623157e308)) atomicAdd(&status->nonfinite, 1ull);
-      if (magnitude(added) != 0) shift[j] = added;
-      work.exchange[j - first] = from;
-      if (from != j) work.any_exchange = 1;
-    }
-    if (t < next - j) a[j + (j + t) * ld] = t == 0 ? pivot : pivot_row[t];
-    if (t > j && t < rows) {
-      const S multiplier = row[0] * inverse;
-      a[t + j * ld] = multiplier;
-#pragma unroll
-      for (int k = 1; k < kPanelColumns; ++k) row[k - 1] = row[k] - multiplier * pivot_row[k];
-    }
+    __syncwarp();
+  }
+};
+
+// Column of a tile of 16 x 8 that stands at place c of the product: so lanes find their sums, and what is
+// multiplied, in different banks.
+__device__ inline int spread_column(int c) {
+  return (c & ~3) + (c >> 1 & 1) + 2 * ((c ^ c >> 2) & 1);
+}
+
+// L^-1 times what is right of a panel.
+template <class S>
+__device__ void solve_right(const Tile<S>& tile, int first, int width) {
+  const int warp = threadIdx.x / kWarp, warps = blockDim.x / kWarp, rows = tile.rows, ld = tile.ld,
+            next = first + width;
+  S* const top = tile.a + first;
+  const S* const lower = top + first * ld;
+  for (int n = next / 16 * 16 + 16 * warp; n < rows; n += 16 * warps) {
+    WarpTile<S, 1, 2> u;
+    u.clear();
+    u.multiply_entries(
+        [&](int m, int k) { return k < m && m < width ? lower[m + k * ld] : S(k == m ? 1 : 0); },
+        [&](int k, int c) { return k < width ? top[k + (n + spread_column(c)) * ld] : S(0); }, kPanelColumns);
+    __syncwarp();
+    u.for_each([&](int r, int c, S& value) {
+      const int column = n + spread_column(c);
+      if (r < width && column >= next && column < rows) top[r + column * ld] = value;
+    });
+  }
+}
+
+// What is right of and below a panel.
+template <int RowTiles, class S>
+__device__ void update_tile(const Tile<S>& tile, int first, int width) {
+  const int warp = threadIdx.x / kWarp, warps = blockDim.x / kWarp, rows = tile.rows, ld = tile.ld;
+  const int next = first + width, begin = next / 16 * 16, rest = rows - begin;
+  constexpr int kRows = 16 * RowTiles;
+  const int groups = (rest + kRows - 1) / kRows;
+  S* const a = tile.a;
+  for (int i = warp; i < groups * ((rest + 15) / 16); i += warps) {
+    const int m = begin + i % groups * kRows, n = begin + i / groups * 16, there = (rows + 15) / 16 * 16 - m;
+    S* const c = a + m + n * ld;
+    WarpTile<S, RowTiles, 2> product;
+    // Columns beyond the tile are read, from memory of the tile, and not used.
+    product.for_each([&](int r, int k, S& sum) { sum = r < there ? -c[r + spread_column(k) * ld] : S(0); });
+    product.multiply_entries(
+        [&](int r, int k) { return k < width && r < there ? a[m + r + (first + k) * ld] : S(0); },
+        [&](int k, int c) { return k < width ? a[first + k + (n + spread_column(c)) * ld] : S(0); },
+        kPanelColumns);
+    product.for_each([&](int r, int k, S& sum) {
+      const int row = m + r, column = n + spread_column(k);
+      if (row >= next && row < rows && column >= next && column < rows) c[r + spread_column(k) * ld] = -sum;
+    });
   }
 }
 
 /// Factors the tile. row_at (in shared memory, set to the identity by the caller) follows the row exchanges;
-/// shift[j] (global memory, zero before) becomes what was added to pivot j. All threads of the block call it,
-/// at least `rows` of them, a multiple of 32.
+/// shift[j] (global memory, zero before) becomes what was added to pivot j. In place of the unit lower
+/// triangle of each panel comes its inverse. All threads of the block call it, at least `rows` of them, a
+/// multiple of 32.
 template <class S, class Border>
 __device__ void tile_lu(const Tile<S>& tile, const PivotRule& rule, const Border& further_border, int* row_at,
                         S* shift, FactorStatus* status, TileWork<S>& work) {
   const int t = threadIdx.x, warp = t / kWarp, warps = blockDim.x / kWarp;
   const int rows = tile.rows, pivots = tile.pivots, ld = tile.ld;
   S* const a = tile.a;
+  if (t < 16) work.key[t / 8][t % 8] = 0;
   for (int first = 0; first < pivots; first += kPanelColumns) {
     const int width = min(kPanelColumns, pivots - first), next = first + width;
-    if (t == 0) work.any_exchange = 0;
+    __syncthreads();
     factor_tile_panel(tile, first, width, rule, further_border, shift, status, work);
     __syncthreads();
-    // This panel's columns see the exchanges that came after them; then the others see all, and what is on
-    // the right is solved for.
-    if (work.any_exchange) {
-      if (t < width) exchange_rows(a + (first + t) * ld + first, work.exchange, t + 1, width, first);
-      if (t == blockDim.x - 1) exchange_rows(row_at + first, work.exchange, 0, width, first);
-      __syncthreads();
+    const RowMoves moves(work.chosen, first, width);
+    if (warp == warps - 1) {
+      invert_unit_lower(a + first * ld, ld, width, [&](int i) { return work.chosen[i]; });
+      moves.apply(a, ld, first, next, 1);
+      moves.apply(row_at, 0, 0, 1, 1);
     }
-    for (int c = t; c < rows; c += blockDim.x) {
-      if (c >= first && c < next) continue;
-      S* const column = a + c * ld + first;
-      if (work.any_exchange) exchange_rows(column, work.exchange, 0, width, first);
-      if (c >= next) solve_panel_column(a + first + first * ld, ld, width, column);
+    if (warp < warps - 1 || warps == 1) {
+      const int step = max(warps - 1, 1);
+      moves.apply(a, ld, warp, first, step);
+      moves.apply(a, ld, next + warp, rows, step);
     }
     __syncthreads();
-    // What is left of the tile.
-    const int rest = rows - next, row_tiles = (rest + 15) / 16, tiles = row_tiles * ((rest + 15) / 16);
-    if (width == kPanelColumns) {
-      for (int i = warp; i < tiles; i += warps) {
-        const int m = next + i % row_tiles * 16, n = next + i / row_tiles * 16;
-        S* const c = a + m + n * ld;
-        WarpTile<S, 1, 2> product;
-        // Rows and columns beyond the tile are read, from memory of the tile, and not used.
-        product.for_each([&](int r, int k, S& sum) { sum = -c[r + k * ld]; });
-        product.multiply(a + m + first * ld, 1, ld, a + first + n * ld, 1, ld, kPanelColumns);
-        product.for_each([&](int r, int k, S& sum) {
-          if (m + r < rows && n + k < rows) c[r + k * ld] = -sum;
-        });
-      }
+    if (next == rows) break;
+    solve_right(tile, first, width);
+    __syncthreads();
+    if (warps > 4) {
+      update_tile<2>(tile, first, width);
     } else {
-      for (int i = t; i < rest * rest; i += blockDim.x) {
-        const int r = next + i % rest, c = next + i / rest;
-        S sum = S(0);
-        for (int k = first; k < next; ++k) sum += a[r + k * ld] * a[k + c * ld];
-        a[r + c * ld] -= sum;
-      }
+      update_tile<1>(tile, first, width);
     }
-    __syncthreads();
   }
+  __syncthreads();
 }
 
-// X L = I and X U = I, column by column in place, by one warp: lane r makes row r of X. Rolled loops:
-// unrolled ones are so long that every warp waits for its instructions.
+// Inverses of the upper triangles of two 16 x 16 blocks on the diagonal, in place, by one warp: a lane makes
+// a row of X U = I.
 template <class S>
-__device__ void invert_unit_lower(S* m, int ld, int size) {
-  const int r = threadIdx.x % kWarp;
-  for (int c = size - 2; c >= 0; --c) {
-    S sum = S(0);
-#pragma unroll 4
-    for (int k = c + 1; k < size; ++k) {
-      const S x = k < r ? m[r + k * ld] : S(k == r ? 1 : 0);
-      sum += x * m[k + c * ld];
-    }
-    __syncwarp();
-    if (r > c && r < size) m[r + c * ld] = -sum;
-    __syncwarp();
-  }
-}
-template <class S>
-__device__ void invert_upper(S* m, int ld, int size) {
-  const int r = threadIdx.x % kWarp;
-  for (int c = 0; c < size; ++c) {
-    const S inverse = S(1) / m[c + c * ld];
-    S sum = S(0);
-#pragma unroll 4
+__device__ void invert_upper_blocks(S* m, int ld, int size) {
+  const int lane = threadIdx.x % kWarp, r = lane % kPanelColumns, begin = lane - r;
+  const int count = min(kPanelColumns, size - begin);
+  S* const block = m + begin + begin * ld;
+  const S own = r < count ? reciprocal_of(block[r + r * ld]) : S(0);
+  S x[kPanelColumns];
+#pragma unroll
+  for (int c = 0; c < kPanelColumns; ++c) {
+    S sum = S(r == c ? -1 : 0);
+#pragma unroll
     for (int k = 0; k < c; ++k) {
-      const S x = k >= r ? m[r + k * ld] : S(0);
-      sum += x * m[k + c * ld];
+      if (c < count) sum += x[k] * block[k + c * ld];
     }
-    __syncwarp();
-    if (r <= c) m[r + c * ld] = r == c ? inverse : -sum * inverse;
-    __syncwarp();
+    x[c] = -sum * shuffle(own, begin + c);
   }
+  __syncwarp();
+#pragma unroll
+  for (int c = 0; c < kPanelColumns; ++c) {
+    if (r <= c && c < count) block[r + c * ld] = x[c];
+  }
+  __syncwarp();
+}
+
+// The inverse of a 32 x 32 triangle from those of its 16 x 16 blocks, in place, by one warp.
+//
+//   [A   ]^-1   [A^-1              ]          [A  B]^-1   [A^-1  -A^-1 B C^-1]
+//   [B  C]    = [-C^-1 B A^-1  C^-1]          [   C]    = [              C^-1]
+template <bool Upper, class S>
+__device__ void join_inverses(S* m, int ld, int size) {
+  constexpr int h = kPanelColumns;
+  const int second = size - h;
+  if (second <= 0) return;
+  const auto triangle = [&](int begin, int r, int c) {
+    const bool inside = Upper ? r <= c && c < size - begin : r > c && r < size - begin;
+    return inside ? m[begin + r + (begin + c) * ld] : S(!Upper && r == c ? 1 : 0);
+  };
+  S* const corner = Upper ? m + h * ld : m + h;
+  const int rows = Upper ? h : second, columns = Upper ? second : h;
+  const auto between = [&](int r, int c) { return r < rows && c < columns ? corner[r + c * ld] : S(0); };
+  WarpTile<S, 1, 2> product;
+  const auto keep = [&](int sign) {
+    __syncwarp();
+    product.for_each([&](int r, int c, S& sum) {
+      if (r < rows && c < columns) corner[r + c * ld] = sign < 0 ? -sum : sum;
+    });
+    __syncwarp();
+  };
+  product.clear();
+  product.multiply_entries(
+      between, [&](int k, int c) { return triangle(Upper ? h : 0, k, c); }, h);
+  keep(1);
+  product.clear();
+  product.multiply_entries([&](int r, int k) { return triangle(Upper ? 0 : h, r, k); }, between, h);
+  keep(-1);
 }
 
 /// Puts the inverses of the unit lower and of the upper triangle of each 32 x 32 diagonal block in its place:
-/// what follows only multiplies.
+/// what follows only multiplies. Those of the unit lower triangles of panels are there.
 template <class S>
 __device__ void invert_diagonal_blocks(const Tile<S>& tile) {
   const int warp = threadIdx.x / kWarp, warps = blockDim.x / kWarp;
@@ -335,11 +556,23 @@ __device__ void invert_diagonal_blocks(const Tile<S>& tile) {
     const int begin = task / 2 * kInverted, size = min(kInverted, tile.pivots - begin);
     S* const m = tile.a + begin + begin * tile.ld;
     if (task % 2 == 0) {
-      invert_unit_lower(m, tile.ld, size);
+      join_inverses<false>(m, tile.ld, size);
     } else {
-      invert_upper(m, tile.ld, size);
+      invert_upper_blocks(m, tile.ld, size);
+      join_inverses<true>(m, tile.ld, size);
     }
   }
+}
+
+/// The inverses of the unit lower triangles of panels, where the tile was not factored by tile_lu.
+template <class S>
+__device__ void invert_panels(const Tile<S>& tile) {
+  const int warp = threadIdx.x / kWarp, warps = blockDim.x / kWarp;
+  for (int first = warp * kPanelColumns; first < tile.pivots; first += warps * kPanelColumns) {
+    invert_unit_lower(tile.a + first * tile.ld, tile.ld, min(kPanelColumns, tile.pivots - first),
+                      [&](int i) { return first + i; });
+  }
+  __syncthreads();
 }
 
 }  // namespace mfs::cuda

@@ -37,6 +37,12 @@ struct WarpTile {
   /// The same where A(m, k) = a(m, k).
   template <class Entry>
   __device__ void multiply_entries(const Entry& a, const S* b, int bk, int bn, int depth) {
+    multiply_entries(
+        a, [=](int k, int n) { return b[k * bk + n * bn]; }, depth);
+  }
+  /// The same where also B(k, n) = b(k, n).
+  template <class Left, class Right>
+  __device__ void multiply_entries(const Left& a, const Right& b, int depth) {
     const int lane = threadIdx.x % kWarp, g = lane / 4, t = lane % 4;
     if constexpr (std::is_same_v<S, double>) {
       for (int k = 0; k < depth; k += 8) {
@@ -49,7 +55,7 @@ struct WarpTile {
 #pragma unroll
         for (int j = 0; j < NT; ++j) {
 #pragma unroll
-          for (int v = 0; v < 2; ++v) right[j][v] = b[(k + t + 4 * v) * bk + (8 * j + g) * bn];
+          for (int v = 0; v < 2; ++v) right[j][v] = b(k + t + 4 * v, 8 * j + g);
         }
 #pragma unroll
         for (int i = 0; i < MT; ++i) {
@@ -68,7 +74,7 @@ struct WarpTile {
 #pragma unroll
         for (int j = 0; j < NT; ++j) {
 #pragma unroll
-          for (int v = 0; v < 2; ++v) right[j][v] = b[k * bk + (8 * j + 2 * t + v) * bn];
+          for (int v = 0; v < 2; ++v) right[j][v] = b(k, 8 * j + 2 * t + v);
         }
 #pragma unroll
         for (int i = 0; i < MT; ++i) {

@@ -184,70 +184,33 @@ __device__ void solve_panel_column(const S* lower, int ld, int width, S* x) {
   }
 }
 
-// The inverse of the unit lower triangle of a panel in its place, by one warp: that of its two halves, a lane
-// for each column, then what is between them. Row i of the triangle lies at row place(i).
+// The inverse of the unit lower triangle of a panel in its place, by one warp: a lane makes a column. Row i
+// of the triangle lies at row place(i).
 template <class S, class Place>
 __device__ void invert_unit_lower(S* panel, int ld, int width, const Place& place) {
-  constexpr int kHalf = kPanelColumns / 2;
-  const int lane = threadIdx.x % kWarp, c = lane % kHalf, begin = lane / kHalf % 2 * kHalf;
-  const auto at = [&](int i, int k) -> S& { return panel[place(min(i, width - 1)) + k * ld]; };
-  S x[kHalf];
+  const int lane = threadIdx.x % kWarp;
+  S x[kPanelColumns];
 #pragma unroll
-  for (int i = 0; i < kHalf; ++i) x[i] = S(i == c ? 1 : 0);
+  for (int i = 0; i < kPanelColumns; ++i) x[i] = S(i == lane ? 1 : 0);
 #pragma unroll
-  for (int i = 1; i < kHalf; ++i) {
-    const S* const row = &at(begin + i, begin);
+  for (int i = 1; i < kPanelColumns; ++i) {
+    const S* const row = panel + place(min(i, width - 1));
 #pragma unroll
     for (int k = 0; k < i; ++k) x[i] -= row[k * ld] * x[k];
   }
   __syncwarp();
 #pragma unroll
-  for (int i = 1; i < kHalf; ++i) {
-    if (lane < kPanelColumns && c < i && begin + i < width) at(begin + i, begin + c) = x[i];
-  }
-  __syncwarp();
-  if (width <= kHalf) return;
-  // [A   ]^-1   [A^-1              ]
-  // [B  C]    = [-C^-1 B A^-1  C^-1], each lane two entries of B.
-  const int i = kHalf + c;
-  S sum[2];
-#pragma unroll
-  for (int v = 0; v < 2; ++v) {
-    const int column = lane / kHalf + 4 * v;
-    sum[v] = at(i, column);
-#pragma unroll
-    for (int k = 1; k < kHalf; ++k) {
-      if (k > column) sum[v] += at(i, k) * at(k, column);
-    }
-  }
-  __syncwarp();
-#pragma unroll
-  for (int v = 0; v < 2; ++v) {
-    if (i < width) at(i, lane / kHalf + 4 * v) = sum[v];
-  }
-  __syncwarp();
-#pragma unroll
-  for (int v = 0; v < 2; ++v) {
-    const int column = lane / kHalf + 4 * v;
-#pragma unroll
-    for (int k = 0; k < kHalf - 1; ++k) {
-      if (k < c) sum[v] += at(i, kHalf + k) * at(kHalf + k, column);
-    }
-  }
-  __syncwarp();
-#pragma unroll
-  for (int v = 0; v < 2; ++v) {
-    if (i < width) at(i, lane / kHalf + 4 * v) = -sum[v];
+  for (int i = 1; i < kPanelColumns; ++i) {
+    if (i < width && lane < i) panel[place(i) + lane * ld] = x[i];
   }
   __syncwarp();
 }
 
-// What becomes of an offered pivot that is suspect, or no number. Not inlined: this is rare, and the loop
-// over columns is better short.
+// What becomes of an offered pivot that is suspect, or no number.
 template <class S, class Border>
-__device__ __noinline__ void settle_pivot(Tile<S> tile, int j, double border_entry, PivotRule rule,
-                                          Border further_border, PivotPlaces places, OfferedRow<S>& offered,
-                                          S* shift, FactorStatus* status, TileWork<S>& work) {
+__device__ void settle_pivot(const Tile<S>& tile, int j, double border_entry, const PivotRule& rule,
+                             const Border& further_border, const PivotPlaces& places, OfferedRow<S>& offered,
+                             S* shift, FactorStatus* status, TileWork<S>& work) {
   const S pivot = offered.pivot;
   const double size = magnitude(pivot);
   const bool suspect = !(size >= rule.bound) && size == size;
@@ -310,7 +273,7 @@ __device__ void eliminate_columns(const Tile<S>& tile, int first, int begin, int
     if (pivots > 4 * kWarp) most = max(most, key[4]);
     const int from = row_of_key(most);
     OfferedRow<S>& offered = work.offered[j % 2][from / kWarp];
-    if (__builtin_expect(most < lowest || most >= beyond, 0)) {  // rare; the same for all threads
+    if (most < lowest || most >= beyond) {  // rare; the same for all threads
       const double border_entry = t >= pivots && t < rows ? magnitude(row[0]) : 0;
       settle_pivot(tile, j, border_entry, rule, further_border, PivotPlaces{first, work.chosen}, offered,
                    shift, status, work);

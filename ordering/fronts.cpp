@@ -21,6 +21,11 @@ struct Relaxation {
 constexpr Offset kAlwaysMerge = 4;
 constexpr Relaxation kRelaxed[] = {{8, 0.7}, {48, 0.1}, {INT64_MAX, 0.05}};
 
+/// Children of at least so many pivots stay fronts of their own beside a sibling of half their size or more:
+/// both are then factored and solved with at the same time, and what a child does to its parent is one
+/// product of full depth.
+constexpr Offset kLargeChild = 2048;
+
 /// Bundles are looked for only below nodes with at least this many tiny leaves, so that no other tree pays
 /// for it.
 constexpr Vertex kCrowd = 8;
@@ -140,8 +145,14 @@ void amalgamate(FrontTree& fronts) {
       candidates.emplace_back(new_zeros(children.item[c], parent), -children.item[c]);
     }
     std::sort(candidates.begin(), candidates.end());
+    Offset largest = 0, second = 0;  // of the children
+    for (const auto& [cost, minus_child] : candidates) {
+      second = std::max(second, std::min(largest, fronts.pivots[-minus_child]));
+      largest = std::max(largest, fronts.pivots[-minus_child]);
+    }
     for (const auto& [cost, minus_child] : candidates) {
       const Vertex child = -minus_child;
+      if (fronts.pivots[child] >= kLargeChild && 2 * second >= fronts.pivots[child]) continue;
       const Offset pivots = fronts.pivots[child] + fronts.pivots[parent];
       const double width = static_cast<double>(pivots);
       const double entries = width * (width + 1) / 2 + width * static_cast<double>(fronts.border[parent]);

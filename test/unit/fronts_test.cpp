@@ -110,6 +110,28 @@ TEST(Fronts, AChildThatFillsItsParentsFrontIsMerged) {
   EXPECT_THAT(tree.parent, ElementsAre(1, -1));
 }
 
+TEST(Fronts, LargeSiblingsStayByThemselves) {
+  // Cliques of so many unknowns, each a vertex of the graph; the last is the separator of the others.
+  const auto sizes = [](const std::vector<Vertex>& cliques) {
+    std::vector<Vertex> leader, first;
+    for (const Vertex size : cliques) {
+      first.push_back(static_cast<Vertex>(leader.size()));
+      leader.insert(leader.end(), size, first.back());
+    }
+    std::vector<std::pair<Vertex, Vertex>> edges;
+    for (std::size_t c = 0; c + 1 < first.size(); ++c) edges.emplace_back(first[c], first.back());
+    const auto n = static_cast<Vertex>(leader.size());
+    const Partition partition = partition_by_leader(leader);
+    const Graph graph = build_graph(pattern_of(n, symmetric(n, edges)), {}, partition, 1);
+    return breadth_first(fronts_of_order(graph, partition, natural(partition.num_vertices()))).node_begin;
+  };
+  EXPECT_THAT(sizes({2048, 2048, 100}), ElementsAre(0, 2048, 4096, 4196));
+  EXPECT_THAT(sizes({2047, 2047, 100}), ElementsAre(0, 2047, 4194));
+  EXPECT_THAT(sizes({1024, 2048, 100}), ElementsAre(0, 2048, 3172));  // the smaller is no large child
+  EXPECT_THAT(sizes({1023, 2048, 100}), ElementsAre(0, 1023, 3171));  // less than half as large
+  EXPECT_THAT(sizes({2048, 100}), ElementsAre(0, 2148));
+}
+
 TEST(Fronts, SmallChildrenAreMergedIntoTheirParent) {
   const SeparatorTree tree = fronts(4, path(4), natural(4));
   EXPECT_THAT(tree.node_begin, ElementsAre(0, 4));

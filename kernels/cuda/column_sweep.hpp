@@ -37,10 +37,9 @@ class ColumnSweep {
         part_(part),
         width_(width),
         panel_(panel),
-        place_(place),
-        prefetched_(part.finishes && part.begin < part.where.pivots ? 3 : 2) {
+        place_(place) {
     load(part.first_step);
-    for (int step = 1; step < prefetched_; ++step) prefetch(part.first_step + step);
+    prefetch(part.first_step + 1);
     if (part.finishes) fetch_panel<Transposed, 1>(panel(part.last_step), width, diagonal_);
     commit_copies();
   }
@@ -111,13 +110,13 @@ class ColumnSweep {
       const S* const from = panel.base + k + row * panel.ld;
 #pragma unroll
       for (int j = 0; j < kDepth; ++j)
-        entry_[j] = k < panel.count && row + j * kApart < width_ ? from[j * kApart * panel.ld] : S(0);
+        entry_[j] = k < panel.count && row + j * kApart < width_ ? once(from + j * kApart * panel.ld) : S(0);
     } else {
       const int k = first_column(), row = first_row() + lane();
       const S* const from = panel.base + row + k * panel.ld;
 #pragma unroll
       for (int j = 0; j < kDepth; ++j)
-        entry_[j] = row < width_ && k + j < panel.count ? from[j * panel.ld] : S(0);
+        entry_[j] = row < width_ && k + j < panel.count ? once(from + j * panel.ld) : S(0);
     }
   }
   __device__ void prefetch(int step) const {
@@ -175,7 +174,7 @@ class ColumnSweep {
       next = look_up(step + 2);
       multiply(x);
       load(step + 1);
-      prefetch(step + prefetched_);
+      prefetch(step + 2);
     }
   }
 
@@ -215,8 +214,6 @@ class ColumnSweep {
   int width_;
   const PanelOf& panel_;
   const PlaceOf& place_;
-  int prefetched_;  // steps ahead to the L2, more for tiles that wait; all blocks together must not overflow
-                    // it
   S entry_[kDepth], sum_[kSums];
 };
 

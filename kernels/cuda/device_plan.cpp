@@ -129,41 +129,55 @@ class Builder {
     return panelled(f) ? std::min(k / cuts_.panel * cuts_.panel + cuts_.panel, plan_.pivots(f)) : rows(f);
   }
 
-  // What is right of the panels that end with the tile at k: what the next panels need, then the rest.
-  void finish_panels(Vertex k) {
-    std::vector<Vertex> ended;
-    for (const Vertex f : large_) {
-      if (panelled(f) && plan_.pivots(f) > k && tile_end(f, k) == panel_end(f, k)) ended.push_back(f);
-    }
-    const auto end = [&](Vertex f) { return panel_end(f, k); };
-    const auto next_end = [&](Vertex f) { return std::min(end(f) + cuts_.panel, plan_.pivots(f)); };
-    finish_columns(ended, k, Order::joined, [&](Vertex f) { return Span{end(f), next_end(f)}; });
-    finish_columns(ended, k, Order::aside, [&](Vertex f) { return Span{next_end(f), rows(f)}; });
+  // Columns before this one are made before what is right of them.
+  Vertex slab_end(Vertex f, Vertex k) const {
+    return std::min(k / cuts_.slab * cuts_.slab + cuts_.slab, plan_.pivots(f));
   }
 
-  // Columns columns(f) right of the panels: their block row, then all below it.
+  // What is right of the panels that end with the tile at k: the rest of their slabs, or where those end,
+  // too, what the next slabs need, then all others.
+  void finish_panels(Vertex k) {
+    std::vector<Vertex> inside, ended;
+    for (const Vertex f : large_) {
+      if (!panelled(f) || plan_.pivots(f) <= k || tile_end(f, k) != panel_end(f, k)) continue;
+      (panel_end(f, k) < slab_end(f, k) ? inside : ended).push_back(f);
+    }
+    const Vertex panel = k / cuts_.panel * cuts_.panel, slab = k / cuts_.slab * cuts_.slab;
+    const auto next_end = [&](Vertex f) { return std::min(slab_end(f, k) + cuts_.slab, plan_.pivots(f)); };
+    finish_columns(inside, panel, k, Order::next, [&](Vertex f) {
+      return Span{panel_end(f, k), slab_end(f, k)};
+    });
+    finish_columns(ended, slab, k, Order::joined, [&](Vertex f) {
+      return Span{slab_end(f, k), next_end(f)};
+    });
+    finish_columns(ended, slab, k, Order::aside, [&](Vertex f) { return Span{next_end(f), rows(f)}; });
+  }
+
+  // Columns columns(f) right of block columns [begin, end), of which the tile at `last` is the last: their
+  // block rows, panel by panel, then all below them.
   template <class ColumnsOf>
-  void finish_columns(const std::vector<Vertex>& fronts, Vertex k, Order order, const ColumnsOf& columns) {
-    const Vertex begin = k / cuts_.panel * cuts_.panel;
-    for (Vertex tile = begin; tile <= k; tile += made_.tile) {
+  void finish_columns(const std::vector<Vertex>& fronts, Vertex begin, Vertex last, Order order,
+                      const ColumnsOf& columns) {
+    if (fronts.empty()) return;
+    std::vector<ProductTask> below;
+    for (Vertex tile = begin; tile <= last; tile += made_.tile) {
       std::vector<StepTask> tiles;
-      std::vector<ProductTask> products;
+      std::vector<ProductTask> products, below_panel;
       for (const Vertex f : fronts) {
-        const Vertex next = tile_end(f, tile);
+        const Vertex next = tile_end(f, tile), end = tile_end(f, last), panel = panel_end(f, tile);
         const Span right = columns(f);
         if (right.length() == 0) continue;
         tiles.push_back({f, tile, 0, right.begin - next, right.end - next, 0});
-        add_products(f, tile, next, {next, panel_end(f, k)}, right, products);
+        add_products(f, tile, next, {next, panel}, right, products);
+        if (next == panel)
+          add_products(f, tile / cuts_.panel * cuts_.panel, panel, {panel, end}, right, below_panel);
+        if (tile == last) add_products(f, begin, end, {end, rows(f)}, right, below);
       }
       if (!tiles.empty()) place_strips(tiles, order);
       place_products(products, depth().factor, order);
+      place_products(below_panel, depth().factor, order);
     }
-    std::vector<ProductTask> products;
-    for (const Vertex f : fronts) {
-      const Vertex end = panel_end(f, k);
-      add_products(f, begin, end, {end, rows(f)}, columns(f), products);
-    }
-    place_products(products, depth().factor, order);
+    place_products(below, depth().factor, order);
   }
 
   // Pivots [k, next) from `rows` and `columns` of P, L and U; what would be C is left out. Products that

@@ -12,10 +12,11 @@
 //      p |  |t +----------+--------+
 //        |  |r |          |   C    |
 //
-// In a front with many pivots, kPanel of them are factored first, without what is right of them, which is
-// then solved for and updated at once: products of that depth run faster by half. The largest go to the
-// library. What the next panel needs comes first; the rest is updated beside the next panel's tiles, whose
-// chain of short launches cannot fill the device (look-ahead).
+// In a front with many pivots, a slab of kSlab of them is factored first, without what is right of them,
+// which is then solved for and updated at once; and of a slab, in the same way, kPanel pivots: products of
+// such depth run faster by half. The largest go to the library. What the next slab needs comes first; the
+// rest is updated beside the next slab's tiles, whose chain of short launches cannot fill the device
+// (look-ahead).
 #pragma once
 
 #include <vector>
@@ -134,8 +135,9 @@ struct DevicePlan {
   std::vector<Offset> destination;
 };
 
-/// Pivots that are factored before what is right of them, in fronts that have at least kPanelled.
-constexpr Vertex kPanel = 512, kPanelled = 2048;
+/// In fronts that have at least kPanelled pivots, kPanel are factored before the rest of their slab, and
+/// kSlab before what is right of that.
+constexpr Vertex kPanel = 512, kSlab = 2048, kPanelled = 1024;
 
 /// Entries that a block assembles, if that is more than kAssembleColumns columns.
 constexpr Vertex kAssembleEntries = 2048, kAssembleColumns = 4;
@@ -152,13 +154,14 @@ constexpr Vertex kSolveSteps = 16;
 constexpr Vertex kTinyPivots = 32, kTinyEntries = 16384, kManyTiny = 1024;
 
 /// How the work is cut. Products may be cut into wide tiles; fronts of `panelled` pivots are factored by
-/// panels of `panel`, a multiple of `tile`; `many_tiny` tiny fronts of a depth are solved with by warps;
-/// parts of a tile of the solve take `solve_steps` steps, and so many tiles may come before parts of theirs,
-/// which they wait for: the device must run one block more than that at once.
+/// panels of `panel`, a multiple of `tile`, in slabs of `slab`, a multiple of that; `many_tiny` tiny fronts
+/// of a depth are solved with by warps; parts of a tile of the solve take `solve_steps` steps, and so many
+/// tiles may come before parts of theirs, which they wait for: the device must run one block more than that
+/// at once.
 struct PlanCuts {
   Vertex tile, small_rows;
   bool wide_products;
-  Vertex panel = kPanel, panelled = kPanelled, many_tiny = kManyTiny, solve_steps = kSolveSteps;
+  Vertex panel = kPanel, slab = kSlab, panelled = kPanelled, many_tiny = kManyTiny, solve_steps = kSolveSteps;
   Vertex waiting_tiles = 0;
 };
 

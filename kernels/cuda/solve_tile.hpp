@@ -93,6 +93,19 @@ __device__ S triangle_entry(const S& value, int i, int j) {
   return i == j && Unit ? S(1) : (Upper ? j < i : j > i) ? S(0) : value;
 }
 
+// An entry that no one needs again: what has been asked for ahead should stay in the L2 instead.
+__device__ inline double once(const double* place) {
+  return __ldcs(place);
+}
+__device__ inline float once(const float* place) {
+  return __ldcs(place);
+}
+template <class Real>
+__device__ Kokkos::complex<Real> once(const Kokkos::complex<Real>* place) {
+  const Real* parts = reinterpret_cast<const Real*>(place);
+  return {once(parts), once(parts + 1)};
+}
+
 // An entry that another block may be about to write.
 __device__ inline double peek(const double* place) {
   double value;
@@ -133,13 +146,21 @@ __device__ S wait_for(const S* place, S value, int tiles) {
   return value;
 }
 
-/// What the parts of a tile before this one have left, entry `i` of 64 x K.
+/// What the parts of a tile before this one have left, entry `i` of 64 x K: added in
+/// their order, but for one column asked for four at once.
 template <int K, class S>
 __device__ S sum_of_parts(const SolvePart& part, const S* partial, int i) {
+  constexpr int kAtOnce = K == 1 ? 4 : 1;
+  const auto left_by = [&](int p) { return partial + (part.place + p) * (kSolveTile * K) + i; };
   S total = S(0);
-  for (Offset at = part.place; at < part.place + part.parts; ++at) {
-    const S* const from = partial + at * (kSolveTile * K) + i;
-    total += wait_for(from, peek(from), 0);
+  for (int first = 0; first < part.parts; first += kAtOnce) {
+    S value[kAtOnce];
+#pragma unroll
+    for (int j = 0; j < kAtOnce; ++j) value[j] = first + j < part.parts ? peek(left_by(first + j)) : S(0);
+#pragma unroll
+    for (int j = 0; j < kAtOnce; ++j) {
+      if (first + j < part.parts) total += wait_for(left_by(first + j), value[j], 0);
+    }
   }
   return total;
 }

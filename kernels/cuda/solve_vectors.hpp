@@ -91,6 +91,8 @@ __global__ void __launch_bounds__(kVectorThreads)
   static_assert(K == 1 || K == Lanes);
   constexpr int kRows = kVectorThreads / Lanes;
   constexpr int kApart = K == 1 ? Lanes : 1;  // entries of a row that a lane takes
+  // Of them, where rows are long: one of 81 entries has three for each lane.
+  constexpr int kAtOnce = K == 1 && Lanes == kLongRowLanes ? 3 : 1, kUnrolled = kAtOnce > 1 ? 1 : 4;
   const int lane = threadIdx.x % Lanes, column = K == 1 ? 0 : lane;
   using Sum = decltype(widened(*x));
   double error = 0;
@@ -100,21 +102,38 @@ __global__ void __launch_bounds__(kVectorThreads)
     const bool inside = place < n;
     const Offset i = inside && r ? side.index[place] : place;
     const Offset end = inside ? a.offsets[i + 1] : 0;
+    const bool has_right = inside && column < b.count;
+    const Sum right = has_right ? widened(b.data[i + column * b.ld]) : Sum(0);
     Sum sum(0);
     double size = 0;
-#pragma unroll 4
-    for (Offset k = inside ? a.offsets[i] + (K == 1 ? lane : 0) : 0; k < end; k += kApart) {
-      const Sum product = widened(a.values[a.slots ? a.slots[k] : k]) *
-                          widened(x[a.columns[k] * static_cast<Offset>(K) + column]);
-      sum -= product;
-      size += magnitude(product);
+#pragma unroll kUnrolled
+    for (Offset k = inside ? a.offsets[i] + (K == 1 ? lane : 0) : 0; k < end; k += kAtOnce * kApart) {
+      V value[kAtOnce];
+      Vertex unknown[kAtOnce];
+#pragma unroll
+      for (int j = 0; j < kAtOnce; ++j) {
+        const Offset at = k + j * kApart;
+        unknown[j] = at < end ? a.columns[at] : -1;
+        value[j] = at < end ? a.values[a.slots ? a.slots[at] : at] : V(0);
+      }
+      Sum product[kAtOnce];
+#pragma unroll
+      for (int j = 0; j < kAtOnce; ++j) {
+        product[j] = unknown[j] < 0
+                         ? Sum(0)
+                         : widened(value[j]) * widened(x[unknown[j] * static_cast<Offset>(K) + column]);
+      }
+#pragma unroll
+      for (int j = 0; j < kAtOnce; ++j) {
+        sum -= product[j];
+        size += magnitude(product[j]);
+      }
     }
     if constexpr (K == 1) {
       sum = group_sum<Lanes>(sum);
       size = group_sum<Lanes>(size);
     }
-    if (inside && column < b.count) {
-      const Sum right = widened(b.data[i + column * b.ld]);
+    if (has_right) {
       sum += right;
       size += magnitude(right);
       if (floors.part > 0) size += floors.part * floors.largest[column] / side.scale[i];

@@ -10,10 +10,11 @@ namespace {
 
 constexpr double kTolerance = 4000 * std::numeric_limits<double>::epsilon();
 
-const std::vector<cuda::PlanCuts> kCuts{{128, 160, true, 512, 2048, 1, 16, 0},   // as for double
-                                        {64, 96, false, 512, 2048, 10, 1, 131},  // as for complex<double>
-                                        {16, 10, true, 32, 64, 1, 2, 1},  // panels enough for look-ahead
-                                        {32, 0, false, 128, 33, 1000, 3, 5}};
+const std::vector<cuda::PlanCuts> kCuts{
+    {128, 160, true, 512, 2048, 1024, 1, 16, 0},   // as for double
+    {64, 96, false, 512, 2048, 1024, 10, 1, 131},  // as for complex<double>
+    {16, 10, true, 32, 96, 64, 1, 2, 1},           // slabs enough for look-ahead
+    {32, 0, false, 64, 64, 33, 1000, 3, 5}};
 
 /// The same pattern with each diagonal entry larger than the rest of its column: pivots stay where they are.
 StageProblem<double> column_dominant(StageProblem<double> problem) {
@@ -90,7 +91,7 @@ TEST(DevicePlan, ListsGiveTheFactorsOfTrees) {
 // Many enough for wide tiles, and deep enough for the library.
 TEST(DevicePlan, ListsGiveTheFactorsOfLargeFronts) {
   const StageProblem<double> problem = column_dominant(artificial_problem(leaf_and_root(270, 1030), {5}));
-  for (const cuda::PlanCuts& cut : {kCuts[0], cuda::PlanCuts{64, 96, true, 256, 256, 1, 4, 3}}) {
+  for (const cuda::PlanCuts& cut : {kCuts[0], cuda::PlanCuts{64, 96, true, 256, 256, 256, 1, 4, 3}}) {
     const cuda::DevicePlan lists = cuda::make_device_plan(*problem.plan, cut);
     std::set<cuda::Launch::Kind> kinds;
     for (const auto& depth : lists.depths) {

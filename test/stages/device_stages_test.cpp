@@ -309,12 +309,12 @@ TYPED_TEST(DevicePivotsTest, JudgesSuspectPivotsByTheirBorder) {
 }
 
 // Too large for the plain reference: the solution tells.
-TEST(DeviceStages, FactorsFrontsInPanels) {
+TEST(DeviceStages, FactorsFrontsInSlabs) {
   if (!cuda::device_found()) GTEST_SKIP() << "no CUDA device";
   in_engine(1, [&] {
     Engine::use_cuda();
     const StageProblem<double> problem =
-        artificial_problem({{150, 170, 1}, {cuda::kPanelled + 130, 400, 2}, {500, 0, -1}}, {41, 0.02});
+        artificial_problem({{150, 170, 1}, {cuda::kSlab + 130, 400, 2}, {500, 0, -1}}, {41, 0.02});
     const Vertex n = problem.plan->n;
     DeviceBench<double> bench(problem);
     bench.factor(1.5e-8);

@@ -146,8 +146,8 @@ __device__ S wait_for(const S* place, S value, int tiles) {
   return value;
 }
 
-/// What the parts of a tile before this one have left, entry `i` of 64 x K: added in
-/// their order, but for one column asked for four at once.
+/// What the parts of a tile before this one have left, entry `i` of 64 x K: added in their order, for one
+/// column asked for four at once.
 template <int K, class S>
 __device__ S sum_of_parts(const SolvePart& part, const S* partial, int i) {
   constexpr int kAtOnce = K == 1 ? 4 : 1;

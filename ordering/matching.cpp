@@ -10,6 +10,7 @@
 #include "ordering/pairing.hpp"
 #include "ordering/product_matching.hpp"
 #include "ordering/raw_vector.hpp"
+#include "ordering/row_shares.hpp"
 #include "ordering/scaling.hpp"
 
 namespace mfs {
@@ -34,22 +35,20 @@ bool diagonal_is_weak(const Pattern& pattern, const std::vector<Exponent>& expon
 /// One cursor per row walks through its entries as the rows before it ask for theirs: linear time. Each share
 /// of the asking rows has cursors of its own.
 bool pattern_is_nearly_symmetric(const Pattern& pattern, int threads) {
-  constexpr int kMostShares = 8;  // more would spend their time on placing cursors
-  const int shares = std::min(threads, kMostShares);
-  const auto first_row = [&](int share) { return static_cast<Vertex>(Offset{pattern.n} * share / shares); };
-  std::vector<RawVector<Offset>> cursors(shares);
+  const RowShares shares(pattern.n, threads);
+  std::vector<RawVector<Offset>> cursors(shares.count());
   for (RawVector<Offset>& cursor : cursors) cursor.resize(static_cast<std::size_t>(pattern.n));
   Offset mirrored = 0, diagonal = 0;
-#pragma omp parallel for num_threads(shares) schedule(static, 1) reduction(+ : mirrored, diagonal)
-  for (int share = 0; share < shares; ++share) {
+#pragma omp parallel for num_threads(shares.count()) schedule(static, 1) reduction(+ : mirrored, diagonal)
+  for (int share = 0; share < shares.count(); ++share) {
     RawVector<Offset>& cursor = cursors[share];
     const auto columns = pattern.columns.begin();
     for (Vertex j = 0; j < pattern.n; ++j) {
-      cursor[j] =
-          std::lower_bound(columns + pattern.offsets[j], columns + pattern.offsets[j + 1], first_row(share)) -
-          columns;
+      cursor[j] = std::lower_bound(columns + pattern.offsets[j], columns + pattern.offsets[j + 1],
+                                   shares.first_row(share)) -
+                  columns;
     }
-    for (Vertex i = first_row(share); i < first_row(share + 1); ++i) {
+    for (Vertex i = shares.first_row(share); i < shares.first_row(share + 1); ++i) {
       for (Offset k = pattern.offsets[i]; k < pattern.offsets[i + 1]; ++k) {
         const Vertex j = pattern.columns[k];
         diagonal += i == j;

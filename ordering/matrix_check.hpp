@@ -21,22 +21,21 @@ namespace mfs {
 /// unsorted rows; a matrix whose rows are sorted and unique already is only copied. Throws InvalidInput with
 /// argument "rows", "columns", "row_offsets" or "column_indices" and the first place.
 template <class Scalar>
-Pattern check_pattern(const CsrView<Scalar>& matrix, int threads = 1);
+Pattern check_pattern(const CsrView<Scalar>& matrix, int threads);
 
 /// Throws PatternChanged with the first row that differs unless `matrix` has, entry by entry, the pattern
 /// that `pattern` was made from; InvalidInput where an array is missing. Allocates nothing.
 template <class Scalar>
-void check_same_pattern(const Pattern& pattern, const CsrView<Scalar>& matrix, int threads = 1);
+void check_same_pattern(const Pattern& pattern, const CsrView<Scalar>& matrix, int threads);
 
 /// Throws InvalidInput("values") with the row and column of the first NaN or infinity, or where there are no
 /// values. `matrix` must have passed check_pattern or check_same_pattern. Allocates nothing.
 template <class Scalar>
-void check_values(const CsrView<Scalar>& matrix, int threads = 1);
+void check_values(const CsrView<Scalar>& matrix, int threads);
 
 /// slot_values[pattern.nnz()] = the values of `matrix`, duplicates summed in the caller's order. Allocates
 /// nothing. Throws InvalidInput("values") with the first row in which such a sum is no longer finite.
 template <class Scalar>
-void sum_into_slots(const Pattern& pattern, const CsrView<Scalar>& matrix, Scalar* slot_values,
-                    int threads = 1);
+void sum_into_slots(const Pattern& pattern, const CsrView<Scalar>& matrix, Scalar* slot_values, int threads);
 
 }  // namespace mfs

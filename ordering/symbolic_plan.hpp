@@ -102,6 +102,6 @@ struct SymbolicPlan {
 /// The same for any number of threads. Throws InvalidInput("tree", row, column) when an entry joins two
 /// branches of the tree.
 SymbolicPlan make_symbolic_plan(const Pattern& pattern, const std::vector<Vertex>& row_order,
-                                const SeparatorTree& tree, Vertex max_block_size, int threads = 1);
+                                const SeparatorTree& tree, Vertex max_block_size, int threads);
 
 }  // namespace mfs

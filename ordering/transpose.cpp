@@ -1,26 +1,21 @@
 #include "ordering/transpose.hpp"
 
-#include <algorithm>
 #include <utility>
 
+#include "ordering/row_shares.hpp"
+
 namespace mfs {
-namespace {
-
-/// More threads than this would cost more memory for their counters than they save time.
-constexpr int kMostShares = 8;
-
-}  // namespace
 
 // Each share of the rows counts its entries by column; sums over shares and columns tell each share where its
 // entries of a column begin.
 TransposedPattern transpose(const Pattern& pattern, int threads) {
-  const int shares = std::min(threads, kMostShares);
+  const RowShares shares(pattern.n, threads);
   const std::size_t n = static_cast<std::size_t>(pattern.n);
-  const auto first_row = [&](int share) { return static_cast<Vertex>(Offset{pattern.n} * share / shares); };
-  std::vector<std::vector<Offset>> next(shares, std::vector<Offset>(n, 0));  // by share, by column
-#pragma omp parallel for num_threads(shares) schedule(static, 1)
-  for (int share = 0; share < shares; ++share) {
-    const Offset begin = pattern.offsets[first_row(share)], end = pattern.offsets[first_row(share + 1)];
+  std::vector<std::vector<Offset>> next(shares.count(), std::vector<Offset>(n, 0));  // by share, by column
+#pragma omp parallel for num_threads(shares.count()) schedule(static, 1)
+  for (int share = 0; share < shares.count(); ++share) {
+    const Offset begin = pattern.offsets[shares.first_row(share)],
+                 end = pattern.offsets[shares.first_row(share + 1)];
     for (Offset slot = begin; slot < end; ++slot) ++next[share][pattern.columns[slot]];
   }
 
@@ -34,9 +29,9 @@ TransposedPattern transpose(const Pattern& pattern, int threads) {
 
   result.columns.resize(pattern.columns.size());
   result.slots.resize(pattern.columns.size());
-#pragma omp parallel for num_threads(shares) schedule(static, 1)
-  for (int share = 0; share < shares; ++share) {
-    for (Vertex row = first_row(share); row < first_row(share + 1); ++row) {
+#pragma omp parallel for num_threads(shares.count()) schedule(static, 1)
+  for (int share = 0; share < shares.count(); ++share) {
+    for (Vertex row = shares.first_row(share); row < shares.first_row(share + 1); ++row) {
       for (Offset slot = pattern.offsets[row]; slot < pattern.offsets[row + 1]; ++slot) {
         const Offset k = next[share][pattern.columns[slot]]++;
         result.columns[k] = row;

@@ -91,7 +91,7 @@ StageProblem<double> artificial_problem(const std::vector<FrontShape>& shapes,
   problem.values = matrix.values;
   problem.pattern = std::make_shared<Pattern>(pattern_of(matrix));
   problem.plan = std::make_shared<SymbolicPlan>(
-      make_symbolic_plan(*problem.pattern, row_order, tree, options.max_block_size));
+      make_symbolic_plan(*problem.pattern, row_order, tree, options.max_block_size, 1));
   return problem;
 }
 
@@ -131,7 +131,7 @@ StageProblem<double> matrix_problem(const SparseMatrix& matrix, const SeparatorT
   problem.column_scale.assign(matrix.n, 1.0);
   problem.pattern = std::make_shared<Pattern>(pattern_of(matrix));
   problem.plan =
-      std::make_shared<SymbolicPlan>(make_symbolic_plan(*problem.pattern, {}, tree, max_block_size));
+      std::make_shared<SymbolicPlan>(make_symbolic_plan(*problem.pattern, {}, tree, max_block_size, 1));
   return problem;
 }
 

@@ -56,7 +56,7 @@ TEST(PlanCounts, FillIsExactWhereEveryUnknownIsAFront) {
   for (const auto& [name, pattern] : small_patterns()) {
     SCOPED_TRACE(name);
     const SeparatorTree tree = one_unknown_per_front(pattern);
-    const SymbolicPlan plan = make_symbolic_plan(pattern, {}, tree, 64);
+    const SymbolicPlan plan = make_symbolic_plan(pattern, {}, tree, 64, 1);
     const auto filled = symmetric_pattern(pattern, {}, tree.order);
     EXPECT_EQ(plan.nnz_factor, factor_entries(filled));
     EXPECT_EQ(borders_of(plan), eliminate_fronts(filled, tree.node_begin));
@@ -70,7 +70,7 @@ TEST(PlanCounts, FillCoversEliminationWhereFrontsAreMerged) {
       AnalysisOptions options;
       options.leaf_size = leaf_size;
       const SeparatorTree tree = order_matrix(pattern, MatchedScaling(), options, 1);
-      const SymbolicPlan plan = make_symbolic_plan(pattern, {}, tree, 64);
+      const SymbolicPlan plan = make_symbolic_plan(pattern, {}, tree, 64, 1);
       const auto filled = symmetric_pattern(pattern, {}, tree.order);
       EXPECT_GE(plan.nnz_factor, factor_entries(filled));
       EXPECT_EQ(borders_of(plan), eliminate_fronts(filled, tree.node_begin));
@@ -230,7 +230,7 @@ TEST(PlanCounts, EntryBetweenBranchesIsRefused) {
   const SparseMatrix a = from_entries_summed(3, {{0, 0, 1}, {1, 1, 1}, {2, 2, 1}, {1, 0, 1}});
   const SeparatorTree tree{{0, 1, 2}, {0, 1, 2, 3}, {2, 2, -1}};
   try {
-    make_symbolic_plan(pattern_of(a), {}, tree, 64);
+    make_symbolic_plan(pattern_of(a), {}, tree, 64, 1);
     FAIL();
   } catch (const InvalidInput& error) {
     EXPECT_EQ(error.argument(), "tree");

@@ -24,7 +24,7 @@ using ::testing::IsEmpty;
 
 MatchedScaling match(Vertex n, const Entries& entries, const AnalysisOptions& options = {}) {
   const Matrix<double> a = matrix_of(n, entries);
-  return match_and_scale(check_pattern(a.view()), a.values.data(), options, 1);
+  return match_and_scale(check_pattern(a.view(), 1), a.values.data(), options, 1);
 }
 
 /// The scaled entry; the scales are multiplied first, as the header asks for.
@@ -151,7 +151,7 @@ std::vector<Vertex> pairs_of_ring(const std::vector<int>& edges, const std::vect
     if (diagonal[t] != kZeroEntry) entries[{t, t}] = std::ldexp(1.0, diagonal[t]);
   }
   const Matrix<double> a = matrix_of(n, entries);
-  const Pattern p = check_pattern(a.view());
+  const Pattern p = check_pattern(a.view(), 1);
   return pair_unknowns(p, exponents_of(a.values.data(), p.nnz(), 1), PowerScaling(n), row_of_column).pair;
 }
 
@@ -331,7 +331,7 @@ TEST(Matching, LargestProductAgainstTrying) {
     const double best = best_product_by_trying(n, entries);
     if (std::isinf(best)) continue;
     const Matrix<double> a = matrix_of(n, entries);
-    const Pattern p = check_pattern(a.view());
+    const Pattern p = check_pattern(a.view(), 1);
     std::vector<Cost> costs;
     for (const double value : a.values)
       costs.push_back(static_cast<Cost>(-std::lround(std::log2(value) * kCostOfTwo)));
@@ -466,7 +466,7 @@ TEST(Matching, ComplexAndSinglePrecisionAgreeWithDouble) {
   const Vertex n = 50;
   const Entries entries = random_entries(generator, n, 4.0, 0.8, false);
   const Matrix<double> a = matrix_of(n, entries);
-  const Pattern p = check_pattern(a.view());
+  const Pattern p = check_pattern(a.view(), 1);
   const MatchedScaling reference = match_and_scale(p, a.values.data(), {}, 1);
   std::vector<std::complex<double>> turned(a.values.begin(), a.values.end());
   for (auto& value : turned) value *= std::complex<double>(0.0, 1.0);
@@ -491,7 +491,7 @@ TEST(Matching, TheSameForAnyNumberOfThreads) {
       if (symmetric) entries[{i, (i + 7) % n}] = 0.1;
     }
     const Matrix<double> a = matrix_of(n, entries);
-    const Pattern p = check_pattern(a.view());
+    const Pattern p = check_pattern(a.view(), 1);
     const MatchedScaling one = match_and_scale(p, a.values.data(), {}, 1);
     EXPECT_NE(one.pair.empty(), symmetric);
     for (const int threads : {2, 4, 13}) {

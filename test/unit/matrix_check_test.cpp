@@ -54,111 +54,123 @@ TYPED_TEST_SUITE(MatrixCheckWidths, AllWidths);
 TYPED_TEST(MatrixCheckWidths, SortedRowsAreCopiedWithoutSlots) {
   const Matrix<double, typename TypeParam::Offsets, typename TypeParam::Columns> a{
       {0, 2, 2, 4}, {0, 2, 1, 2}, {1, 2, 3, 4}};
-  const Pattern p = check_pattern(a.view());
+  const Pattern p = check_pattern(a.view(), 1);
   EXPECT_EQ(p.n, 3);
   EXPECT_EQ(p.num_entries, 4);
   EXPECT_THAT(p.offsets, ElementsAre(0, 2, 2, 4));
   EXPECT_THAT(p.columns, ElementsAre(0, 2, 1, 2));
   EXPECT_THAT(p.slot_of_entry, IsEmpty());
-  EXPECT_NO_THROW(check_same_pattern(p, a.view()));
+  EXPECT_NO_THROW(check_same_pattern(p, a.view(), 1));
 }
 
 TYPED_TEST(MatrixCheckWidths, UnsortedRowsAndDuplicatesGetSlots) {
   const Matrix<double, typename TypeParam::Offsets, typename TypeParam::Columns> a{
       {0, 3, 6, 6, 7}, {3, 1, 3, 0, 2, 1, 3}, {1, 2, 4, 8, 16, 32, 64}};
-  const Pattern p = check_pattern(a.view());
+  const Pattern p = check_pattern(a.view(), 1);
   EXPECT_EQ(p.num_entries, 7);
   EXPECT_THAT(p.offsets, ElementsAre(0, 2, 5, 5, 6));
   EXPECT_THAT(p.columns, ElementsAre(1, 3, 0, 1, 2, 3));
   EXPECT_THAT(p.slot_of_entry, ElementsAre(1, 0, 1, 2, 4, 3, 5));
   std::vector<double> slots(6, -1.0);
-  sum_into_slots(p, a.view(), slots.data());
+  sum_into_slots(p, a.view(), slots.data(), 1);
   EXPECT_THAT(slots, ElementsAre(2, 5, 8, 32, 16, 64));
-  EXPECT_NO_THROW(check_same_pattern(p, a.view()));
+  EXPECT_NO_THROW(check_same_pattern(p, a.view(), 1));
 }
 
 TYPED_TEST(MatrixCheckWidths, ChangedPatternNamesTheFirstRow) {
   using M = Matrix<double, typename TypeParam::Offsets, typename TypeParam::Columns>;
   const M a{{0, 2, 3, 5}, {0, 2, 1, 0, 2}, {1, 1, 1, 1, 1}};
-  const Pattern p = check_pattern(a.view());
-  expect_changed([&] { check_same_pattern(p, M{{0, 2, 3, 5}, {0, 2, 1, 1, 2}, {1, 1, 1, 1, 1}}.view()); }, 2);
-  expect_changed([&] { check_same_pattern(p, M{{0, 2, 4, 5}, {0, 2, 0, 1, 2}, {1, 1, 1, 1, 1}}.view()); }, 1);
+  const Pattern p = check_pattern(a.view(), 1);
   expect_changed(
       [&] {
-        check_same_pattern(p, M{{0, 2, 3, 6}, {0, 2, 1, 0, 1, 2}, {1, 1, 1, 1, 1, 1}}.view());
+        check_same_pattern(p, M{{0, 2, 3, 5}, {0, 2, 1, 1, 2}, {1, 1, 1, 1, 1}}.view(), 1);
       },
       2);
-  expect_changed([&] { check_same_pattern(p, M{{0, 2, 3}, {0, 1, 1}, {1, 1, 1}}.view()); }, 2);
+  expect_changed(
+      [&] {
+        check_same_pattern(p, M{{0, 2, 4, 5}, {0, 2, 0, 1, 2}, {1, 1, 1, 1, 1}}.view(), 1);
+      },
+      1);
+  expect_changed(
+      [&] {
+        check_same_pattern(p, M{{0, 2, 3, 6}, {0, 2, 1, 0, 1, 2}, {1, 1, 1, 1, 1, 1}}.view(), 1);
+      },
+      2);
+  expect_changed([&] { check_same_pattern(p, M{{0, 2, 3}, {0, 1, 1}, {1, 1, 1}}.view(), 1); }, 2);
 }
 
 TYPED_TEST(MatrixCheckWidths, ChangedUnsortedPatternNamesTheFirstRow) {
   using M = Matrix<double, typename TypeParam::Offsets, typename TypeParam::Columns>;
   const M a{{0, 3, 3, 5}, {2, 0, 2, 2, 1}, {1, 1, 1, 1, 1}};
-  const Pattern p = check_pattern(a.view());
-  EXPECT_NO_THROW(check_same_pattern(p, a.view()));
-  expect_changed([&] { check_same_pattern(p, M{{0, 3, 3, 5}, {2, 0, 2, 2, 0}, a.values}.view()); }, 2);
-  expect_changed([&] { check_same_pattern(p, M{{0, 3, 4, 5}, {2, 0, 2, 2, 1}, a.values}.view()); }, 1);
-  expect_changed([&] { check_same_pattern(p, M{{0, 2, 3, 5}, {2, 0, 2, 2, 1}, a.values}.view()); }, 0);
-  expect_changed([&] { check_same_pattern(p, M{{0, 3, 3, 4}, {2, 0, 2, 2}, {1, 1, 1, 1}}.view()); }, 2);
-  expect_changed([&] { check_same_pattern(p, M{{0, 3, 2, 5}, {2, 0, 2, 2, 1}, a.values}.view()); }, 1);
+  const Pattern p = check_pattern(a.view(), 1);
+  EXPECT_NO_THROW(check_same_pattern(p, a.view(), 1));
+  expect_changed([&] { check_same_pattern(p, M{{0, 3, 3, 5}, {2, 0, 2, 2, 0}, a.values}.view(), 1); }, 2);
+  expect_changed([&] { check_same_pattern(p, M{{0, 3, 4, 5}, {2, 0, 2, 2, 1}, a.values}.view(), 1); }, 1);
+  expect_changed([&] { check_same_pattern(p, M{{0, 2, 3, 5}, {2, 0, 2, 2, 1}, a.values}.view(), 1); }, 0);
+  expect_changed([&] { check_same_pattern(p, M{{0, 3, 3, 4}, {2, 0, 2, 2}, {1, 1, 1, 1}}.view(), 1); }, 2);
+  expect_changed([&] { check_same_pattern(p, M{{0, 3, 2, 5}, {2, 0, 2, 2, 1}, a.values}.view(), 1); }, 1);
 }
 
 TEST(MatrixCheck, ShapeIsRefused) {
   const Matrix<double> a{{0, 1}, {0}, {1}};
   CsrView<double> view = a.view();
   view.rows = -1;
-  expect_invalid([&] { check_pattern(view); }, "rows", -1, -1);
+  expect_invalid([&] { check_pattern(view, 1); }, "rows", -1, -1);
   view = a.view();
   view.columns = -1;
-  expect_invalid([&] { check_pattern(view); }, "columns", -1, -1);
+  expect_invalid([&] { check_pattern(view, 1); }, "columns", -1, -1);
   view.columns = 2;
-  expect_invalid([&] { check_pattern(view); }, "columns", -1, -1);
+  expect_invalid([&] { check_pattern(view, 1); }, "columns", -1, -1);
   view.rows = view.columns = 0;
-  expect_invalid([&] { check_pattern(view); }, "rows", -1, -1);
+  expect_invalid([&] { check_pattern(view, 1); }, "rows", -1, -1);
   view.rows = view.columns = std::int64_t(1) << 31;
-  expect_invalid([&] { check_pattern(view); }, "rows", -1, -1);
+  expect_invalid([&] { check_pattern(view, 1); }, "rows", -1, -1);
 }
 
 TEST(MatrixCheck, NullPointersAreRefused) {
   const Matrix<double> a{{0, 1}, {0}, {1}};
   CsrView<double> view = a.view();
   view.row_offsets = IndexSpan();
-  expect_invalid([&] { check_pattern(view); }, "row_offsets", -1, -1);
+  expect_invalid([&] { check_pattern(view, 1); }, "row_offsets", -1, -1);
   view = a.view();
   view.column_indices = IndexSpan();
-  expect_invalid([&] { check_pattern(view); }, "column_indices", -1, -1);
+  expect_invalid([&] { check_pattern(view, 1); }, "column_indices", -1, -1);
   view = a.view();
   view.values = nullptr;
-  EXPECT_NO_THROW(check_pattern(view));
-  expect_invalid([&] { check_values(view); }, "values", -1, -1);
-  const Pattern p = check_pattern(a.view());
+  EXPECT_NO_THROW(check_pattern(view, 1));
+  expect_invalid([&] { check_values(view, 1); }, "values", -1, -1);
+  const Pattern p = check_pattern(a.view(), 1);
   view.row_offsets = IndexSpan();
-  expect_invalid([&] { check_same_pattern(p, view); }, "row_offsets", -1, -1);
+  expect_invalid([&] { check_same_pattern(p, view, 1); }, "row_offsets", -1, -1);
   view = a.view();
   view.column_indices = IndexSpan();
-  expect_invalid([&] { check_same_pattern(p, view); }, "column_indices", -1, -1);
+  expect_invalid([&] { check_same_pattern(p, view, 1); }, "column_indices", -1, -1);
 }
 
 TEST(MatrixCheck, EmptyRowsNeedNoColumns) {
   const std::vector<std::int32_t> offsets{0, 0, 0};
   const CsrView<double> view{2, 2, offsets.data(), IndexSpan(), nullptr};
-  const Pattern p = check_pattern(view);
+  const Pattern p = check_pattern(view, 1);
   EXPECT_EQ(p.nnz(), 0);
-  EXPECT_NO_THROW(check_same_pattern(p, view));
-  EXPECT_NO_THROW(check_values(view));
+  EXPECT_NO_THROW(check_same_pattern(p, view, 1));
+  EXPECT_NO_THROW(check_values(view, 1));
 }
 
 TEST(MatrixCheck, OffsetsAreRefused) {
-  expect_invalid([] { check_pattern(Matrix<double>{{1, 2}, {0, 0}, {1, 1}}.view()); }, "row_offsets", 0, -1);
   expect_invalid(
       [] {
-        check_pattern(Matrix<double>{{0, 2, 1}, {0, 1}, {1, 1}}.view());
+        check_pattern(Matrix<double>{{1, 2}, {0, 0}, {1, 1}}.view(), 1);
+      },
+      "row_offsets", 0, -1);
+  expect_invalid(
+      [] {
+        check_pattern(Matrix<double>{{0, 2, 1}, {0, 1}, {1, 1}}.view(), 1);
       },
       "row_offsets", 1, -1);
   const std::int32_t overflowed = std::numeric_limits<std::int32_t>::min();
   expect_invalid(
       [&] {
-        check_pattern(Matrix<double>{{0, 1, overflowed}, {0}, {1}}.view());
+        check_pattern(Matrix<double>{{0, 1, overflowed}, {0}, {1}}.view(), 1);
       },
       "row_offsets", 1, -1);
 }
@@ -166,19 +178,19 @@ TEST(MatrixCheck, OffsetsAreRefused) {
 TEST(MatrixCheck, ColumnsOutsideAreRefusedAtTheFirstPlace) {
   expect_invalid(
       [] {
-        check_pattern(Matrix<double>{{0, 1, 3}, {0, 1, 2}, {1, 1, 1}}.view());
+        check_pattern(Matrix<double>{{0, 1, 3}, {0, 1, 2}, {1, 1, 1}}.view(), 1);
       },
       "column_indices", 1, 2);
   expect_invalid(
       [] {
-        check_pattern(Matrix<double>{{0, 1, 3}, {-7, 2, 1}, {1, 1, 1}}.view());
+        check_pattern(Matrix<double>{{0, 1, 3}, {-7, 2, 1}, {1, 1, 1}}.view(), 1);
       },
       "column_indices", 0, -7);
   const std::int64_t huge = std::int64_t(1) << 40;
   using Wide = Matrix<double, std::int64_t, std::int64_t>;
   expect_invalid(
       [&] {
-        check_pattern(Wide{{0, 1, 2}, {0, huge}, {1, 1}}.view());
+        check_pattern(Wide{{0, 1, 2}, {0, huge}, {1, 1}}.view(), 1);
       },
       "column_indices", 1, huge);
 }
@@ -194,7 +206,7 @@ TEST(MatrixCheck, FirstBadPlaceIsTheSameForAnyNumberOfThreads) {
     expect_invalid([&] { check_pattern(a.view(), threads); }, "column_indices", 1234, n);
   }
   a.columns.assign(n, 0);
-  const Pattern p = check_pattern(a.view());
+  const Pattern p = check_pattern(a.view(), 1);
   a.columns[4321] = a.columns[1234] = 1;
   for (const int threads : {1, 2, 4}) {
     expect_changed([&] { check_same_pattern(p, a.view(), threads); }, 1234);
@@ -212,29 +224,29 @@ TYPED_TEST_SUITE(MatrixCheckScalars, AllScalars);
 TYPED_TEST(MatrixCheckScalars, ValuesThatAreNotFiniteAreRefused) {
   using Real = decltype(std::abs(TypeParam()));
   Matrix<TypeParam> a{{0, 0, 2, 3}, {2, 0, 1}, {TypeParam(1), TypeParam(0), TypeParam(-3)}};
-  EXPECT_NO_THROW(check_values(a.view()));
+  EXPECT_NO_THROW(check_values(a.view(), 1));
   a.values[1] = TypeParam(std::numeric_limits<Real>::max());
-  EXPECT_NO_THROW(check_values(a.view()));
+  EXPECT_NO_THROW(check_values(a.view(), 1));
   a.values[1] = TypeParam(std::numeric_limits<Real>::infinity());
-  expect_invalid([&] { check_values(a.view()); }, "values", 1, 0);
+  expect_invalid([&] { check_values(a.view(), 1); }, "values", 1, 0);
   a.values[1] = TypeParam(std::numeric_limits<Real>::quiet_NaN());
-  expect_invalid([&] { check_values(a.view()); }, "values", 1, 0);
+  expect_invalid([&] { check_values(a.view(), 1); }, "values", 1, 0);
   a.values[1] = TypeParam(0);
   a.values[2] = TypeParam(-std::numeric_limits<Real>::infinity());
-  expect_invalid([&] { check_values(a.view()); }, "values", 2, 1);
+  expect_invalid([&] { check_values(a.view(), 1); }, "values", 2, 1);
 }
 
 TEST(MatrixCheck, ImaginaryPartsAreLookedAt) {
   Matrix<std::complex<double>> a{{0, 1}, {0}, {{1.0, std::numeric_limits<double>::infinity()}}};
-  expect_invalid([&] { check_values(a.view()); }, "values", 0, 0);
+  expect_invalid([&] { check_values(a.view(), 1); }, "values", 0, 0);
 }
 
 TEST(MatrixCheck, ASumThatOverflowsIsRefused) {
   const double big = std::numeric_limits<double>::max();
   const Matrix<double> a{{0, 1, 3}, {0, 1, 1}, {1, big, big}};
-  const Pattern p = check_pattern(a.view());
+  const Pattern p = check_pattern(a.view(), 1);
   std::vector<double> slots(p.nnz());
-  expect_invalid([&] { sum_into_slots(p, a.view(), slots.data()); }, "values", 1, -1);
+  expect_invalid([&] { sum_into_slots(p, a.view(), slots.data(), 1); }, "values", 1, -1);
 }
 
 TEST(MatrixCheck, RandomRowsAgainstSets) {
@@ -266,7 +278,7 @@ TEST(MatrixCheck, RandomRowsAgainstSets) {
         ASSERT_EQ(slots[k++], value);
       }
     }
-    ASSERT_NO_THROW(check_same_pattern(p, a.view()));
+    ASSERT_NO_THROW(check_same_pattern(p, a.view(), 1));
   }
 }
 

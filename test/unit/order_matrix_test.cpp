@@ -24,7 +24,7 @@ struct Ordered {
 
 Ordered order(Vertex n, const Entries& entries, const AnalysisOptions& options = {}, int threads = 1) {
   const Matrix<double> a = matrix_of(n, entries);
-  const Pattern pattern = check_pattern(a.view());
+  const Pattern pattern = check_pattern(a.view(), 1);
   Ordered result;
   result.matched = match_and_scale(pattern, a.values.data(), options, threads);
   result.tree = order_matrix(pattern, result.matched, options, threads);

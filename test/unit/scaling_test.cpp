@@ -37,7 +37,7 @@ TEST(Scaling, EachRowAndColumnGetsALargestEntryNearOne) {
     }
     for (auto& [place, value] : entries) value *= left[place.first] * right[place.second];
     const Matrix<double> a = matrix_of(n, entries);
-    const Pattern p = check_pattern(a.view());
+    const Pattern p = check_pattern(a.view(), 1);
     const auto exponents = exponents_of(a.values.data(), p.nnz(), 1);
     PowerScaling scaling(n);
     equilibrate(p, exponents, 1, scaling);
@@ -55,7 +55,7 @@ TEST(Scaling, EachRowAndColumnGetsALargestEntryNearOne) {
 
 TEST(Scaling, ZeroRowsAndColumnsKeepTheirScale) {
   const Matrix<double> a = matrix_of(3, {{{0, 0}, 1024.0}, {{1, 1}, 0.0}, {{2, 0}, 1.0}});
-  const Pattern p = check_pattern(a.view());
+  const Pattern p = check_pattern(a.view(), 1);
   const auto exponents = exponents_of(a.values.data(), p.nnz(), 1);
   PowerScaling scaling(3);
   equilibrate(p, exponents, 1, scaling);
@@ -71,7 +71,7 @@ TEST(Scaling, SymmetricMatricesGetEqualScalesForRowsAndColumns) {
   for (const auto& [place, value] : entries) mirrored[{place.second, place.first}] = value * 1e6;
   for (const auto& [place, value] : mirrored) entries[{place.second, place.first}] = entries[place] = value;
   const Matrix<double> a = matrix_of(40, entries);
-  const Pattern p = check_pattern(a.view());
+  const Pattern p = check_pattern(a.view(), 1);
   PowerScaling scaling(40);
   equilibrate(p, exponents_of(a.values.data(), p.nnz(), 1), 1, scaling);
   EXPECT_EQ(scaling.row, scaling.column);

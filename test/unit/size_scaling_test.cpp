@@ -53,7 +53,7 @@ TEST(SizeScaling, SizesOfRowsAndLargestEntriesOfColumnsBecomeOne) {
   for (unsigned seed = 0; seed < 50; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     const GradedSystem system = graded_system(seed);
-    const Pattern p = check_pattern(system.a.view());
+    const Pattern p = check_pattern(system.a.view(), 1);
     const double* values = system.a.values.data();
     const PowerScaling scaling = scaling_by_size(p, values, system.b.data(), false, 1);
     for (Vertex i = 0; i < p.n; ++i) {
@@ -73,9 +73,9 @@ TEST(SizeScaling, OfTheTransposedMatrix) {
     const GradedSystem system = graded_system(seed);
     const double* b = system.b.data();
     const PowerScaling plain =
-        scaling_by_size(check_pattern(system.a.view()), system.a.values.data(), b, false, 1);
+        scaling_by_size(check_pattern(system.a.view(), 1), system.a.values.data(), b, false, 1);
     const PowerScaling transposed =
-        scaling_by_size(check_pattern(system.at.view()), system.at.values.data(), b, true, 1);
+        scaling_by_size(check_pattern(system.at.view(), 1), system.at.values.data(), b, true, 1);
     EXPECT_EQ(plain.row, transposed.column);
     EXPECT_EQ(plain.column, transposed.row);
   }
@@ -88,7 +88,7 @@ TEST(SizeScaling, OfTheTransposedMatrix) {
 TEST(SizeScaling, RowsWithoutSizeAreScaledByTheirEntries) {
   const Matrix<double> a = matrix_of(2, {{{0, 0}, 8.0}, {{0, 1}, 2.0}, {{1, 1}, 64.0}});
   const double b[] = {32, 0};
-  const PowerScaling scaling = scaling_by_size(check_pattern(a.view()), a.values.data(), b, false, 1);
+  const PowerScaling scaling = scaling_by_size(check_pattern(a.view(), 1), a.values.data(), b, false, 1);
   EXPECT_EQ(scaling.row, (std::vector<std::int32_t>{-5, -10}));
   EXPECT_EQ(scaling.column, (std::vector<std::int32_t>{2, 4}));
 }

@@ -47,7 +47,7 @@ inline Matrix<double> matrix_of(Vertex n, const Entries& entries) {
 }
 
 inline Pattern pattern_of(Vertex n, const Entries& entries) {
-  return check_pattern(matrix_of(n, entries).view());
+  return check_pattern(matrix_of(n, entries).view(), 1);
 }
 
 /// Both directions of each edge and, unless told otherwise, the diagonal.

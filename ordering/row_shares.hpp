@@ -1,0 +1,23 @@
+// Rows dealt to threads in equal shares, for passes in which each share has an array as long as the matrix.
+#pragma once
+
+#include <algorithm>
+
+#include "ordering/types.hpp"
+
+namespace mfs {
+
+class RowShares {
+ public:
+  RowShares(Vertex rows, int threads) : rows_(rows), count_(std::min(threads, kMost)) {}
+  int count() const { return count_; }
+  /// Share k has the rows first_row(k) ... first_row(k + 1) - 1.
+  Vertex first_row(int k) const { return static_cast<Vertex>(Offset{rows_} * k / count_); }
+
+ private:
+  static constexpr int kMost = 8;  // the arrays of more would cost more time than their threads save
+  Vertex rows_;
+  int count_;
+};
+
+}  // namespace mfs

@@ -49,7 +49,8 @@ class MFS : public SolverCore<Amesos2::MFS, Matrix, Vector> {
 
   /// The next numericFactorization takes these values, in memory of the CUDA device, instead of those of the
   /// matrix, whose entries they belong to in its order; the pattern is not compared. `stream`, a
-  /// cudaStream_t, is where they become what they are. Throws mfs::StateError unless takesDeviceValues().
+  /// cudaStream_t, is where they become what they are. Throws mfs::StateError unless takesDeviceValues(), and
+  /// mfs::InvalidInput for a null pointer.
   void setDeviceValues(const double* values, void* stream = nullptr);
   /// On one rank, with "Backend" "cuda", once a matrix has been factored: matching needs its values on the
   /// host.

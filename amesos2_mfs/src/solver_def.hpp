@@ -173,6 +173,7 @@ template <class Matrix, class Vector>
 void MFS<Matrix, Vector>::setDeviceValues(const double* values, void* stream) {
   if (!takesDeviceValues())
     throw mfs::StateError("setDeviceValues: only on one rank, with Backend cuda, after a factorization");
+  if (values == nullptr) throw mfs::InvalidInput("values", "null pointer");
   impl_->given_values = {values, stream, nullptr};
 }
 

@@ -50,6 +50,7 @@ TEST_F(DeviceValuesTest, AreTakenOnceAndThenTheMatrixAgain) {
   EXPECT_THROW(solver_->setDeviceValues(nullptr), mfs::StateError);
   solver_->symbolicFactorization().numericFactorization();
   EXPECT_LT(distance(1.0), kSmall);
+  EXPECT_THROW(solver_->setDeviceValues(nullptr), mfs::InvalidInput);
   for (const double factor : {2.0, -0.5}) {
     std::vector<double> scaled = values();
     for (double& value : scaled) value *= factor;

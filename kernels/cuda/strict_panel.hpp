@@ -42,6 +42,32 @@ struct PanelExchange {
   }
 };
 
+// Keeps the compiler from loading everything that follows at once, for which there are no registers.
+__device__ inline void hold_loads() {
+  asm volatile("" ::: "memory");
+}
+
+// x := L^-1 x for the unit lower triangle L of a panel; the panel's columns of x lie together.
+template <class S>
+__device__ void solve_panel_column(const S* lower, int ld, int width, S* x) {
+  S solved[kPanelColumns];
+#pragma unroll
+  for (int k = 0; k < kPanelColumns; ++k) solved[k] = k < width ? x[k] : S(0);
+#pragma unroll
+  for (int k = 0; k < kPanelColumns - 1; ++k) {
+    if (k >= width) break;
+    hold_loads();
+#pragma unroll
+    for (int i = k + 1; i < kPanelColumns; ++i) {
+      if (i < width) solved[i] -= lower[i + k * ld] * solved[k];
+    }
+  }
+#pragma unroll
+  for (int k = 0; k < kPanelColumns; ++k) {
+    if (k < width) x[k] = solved[k];
+  }
+}
+
 /// Columns [k, k + s) of a front, s at most kTile, rows [k, p), by all threads of a block.
 template <class S, class Value>
 class StrictPanels {

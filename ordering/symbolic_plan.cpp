@@ -3,6 +3,7 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <numeric>
 #include <string>
 #include <tuple>
 
@@ -233,7 +234,7 @@ class PlanBuilder {
         next += aligned(p * plan_.lower_ld(f));
         plan_.upper_begin[f] = next;
         next += aligned(p * b);
-        contribution[k] += aligned(b * plan_.contribution_ld(f));
+        contribution[k] += contribution_entries(f);
         plan_.nnz_factor += p * p + 2 * p * b;
         plan_.max_front = std::max(plan_.max_front, static_cast<Vertex>(p + b));
       }
@@ -243,28 +244,68 @@ class PlanBuilder {
     place_contributions(factors_end, contribution);
   }
 
+  // From the last step back, so that it is known what a block must keep clear of: the factors up to the step
+  // that reads it, and that step's own blocks.
   void place_contributions(const std::vector<Offset>& factors_end, const std::vector<Offset>& contribution) {
-    // Behind the factors of the step in which they are read.
-    const auto left = [&](Vertex k) { return factors_end[std::min(k + 1, plan_.num_depths - 1)]; };
-    const auto entries =
-        [&](Vertex first_left) {  // of the region, if steps first_left, first_left + 2... go left
-          Offset most = plan_.factor_entries;
-          for (Vertex k = first_left; k < plan_.num_depths; k += 2) {
-            const Offset before = k > 0 ? contribution[k - 1] : 0;
-            const Offset after = k + 1 < plan_.num_depths ? contribution[k + 1] : 0;
-            most = std::max(most, left(k) + contribution[k] + std::max(before, after));
-          }
-          return most;
-        };
-    const Vertex first_left = entries(0) <= entries(1) ? 0 : 1;
-    plan_.storage_entries = entries(first_left);
-    for (Vertex k = 0; k < plan_.num_depths; ++k) {
-      Offset place = k % 2 == first_left ? left(k) : plan_.storage_entries - contribution[k];
-      for (Vertex f = plan_.depth_begin[k]; f < plan_.depth_begin[k + 1]; ++f) {
-        plan_.contribution_begin[f] = place;
-        place += aligned(static_cast<Offset>(plan_.border_rows(f)) * plan_.contribution_ld(f));
-      }
+    plan_.storage_entries = plan_.factor_entries;
+    for (Vertex k = 1; k < plan_.num_depths; ++k) {
+      const Offset live = factors_end[k] + contribution[k] + contribution[k - 1];
+      plan_.storage_entries = std::max(plan_.storage_entries, live);
     }
+    for (Vertex k = plan_.num_depths - 2; k >= 0; --k)
+      place_step(k, contribution[k], gaps_beside(k + 1, factors_end[k + 1]));
+  }
+
+  struct Gap {
+    Offset begin, end;
+    Offset entries() const { return end - begin; }
+  };
+
+  // Of the region from `begin` on, beside the blocks of a step; the last ends where the region does.
+  std::vector<Gap> gaps_beside(Vertex step, Offset begin) const {
+    std::vector<Gap> blocks, gaps;
+    for (Vertex f = plan_.depth_begin[step]; f < plan_.depth_begin[step + 1]; ++f) {
+      const Offset place = plan_.contribution_begin[f];
+      blocks.push_back({place, place + contribution_entries(f)});
+    }
+    std::sort(blocks.begin(), blocks.end(), [](const Gap& a, const Gap& b) { return a.begin < b.begin; });
+    for (const Gap& block : blocks) {
+      if (block.begin > begin) gaps.push_back({begin, block.begin});
+      begin = std::max(begin, block.end);
+    }
+    gaps.push_back({begin, plan_.storage_entries});
+    return gaps;
+  }
+
+  // Side by side where a gap has room for all blocks of the step, else each in the first that has room for
+  // it, the largest first.
+  void place_step(Vertex step, Offset all, std::vector<Gap> gaps) {
+    std::vector<Vertex> fronts(plan_.depth_begin[step + 1] - plan_.depth_begin[step]);
+    std::iota(fronts.begin(), fronts.end(), plan_.depth_begin[step]);
+    const auto roomy =
+        std::find_if(gaps.begin(), gaps.end(), [&](const Gap& gap) { return gap.entries() >= all; });
+    if (roomy != gaps.end()) {
+      gaps = {*roomy};
+    } else {
+      std::stable_sort(fronts.begin(), fronts.end(),
+                       [&](Vertex a, Vertex b) { return contribution_entries(a) > contribution_entries(b); });
+    }
+    for (const Vertex f : fronts) plan_.contribution_begin[f] = take(contribution_entries(f), gaps);
+  }
+
+  // Where no gap has room, the region grows.
+  Offset take(Offset entries, std::vector<Gap>& gaps) {
+    auto gap = std::find_if(gaps.begin(), gaps.end(), [&](const Gap& g) { return g.entries() >= entries; });
+    if (gap == gaps.end()) {
+      --gap;
+      gap->end = plan_.storage_entries = gap->begin + entries;
+    }
+    gap->begin += entries;
+    return gap->begin - entries;
+  }
+
+  Offset contribution_entries(Vertex f) const {
+    return aligned(static_cast<Offset>(plan_.border_rows(f)) * plan_.contribution_ld(f));
   }
 
   void map_children_and_entries() {

@@ -20,10 +20,10 @@
 // long.
 //
 // One region holds them all. Factors lie in it in the order of their fronts, from the left. A contribution
-// block lives from its own step to the next one, so it may lie where factors of later steps will be: those of
-// one step behind the factors of that next step, those of the other at the right end, by turns.
+// block lives from its own step to the next one, so it may lie where factors of later steps will be: behind
+// those of that next step, in gaps that blocks of the steps before and after it leave.
 //
-//        | factors of steps 0 ... k+1 | C of step k |           ...           | C of step k-1 (then k+1) |
+//        | factors of steps 0 ... k+1 | C of step k | C of step k-1, then of k+1 | C of step k | ...
 //
 #pragma once
 

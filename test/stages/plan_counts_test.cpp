@@ -132,26 +132,45 @@ void expect_disjoint(std::vector<Interval> intervals, Offset end) {
   EXPECT_LE(next, end);
 }
 
-TEST(PlanCounts, NoTwoLiveBlocksOverlap) {
-  for (const auto& shapes : {mixed_tree(), broom(), chain()}) {
-    const StageProblem<double> problem = artificial_problem(shapes, {1, 0.3, 64});
-    const SymbolicPlan& plan = *problem.plan;
-    std::vector<Interval> factors;  // so far
-    for (Vertex step = 0; step < plan.num_depths; ++step) {
-      for (Vertex f = plan.depth_begin[step]; f < plan.depth_begin[step + 1]; ++f) {
-        const Offset p = plan.pivots(f), b = plan.border_rows(f);
-        factors.emplace_back(plan.lower_begin[f], plan.lower_begin[f] + p * plan.lower_ld(f));
-        factors.emplace_back(plan.upper_begin[f], plan.upper_begin[f] + p * b);
-      }
-      expect_disjoint(factors, plan.factor_entries);
-      std::vector<Interval> live = factors;  // with the depth below, whose contribution blocks still live
-      for (Vertex f = plan.depth_begin[std::max(step - 1, 0)]; f < plan.depth_begin[step + 1]; ++f) {
-        const Offset b = plan.border_rows(f);
-        live.emplace_back(plan.contribution_begin[f],
-                          plan.contribution_begin[f] + b * plan.contribution_ld(f));
-      }
-      expect_disjoint(live, plan.storage_entries);
+/// Checks each step, and returns what of the region is alive at once at most.
+Offset check_live_blocks(const SymbolicPlan& plan) {
+  std::vector<Interval> factors;  // so far
+  Offset most = 0;
+  for (Vertex step = 0; step < plan.num_depths; ++step) {
+    for (Vertex f = plan.depth_begin[step]; f < plan.depth_begin[step + 1]; ++f) {
+      const Offset p = plan.pivots(f), b = plan.border_rows(f);
+      factors.emplace_back(plan.lower_begin[f], plan.lower_begin[f] + p * plan.lower_ld(f));
+      factors.emplace_back(plan.upper_begin[f], plan.upper_begin[f] + p * b);
     }
+    expect_disjoint(factors, plan.factor_entries);
+    std::vector<Interval> live = factors;  // with the depth below, whose contribution blocks still live
+    for (Vertex f = plan.depth_begin[std::max(step - 1, 0)]; f < plan.depth_begin[step + 1]; ++f) {
+      const Offset b = plan.border_rows(f);
+      live.emplace_back(plan.contribution_begin[f], plan.contribution_begin[f] + b * plan.contribution_ld(f));
+    }
+    expect_disjoint(live, plan.storage_entries);
+    Offset entries = 0;
+    for (const auto& [first, last] : live) entries += last - first;
+    most = std::max(most, entries);
+  }
+  return most;
+}
+
+TEST(PlanCounts, NoTwoLiveBlocksOverlap) {
+  for (const auto& shapes : {mixed_tree(), broom(), chain()})
+    check_live_blocks(*artificial_problem(shapes, {1, 0.3, 64}).plan);
+}
+
+TEST(PlanCounts, TheRegionIsHardlyLargerThanWhatLivesInIt) {
+  for (const auto& matrix :
+       {grid_2d(150, 140), grid_2d(90, 200), random_diagonally_dominant(900, 4, 1)}) {
+    const Pattern pattern = pattern_of(matrix);
+    const SeparatorTree tree = order_matrix(pattern, MatchedScaling(), AnalysisOptions(), 1);
+    const SymbolicPlan plan = make_symbolic_plan(pattern, {}, tree, 64, 1);
+    ASSERT_GT(plan.num_depths, 5);
+    const Offset live = check_live_blocks(plan);
+    EXPECT_GE(plan.storage_entries, live);
+    EXPECT_LE(static_cast<double>(plan.storage_entries), 1.05 * static_cast<double>(live));
   }
 }
 

@@ -350,7 +350,7 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
     ArenaLayout layout;
     const Offset x = layout.add(block * sizeof(V)), v = layout.add(block * sizeof(S)),
                  y = layout.add(block * sizeof(S)),
-                 border = layout.add(static_cast<Offset>(plan().border.size()) * width * sizeof(S)),
+                 border = layout.add(stages_.border_rows() * width * sizeof(S)),
                  partial = layout.add(stages_.partial_rows() * width * sizeof(S)),
                  error = layout.add((1 + kSolveColumns) * sizeof(double));
     const bool fits = layout.total() <= stages_.spare_bytes();

@@ -1,6 +1,7 @@
 #include "kernels/cuda/device_plan.hpp"
 
 #include <algorithm>
+#include <numeric>
 
 namespace mfs::cuda {
 
@@ -367,15 +368,39 @@ class Builder {
   }
 
   void list_sources() {
-    made_.row_begin.assign(static_cast<std::size_t>(plan_.num_fronts) + 1, 0);
-    for (Vertex f = 0; f < plan_.num_fronts; ++f) made_.row_begin[f + 1] = made_.row_begin[f] + rows(f);
-    made_.source_begin.assign(static_cast<std::size_t>(made_.row_begin.back()) + 1, 0);
-    for_each_child_row([&](Offset row, Offset) { ++made_.source_begin[row + 1]; });
-    for (std::size_t i = 1; i < made_.source_begin.size(); ++i)
-      made_.source_begin[i] += made_.source_begin[i - 1];
+    Offset row = 0;
+    for (Vertex step = 0; step < plan_.num_depths; ++step) {
+      for (Vertex f = plan_.depth_begin[step]; f < plan_.depth_begin[step + 1]; ++f) {
+        made_.row_begin.push_back(row);
+        row += rows(f);
+      }
+      ++row;  // where the last row of the step ends
+    }
+    made_.source_begin.assign(static_cast<std::size_t>(row), 0);
+    for_each_child_row([&](Offset of, Offset) { ++made_.source_begin[of + 1]; });
+    place_sources();
     made_.destination.resize(plan_.border.size());
-    std::vector<Offset> next(made_.source_begin.begin(), made_.source_begin.end() - 1);
-    for_each_child_row([&](Offset row, Offset place) { made_.destination[place] = next[row]++; });
+    std::vector<Offset> next = made_.source_begin;
+    for_each_child_row([&](Offset of, Offset place) { made_.destination[place] = next[of]++; });
+  }
+
+  // From counts to places. What a step leaves is read by the next one, so two steps share a place by turns.
+  void place_sources() {
+    Offset most[2] = {0, 0};
+    std::vector<Offset>& places = made_.source_begin;
+    for (Vertex step = 0; step < plan_.num_depths; ++step) {
+      Offset& left = most[step % 2];
+      left = std::max(left, plan_.border_begin[plan_.depth_begin[step + 1]] -
+                                plan_.border_begin[plan_.depth_begin[step]]);
+    }
+    made_.border_places = most[0] + most[1];
+    for (Vertex step = 1; step < plan_.num_depths; ++step) {
+      const bool last = step + 1 == plan_.num_depths;
+      const auto begin = places.begin() + made_.row_begin[plan_.depth_begin[step]];
+      const auto end = last ? places.end() : places.begin() + made_.row_begin[plan_.depth_begin[step + 1]];
+      *begin = (step - 1) % 2 == 0 ? 0 : most[0];
+      std::partial_sum(begin, end, begin);
+    }
   }
 
   // Only of larger fronts: small ones add their children up in shared memory.

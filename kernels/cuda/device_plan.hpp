@@ -129,10 +129,12 @@ struct DevicePlan {
   std::vector<Offset> child_row_begin;  // children + 1
   std::vector<Vertex> child_row;
   // Row i of front f takes what its children left at [source_begin[row_begin[f] + i], source_begin[... + 1]).
-  // A border row leaves its value at destination[its place in the plan's border].
-  std::vector<Offset> row_begin;     // num_fronts + 1
-  std::vector<Offset> source_begin;  // rows of all fronts + 1
+  // A border row leaves its value at destination[its place in the plan's border]. There are as many places as
+  // two neighbouring depths need.
+  std::vector<Offset> row_begin;     // num_fronts
+  std::vector<Offset> source_begin;  // rows of all fronts, and the end of each depth's last one
   std::vector<Offset> destination;
+  Offset border_places = 0;
 };
 
 /// In fronts that have at least kPanelled pivots, kPanel are factored before the rest of their slab, and

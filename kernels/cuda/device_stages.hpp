@@ -74,11 +74,11 @@ class DeviceStages {
   /// No front is strict any more, until a factorization finds that it has to be.
   void forget_strict_fronts();
   /// Launches v := A'^-1 v (elimination order, scaled) for the factors, or the transposed. All have
-  /// solve_width(...) columns side by side: v and y n rows, border one per border row of every front, partial
-  /// partial_rows().
+  /// solve_width(...) columns side by side: v and y n rows, border border_rows(), partial partial_rows().
   struct Vectors {
     S *v, *y, *border, *partial;
   };
+  Offset border_rows() const { return lists_.border_places; }
   Offset partial_rows() const { return lists_.solve_places * kSolveTile; }
   void substitute(const Vectors& vectors, Vertex width, bool transposed);
 

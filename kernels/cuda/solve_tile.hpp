@@ -15,14 +15,14 @@ constexpr int kStep = kSolveTile;
 /// Every byte of an entry whose tile has not been done: a NaN that no operation makes.
 constexpr int kUnset = 0xff;
 
-/// Vectors of one solve in elimination order, K columns side by side; `border` holds a row per border row of
-/// every front, in the order of DevicePlan::destination, `partial` 64 rows per place of a part. y is unset
+/// Vectors of one solve in elimination order, K columns side by side; `border` holds what the borders of the
+/// fronts of two depths leave, by DevicePlan::destination, `partial` 64 rows per place of a part. y is unset
 /// before the forward pass, v and partial before the backward pass.
 template <class S>
 struct DeviceVectors {
   S* v;        // n x K
   S* y;        // n x K
-  S* border;   // borders x K
+  S* border;   // places x K
   S* partial;  // 64 places x K
 };
 

@@ -108,7 +108,7 @@ class DeviceBench {
   Substitution<Scalar> solve_block(const std::vector<Scalar>& v, bool transposed, Launches launches) {
     const Offset n = plan_->n, columns = static_cast<Offset>(v.size()) / n;
     const Offset width = cuda::solve_width(static_cast<Vertex>(columns));
-    const Offset block = n * width, border = static_cast<Offset>(plan_->border.size()) * width;
+    const Offset block = n * width, border = stages_.border_rows() * width;
     std::vector<Scalar> beside(static_cast<std::size_t>(block));
     for (Offset i = 0; i < n; ++i) {
       for (Offset c = 0; c < columns; ++c) beside[i * width + c] = v[i + c * n];

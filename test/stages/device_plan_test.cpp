@@ -135,6 +135,23 @@ TEST(DevicePlan, ExchangesRowsOfEveryBlockLeftOfTheDiagonal) {
   }
 }
 
+// What the fronts of a depth leave is read by the next one, and the next but one may write there.
+TEST(DevicePlan, VectorsHaveRoomForTheBordersOfTwoDepths) {
+  for (const auto& shapes : {mixed_tree(), chain()}) {
+    const StageProblem<double> problem = artificial_problem(shapes, {7});
+    const SymbolicPlan& plan = *problem.plan;
+    Offset most[2] = {0, 0};
+    for (Vertex step = 0; step < plan.num_depths; ++step) {
+      Offset rows = 0;
+      for (Vertex f = plan.depth_begin[step]; f < plan.depth_begin[step + 1]; ++f)
+        rows += plan.border_rows(f);
+      most[step % 2] = std::max(most[step % 2], rows);
+    }
+    ASSERT_LT(most[0] + most[1], static_cast<Offset>(plan.border.size()));
+    EXPECT_EQ(cuda::make_device_plan(plan, {128, 160, true}).border_places, most[0] + most[1]);
+  }
+}
+
 TEST(DevicePlan, InvertsTilesOfMoreThanOneBlock) {
   const StageProblem<double> problem = artificial_problem(mixed_tree(), {7});
   const SymbolicPlan& plan = *problem.plan;

@@ -69,8 +69,10 @@ class ListInterpreter {
   /// v := A^-1 v by position. Forward, a tile that needs what comes later in its list makes NaN of it;
   /// backward it waits, as at most PlanCuts::waiting_tiles may.
   void solve(std::vector<double>& v) const {
-    std::vector<double> y(v.size(), kNothing), border(plan_.border.size(), kNothing);
-    for (const cuda::DepthLaunches& depth : lists_.depths) {
+    std::vector<double> y(v.size(), kNothing);
+    std::vector<double> border(static_cast<std::size_t>(lists_.border_places), kNothing);
+    for (std::size_t step = 0; step < lists_.depths.size(); ++step) {
+      const cuda::DepthLaunches& depth = lists_.depths[step];
       for (Offset i = depth.tiny.begin; i < depth.tiny.end; ++i) {
         const Vertex f = lists_.tiny_fronts[i];
         forward(f, 0, plan_.pivots(f), v, y, border);
@@ -82,6 +84,7 @@ class ListInterpreter {
         expect_where(part);
         forward(part.front, part.begin, tile_end(part), v, y, border);
       }
+      forget_sources(static_cast<Vertex>(step), border);
     }
     v.assign(v.size(), kNothing);
     std::vector<double> partial = no_sums();
@@ -299,6 +302,15 @@ class ListInterpreter {
     const Offset place = lists_.row_begin[f] + row;
     for (Offset s = lists_.source_begin[place]; s < lists_.source_begin[place + 1]; ++s) sum += border[s];
     return sum;
+  }
+
+  // What a step has read may be written again.
+  void forget_sources(Vertex step, std::vector<double>& border) const {
+    for (Vertex f = plan_.depth_begin[step]; f < plan_.depth_begin[step + 1]; ++f) {
+      for (Offset row = lists_.row_begin[f]; row < lists_.row_begin[f] + rows(f); ++row) {
+        for (Offset s = lists_.source_begin[row]; s < lists_.source_begin[row + 1]; ++s) border[s] = kNothing;
+      }
+    }
   }
 
   // The sum of factor times vector for row i of a tile over columns [begin, end) of the front: what a part

@@ -24,6 +24,7 @@ class DeviceBlas {
   struct Destroy {
     void operator()(void* handle) const;
   };
+  const Stream& stream_;
   DeviceArena workspace_;
   std::unique_ptr<void, Destroy> handle_;
 };

@@ -49,6 +49,8 @@ class Candidate {
   /// Refines further solutions by `steps`; false where the solver refines by itself.
   virtual bool refine(int steps) = 0;
   virtual Facts facts() = 0;
+  /// Of device memory: what a caller with so many columns holds itself, the matrix, b and x.
+  virtual std::int64_t caller_bytes(int columns) const = 0;
 };
 
 enum class Place { host, device };

@@ -37,6 +37,7 @@ class CudssCandidate final : public Candidate {
   CudssCandidate(const CudssLibrary& library, const System& system, int threads)
       : lib_(library),
         n_(system.a.n),
+        nnz_(system.a.offsets.back()),
         offsets_(offsets_of(system.a)),
         columns_(system.a.column_indices),
         values_(system.a.values),
@@ -92,6 +93,10 @@ class CudssCandidate final : public Candidate {
     return true;
   }
 
+  std::int64_t caller_bytes(int columns) const override {
+    return (nnz_ + 2 * n_ * columns) * static_cast<std::int64_t>(sizeof(double)) +
+           (nnz_ + n_ + 1) * static_cast<std::int64_t>(sizeof(int));
+  }
   Facts facts() override {
     Facts facts;
     int major = 0, minor = 0, patch = 0;
@@ -140,7 +145,7 @@ class CudssCandidate final : public Candidate {
   }
 
   const CudssLibrary& lib_;
-  std::int64_t n_;
+  std::int64_t n_, nnz_;
   DeviceArray<int> offsets_, columns_;
   DeviceArray<double> values_, b_, x_;
   cudssHandle_t handle_ = nullptr;

@@ -40,12 +40,13 @@ void print(const Json& json) {
 Json ratios(const Json& ours, const Json& theirs) {
   Json json;
   for (const char* key : {"analysis_s", "first_factor_s", "refactor_s", "refactor_median_s", "solve_1_s",
-                          "solve_16_s", "factor_entries", "device_bytes"}) {
+                          "solve_16_s", "factor_entries", "device_bytes", "device_bytes_1"}) {
     const double denominator = theirs[key];
     json[key] = denominator > 0 ? Json(ours[key].get<double>() / denominator) : Json(nullptr);
   }
-  json["device_bytes_per_factor_byte"] =
-      ours["device_bytes"].get<double>() / (ours["factor_entries"].get<double>() * sizeof(double));
+  const double factor_bytes = ours["factor_entries"].get<double>() * sizeof(double);
+  for (const char* key : {"device_bytes", "device_bytes_1"})
+    json[std::string(key) + "_per_factor_byte"] = ours[key].get<double>() / factor_bytes;
   return json;
 }
 

@@ -45,13 +45,21 @@ struct SolveFigures {
 
 class Measurement {
  public:
-  Measurement(Candidate& candidate, const System& system, int repeat, nlohmann::ordered_json& json)
-      : candidate_(candidate), system_(system), repeat_(repeat), json_(json), x_(system.b.size()) {}
+  /// `bytes`: of the device that others have taken.
+  Measurement(Candidate& candidate, const System& system, int repeat, std::int64_t bytes,
+              nlohmann::ordered_json& json)
+      : candidate_(candidate),
+        system_(system),
+        repeat_(repeat),
+        others_bytes_(bytes),
+        json_(json),
+        x_(system.b.size()) {}
 
   void run() {
     analyze();
     factor();
     solve();
+    add_facts();
   }
 
  private:
@@ -65,6 +73,8 @@ class Measurement {
   // Whether new factors of the same values give the same bits is seen from all right-hand sides.
   void factor() {
     json_["first_factor_s"] = seconds([&] { candidate_.factor(); });
+    candidate_.solve(1);
+    bytes_one_ = device_bytes_in_use() - others_bytes_;
     const std::vector<double> first = solution();
     const Times times = repeated(repeat_, [&] { candidate_.refactor(); });
     json_["refactor_s"] = times.least;
@@ -112,23 +122,30 @@ class Measurement {
     return figures;
   }
 
+  // Of the arrays that the caller has from the start, one that solves for one column needs a part.
+  void add_facts() {
+    const Facts facts = candidate_.facts();
+    const std::int64_t caller = candidate_.caller_bytes(kColumns), caller_one = candidate_.caller_bytes(1);
+    json_["refinement_steps"] = facts.refinement_steps;
+    json_["perturbed_pivots"] = facts.perturbed_pivots;
+    json_["factor_entries"] = facts.factor_entries;
+    json_["flops"] = facts.flops;
+    json_["device_bytes"] = device_bytes_in_use() - others_bytes_;
+    json_["device_bytes_caller"] = caller;
+    json_["device_bytes_1"] = bytes_one_ - caller + caller_one;
+    json_["device_bytes_1_caller"] = caller_one;
+    json_["device_bytes_said"] = facts.device_bytes;
+    json_["vectors"] = facts.vectors;
+    json_["version"] = facts.version;
+  }
+
   Candidate& candidate_;
   const System& system_;
   int repeat_;
+  std::int64_t others_bytes_, bytes_one_ = 0;
   nlohmann::ordered_json& json_;
   std::vector<double> x_;
 };
-
-void add_facts(nlohmann::ordered_json& json, const Facts& facts, std::int64_t bytes) {
-  json["refinement_steps"] = facts.refinement_steps;
-  json["perturbed_pivots"] = facts.perturbed_pivots;
-  json["factor_entries"] = facts.factor_entries;
-  json["flops"] = facts.flops;
-  json["device_bytes"] = bytes;
-  json["device_bytes_said"] = facts.device_bytes;
-  json["vectors"] = facts.vectors;
-  json["version"] = facts.version;
-}
 
 Errors column_errors(const System& system, const double* b, const double* x) {
   const FamilyMatrix& a = system.a;
@@ -192,8 +209,7 @@ nlohmann::ordered_json measure(const MakeCandidate& make, const System& system, 
   try {
     const std::int64_t before = device_bytes_in_use();
     const std::unique_ptr<Candidate> candidate = make(system);
-    Measurement(*candidate, system, repeat, json).run();
-    add_facts(json, candidate->facts(), device_bytes_in_use() - before);
+    Measurement(*candidate, system, repeat, before, json).run();
   } catch (const std::exception& error) {
     json["status"] = "failed";
     json["message"] = error.what();

@@ -31,6 +31,7 @@ class MfsCandidate : public Candidate {
   void solve(int columns) override { solver_.solve(system_.b.data(), x_.data(), columns); }
   void read_solution(int columns, double* x) override { std::copy_n(x_.data(), system_.a.n * columns, x); }
   bool refine(int) override { return false; }
+  std::int64_t caller_bytes(int) const override { return 0; }
 
   Facts facts() override {
     const Report& report = solver_.report();
@@ -68,7 +69,8 @@ class MfsResident final : public MfsCandidate {
         values_(system.a.values),
         b_(system.b),
         x_(system.b.size()),
-        n_(system.a.n) {}
+        n_(system.a.n),
+        nnz_(system.a.offsets.back()) {}
 
   void refactor() override { solver().refactor_device(values_.get()); }
   void solve(int columns) override { solver().solve_device(b_.get(), x_.get(), columns); }
@@ -76,6 +78,9 @@ class MfsResident final : public MfsCandidate {
     check(cudaMemcpy(x, x_.get(), static_cast<std::size_t>(n_) * columns * sizeof(double),
                      cudaMemcpyDeviceToHost),
           "cudaMemcpy");
+  }
+  std::int64_t caller_bytes(int columns) const override {
+    return (nnz_ + 2 * n_ * columns) * static_cast<std::int64_t>(sizeof(double));
   }
   Facts facts() override {
     Facts facts = MfsCandidate::facts();
@@ -85,7 +90,7 @@ class MfsResident final : public MfsCandidate {
 
  private:
   DeviceArray<double> values_, b_, x_;
-  std::int64_t n_;
+  std::int64_t n_, nnz_;
 };
 #endif
 

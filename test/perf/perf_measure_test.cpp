@@ -46,6 +46,7 @@ class FaultyCandidate final : public Candidate {
     facts.refinement_steps = steps_;
     return facts;
   }
+  std::int64_t caller_bytes(int columns) const override { return 1000 + 10 * columns; }
 
  private:
   const System& system_;
@@ -68,6 +69,15 @@ TEST(PerfMeasure, AnExactSolver) {
   EXPECT_EQ(json["accurate"], true);
   EXPECT_EQ(json["backward_error_16"], 0);
   EXPECT_FALSE(json.contains("unrefined_solve_1_s"));
+}
+
+// This program's device has none of its arrays: what is left is what the caller's are counted as.
+TEST(PerfMeasure, MemoryForOneColumnIsWithACallerOfOneColumn) {
+  const nlohmann::ordered_json json = measure_with({});
+  EXPECT_EQ(json["device_bytes"], 0);
+  EXPECT_EQ(json["device_bytes_caller"], 1160);
+  EXPECT_EQ(json["device_bytes_1"], 1010 - 1160);
+  EXPECT_EQ(json["device_bytes_1_caller"], 1010);
 }
 
 TEST(PerfMeasure, SeesBitsThatDiffer) {

@@ -70,8 +70,8 @@ TEST(DeviceTable, RowsOfSolversRatioAndFailure) {
   const std::string solved =
       R"("status": "solved", "reorder_s": 1, "symbolic_s": 0.5, "first_factor_s": 2, "refactor_s": 0.5, )"
       R"("refactor_median_s": 0.6, "flops": 5e12, "solve_1_s": 0.01, "solve_16_s": 0.02, "backward_error_1": 1e-15, )"
-      R"("backward_error_16": 2e-14, "refinement_steps": 1, "factor_entries": 1e9, "device_bytes": 9e9, )"
-      R"("bitwise_equal": true})";
+      R"("backward_error_16": 2e-14, "refinement_steps": 1, "factor_entries": 1e9, "device_bytes": 12e9, )"
+      R"("device_bytes_caller": 2e9, "device_bytes_1": 10e9, "device_bytes_1_caller": 2e9, "bitwise_equal": true})";
   const ProgramRun run =
       shell(kScripts + "device_table " +
             folder.write(
@@ -81,15 +81,16 @@ TEST(DeviceTable, RowsOfSolversRatioAndFailure) {
                     "\n"
                     R"({"case": "a:1", "ratio": "mfs/cudss", "analysis_s": 0.9, "first_factor_s": 0.8, )"
                     R"("refactor_s": 0.5, "refactor_median_s": 0.51, "solve_1_s": 0.6, "solve_16_s": 0.7, )"
-                    R"("factor_entries": 0.95, "device_bytes": 1.1, "device_bytes_per_factor_byte": 1.125})"
+                    R"("factor_entries": 0.95, "device_bytes": 1.1, "device_bytes_1": 1.2})"
                     "\n"));
   ASSERT_EQ(run.code, 0) << run.err;
   EXPECT_THAT(
       run.out,
       HasSubstr("\n| a:1 | mfs | 1.00 + 0.50 | 2.000 | 500.00 (600.00) | 10.0 | 10.00 | 20.00 | 2.0e-14 "
-                "| 1 | 1.00e+09 | 9.00 | yes |\n"));
+                "| 1 | 1.00e+09 | 12.00 (1.50, 1.25) | 10.00 (1.25, 1.00) | yes |\n"));
   EXPECT_THAT(run.out, HasSubstr("\n| a:1 | cudss | no device |"));
-  EXPECT_THAT(run.out, HasSubstr("\n| a:1 | ratio | 0.90 | 0.80 | 0.50 (0.51) |  | 0.60 | 0.70 |"));
+  EXPECT_THAT(run.out, HasSubstr("\n| a:1 | ratio | 0.90 | 0.80 | 0.50 (0.51) |  | 0.60 | 0.70 "
+                                 "|  |  | 0.95 | 1.10 | 1.20 |  |\n"));
 }
 
 // The keys that the table needs are those that perf_device writes.

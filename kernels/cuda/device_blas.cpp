@@ -8,8 +8,8 @@
 #include "kernels/cuda/device_scalar.hpp"
 #include "kernels/cuda/faults.hpp"
 
-// By cublasLt, the part of cuBLAS that has the products: a handle of all of cuBLAS takes 70 MB of the device
-// for itself, which is most of what a small system takes.
+// By cublasLt, the part of cuBLAS that has the products: a handle of all of cuBLAS takes 64 MiB of the device
+// for itself, whatever it is given to work in, which is much of what a small system takes.
 
 namespace mfs::cuda {
 

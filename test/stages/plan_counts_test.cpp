@@ -162,8 +162,7 @@ TEST(PlanCounts, NoTwoLiveBlocksOverlap) {
 }
 
 TEST(PlanCounts, TheRegionIsHardlyLargerThanWhatLivesInIt) {
-  for (const auto& matrix :
-       {grid_2d(150, 140), grid_2d(90, 200), random_diagonally_dominant(900, 4, 1)}) {
+  for (const auto& matrix : {grid_2d(150, 140), grid_2d(90, 200), random_diagonally_dominant(900, 4, 1)}) {
     const Pattern pattern = pattern_of(matrix);
     const SeparatorTree tree = order_matrix(pattern, MatchedScaling(), AnalysisOptions(), 1);
     const SymbolicPlan plan = make_symbolic_plan(pattern, {}, tree, 64, 1);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <cstdint>
 #include <memory>
 #include <numeric>
 #include <utility>
@@ -17,6 +18,10 @@ namespace {
 
 /// Sub-graphs below this many unknowns are done by the task that made them.
 constexpr Offset kTaskWeight = 2000;
+/// Sub-graphs with this share of all unknowns get the best of several separators (those of the first three
+/// levels, where cuts are even): their fronts do most of the work, and they are too few to keep all threads
+/// busy.
+constexpr double kTriedShare = 1.0 / 6;
 /// No row with fewer neighbours than this is called dense (as in AMD).
 constexpr double kLeastDense = 16;
 
@@ -79,15 +84,36 @@ class Dissection {
       }
       return dissect_parts(std::move(parts), begin, level);
     }
-    if (components.any_small || !find_separator(sub, options_, part_of)) {
+    Separator separator;
+    if (!components.any_small) separator = best_separator(sub);
+    if (!std::isfinite(separator.cost)) {
       order_leaf(sub, begin, level);
       return;
     }
-    place_separator(sub, begin, part_of);
-    std::vector<SubGraph> sides = split(sub, part_of, 2);
+    place_separator(sub, begin, separator.part_of);
+    std::vector<SubGraph> sides = split(sub, separator.part_of, 2);
     advance(static_cast<double>(sub.weight));
     sub = SubGraph();
     dissect_parts(std::move(sides), begin, level + 1);
+  }
+
+  /// Of trials that differ by their seed the cheapest, of equal ones the first, whichever ends first.
+  Separator best_separator(const SubGraph& sub) {
+    const bool large = static_cast<double>(sub.weight) >= kTriedShare * static_cast<double>(unknowns_);
+    const int trials = large ? options_.separator_trials : 1;
+    const auto seed = static_cast<std::uint32_t>(options_.seed);  // may wrap around
+    std::vector<Separator> found(trials);
+    FirstError error;
+#pragma omp taskgroup
+    for (int trial = 0; trial < trials; ++trial) {
+#pragma omp task default(shared) firstprivate(trial) if (trials > 1)
+      error.attempt([&] {
+        found[trial] = find_separator(sub, static_cast<idx_t>(seed + trial), options_.separator_refinement);
+      });
+    }
+    error.rethrow();
+    return std::move(*std::min_element(
+        found.begin(), found.end(), [](const Separator& a, const Separator& b) { return a.cost < b.cost; }));
   }
 
   /// The separator (part 2) takes the last positions of its sub-graph and leaves it.

@@ -3,7 +3,8 @@
 //
 //   dense vertices        taken out first, ordered last: one row of n entries would tie everything together
 //   components            a sub-graph in pieces needs no separator
-//   separator             METIS_ComputeVertexSeparator (Karypis and Kumar 1998)
+//   separator             METIS' multilevel bisection (Karypis and Kumar 1998); of the uppermost sub-graphs the best
+//                         of several trials, which are independent tasks
 //   small sub-graphs      constrained minimum degree (CAMD) with their boundary present but ordered last, so
 //   that
 //                         degrees are those of the real elimination (Pellegrini, Roman and Amestoy 2000)
@@ -13,7 +14,7 @@
 //
 //   [ left part ......... | right part ......... | separator ]
 //
-// Sub-graphs are independent tasks, and METIS starts from the same seed in each of them, so the order does
+// Sub-graphs are independent tasks, and METIS starts from the same seeds in each of them, so the order does
 // not depend on the number of threads.
 #pragma once
 

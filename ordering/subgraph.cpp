@@ -8,6 +8,8 @@
 
 #include <mfs/error.hpp>
 
+#include "ordering/metis/vertex_separator.h"
+
 namespace mfs {
 namespace {
 
@@ -158,23 +160,23 @@ Components find_components(const SubGraph& sub, Offset small, std::vector<idx_t>
   return found;
 }
 
-bool find_separator(SubGraph& sub, const AnalysisOptions& options, std::vector<idx_t>& part_of) {
-  idx_t settings[METIS_NOPTIONS];
-  METIS_SetDefaultOptions(settings);
-  settings[METIS_OPTION_NSEPS] = options.separator_trials;
-  settings[METIS_OPTION_NITER] = options.separator_refinement;
-  settings[METIS_OPTION_SEED] = options.seed;
-  idx_t vertices = sub.size(), separator_weight = 0;
-  part_of.resize(sub.vertices.size());
-  const int status =
-      METIS_ComputeVertexSeparator(&vertices, sub.offsets.data(), sub.neighbors.data(), sub.weights.data(),
-                                   settings, &separator_weight, part_of.data());
+Separator find_separator(const SubGraph& sub, idx_t seed, idx_t refinement) {
+  Separator found;
+  found.part_of.resize(sub.vertices.size());
+  const int status = mfs_metis_vertex_separator(sub.size(), sub.offsets.data(), sub.neighbors.data(),
+                                                sub.weights.data(), seed, refinement, found.part_of.data());
   if (status == METIS_ERROR_MEMORY) throw OutOfMemory(MemorySpace::host, bytes(sub), 0);
   if (status != METIS_OK) throw BackendError("METIS", status, "vertex separator");
   Offset weight[3] = {0, 0, 0};
-  for (Vertex v = 0; v < sub.size(); ++v) weight[part_of[v]] += sub.weights[v];
-  return weight[0] > 0 && weight[1] > 0 && weight[2] <= kLargestSeparator * sub.weight &&
-         std::max(weight[0], weight[1]) <= kLargestSide * sub.weight;
+  for (Vertex v = 0; v < sub.size(); ++v) weight[found.part_of[v]] += sub.weights[v];
+  if (weight[0] == 0 || weight[1] == 0 || weight[2] > kLargestSeparator * sub.weight ||
+      std::max(weight[0], weight[1]) > kLargestSide * sub.weight) {
+    return found;
+  }
+  const double difference =
+      static_cast<double>(weight[0] - weight[1]) / static_cast<double>(weight[0] + weight[1]);
+  found.cost = static_cast<double>(weight[2]) * (1 + difference * difference);
+  return found;
 }
 
 std::vector<Vertex> minimum_degree(const Graph& graph, const std::vector<bool>& left_out,

@@ -3,9 +3,8 @@
 
 #include <metis.h>
 
+#include <limits>
 #include <vector>
-
-#include <mfs/analysis_options.hpp>
 
 #include "ordering/types.hpp"
 
@@ -35,9 +34,18 @@ struct Components {
 };
 Components find_components(const SubGraph& sub, Offset small, std::vector<idx_t>& part_of);
 
-/// part_of[v] = 0 or 1 for the two sides, 2 for the separator. False where METIS finds nothing that is worth
-/// it: a side empty or tiny, or a separator of half of the sub-graph.
-bool find_separator(SubGraph& sub, const AnalysisOptions& options, std::vector<idx_t>& part_of);
+/// part_of[v] = 0 or 1 for the two sides, 2 for the separator.
+struct Separator {
+  std::vector<idx_t> part_of;
+  /// Weight of the separator, times 1 + d^2 where d is the share by which the sides differ: sides of (1 + d)
+  /// / 2 and (1 - d) / 2 have 1 + d^2 times the squares of halves, and operations grow with the square in
+  /// three dimensions. Infinity where the separator is not worth it: a side empty or tiny, or a separator of
+  /// half of the sub-graph.
+  double cost = std::numeric_limits<double>::infinity();
+};
+
+/// By METIS, from a seed.
+Separator find_separator(const SubGraph& sub, idx_t seed, idx_t refinement);
 
 /// The vertices of `sub` in the order of constrained minimum degree. `graph` is the whole graph; its vertices
 /// that are `left_out` do not count as boundary.

@@ -7,7 +7,6 @@
  * Errors: METIS raises a signal, and its entry points set a handler that jumps back into them. Handlers
  * belong to the whole process; here raise jumps by itself to where the thread's entry point waits, and signal
  * does nothing. Memory taken by the failed call is given back by METIS' own bookkeeping (gk_malloc_cleanup).
- * METIS_ComputeVertexSeparator alone has no such guard in METIS 5.1.0; it gets the one of METIS_NodeND here.
  */
 #include <GKlib.h>
 #include <metis.h>
@@ -69,24 +68,4 @@ void mfs_metis_exit(int status) {
 void mfs_metis_abort(void) {
   mfs_metis_raise(SIGERR);
   __builtin_unreachable();
-}
-
-int mfs_metis_vertex_separator_untrapped(idx_t* nvtxs, idx_t* xadj, idx_t* adjncy, idx_t* vwgt,
-                                         idx_t* options, idx_t* separator_size, idx_t* part);
-
-int METIS_ComputeVertexSeparator(idx_t* nvtxs, idx_t* xadj, idx_t* adjncy, idx_t* vwgt, idx_t* options,
-                                 idx_t* separator_size, idx_t* part) {
-  if (!gk_malloc_init()) return METIS_ERROR_MEMORY;
-  volatile int status = METIS_ERROR;
-  if (gk_sigtrap()) {
-    const int raised = gk_sigcatch();
-    if (raised == 0) {
-      status = mfs_metis_vertex_separator_untrapped(nvtxs, xadj, adjncy, vwgt, options, separator_size, part);
-    } else {
-      status = raised == SIGMEM ? METIS_ERROR_MEMORY : METIS_ERROR;
-    }
-    gk_siguntrap();
-  }
-  gk_malloc_cleanup(0);
-  return status;
 }

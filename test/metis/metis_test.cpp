@@ -2,8 +2,8 @@
 // an abort when memory runs out.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <metis.h>
 
+#include <algorithm>
 #include <atomic>
 #include <csignal>
 #include <cstdlib>
@@ -11,6 +11,8 @@
 #include <set>
 #include <thread>
 #include <vector>
+
+#include "ordering/metis/vertex_separator.h"
 
 namespace {
 
@@ -80,21 +82,17 @@ TestGraph random_graph(idx_t n, unsigned seed) {
 
 struct Separation {
   int status = 0;
-  idx_t size = 0;
   std::vector<idx_t> part;
-  bool operator==(const Separation& other) const {
-    return status == other.status && size == other.size && part == other.part;
-  }
+  bool operator==(const Separation& other) const { return status == other.status && part == other.part; }
+  idx_t size() const { return static_cast<idx_t>(std::count(part.begin(), part.end(), 2)); }
 };
 
-void separate(TestGraph& graph, Separation& result) {
-  idx_t n = static_cast<idx_t>(graph.offsets.size()) - 1;
-  idx_t options[METIS_NOPTIONS];
-  METIS_SetDefaultOptions(options);
-  options[METIS_OPTION_SEED] = 42;
+void separate(const TestGraph& graph, Separation& result) {
+  const idx_t n = static_cast<idx_t>(graph.offsets.size()) - 1;
+  static const std::vector<idx_t> ones(10000, 1);
   result.part.assign(n, -1);
-  result.status = METIS_ComputeVertexSeparator(&n, graph.offsets.data(), graph.neighbors.data(), nullptr,
-                                               options, &result.size, result.part.data());
+  result.status = mfs_metis_vertex_separator(n, graph.offsets.data(), graph.neighbors.data(), ones.data(), 42,
+                                             10, result.part.data());
 }
 
 TEST(Metis, threads_give_what_one_thread_gives) {
@@ -105,7 +103,7 @@ TEST(Metis, threads_give_what_one_thread_gives) {
     graphs.push_back(random_graph(1000 + 500 * t, 7 + t));
     separate(graphs[t], alone[t]);
     ASSERT_EQ(alone[t].status, METIS_OK);
-    ASSERT_GT(alone[t].size, 0);
+    ASSERT_GT(alone[t].size(), 0);
   }
   std::atomic<int> differing{0};
   std::vector<std::thread> threads;
@@ -127,14 +125,13 @@ TEST(Metis, separator_separates) {
   Separation result;
   separate(graph, result);
   ASSERT_EQ(result.status, METIS_OK);
-  idx_t in_separator = 0;
   for (idx_t v = 0; v < 3000; ++v) {
-    in_separator += result.part[v] == 2;
     for (idx_t k = graph.offsets[v]; k < graph.offsets[v + 1]; ++k) {
       EXPECT_NE(result.part[v] + result.part[graph.neighbors[k]], 1) << "edge from part 0 to part 1 at " << v;
     }
   }
-  EXPECT_EQ(in_separator, result.size);
+  EXPECT_GT(result.size(), 0);
+  EXPECT_LT(result.size(), 1500);
 }
 
 TEST(Metis, leaves_rand_and_signal_handlers_alone) {

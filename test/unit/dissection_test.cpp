@@ -5,6 +5,9 @@
 
 #include <omp.h>
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
 #include <random>
 #include <stdexcept>
 #include <thread>
@@ -20,6 +23,18 @@ using ::testing::ElementsAre;
 
 Graph graph_of(Vertex n, const Entries& entries) {
   return build_graph(pattern_of(n, entries), {}, trivial_partition(n), 1);
+}
+
+/// n vertices on a ring, and a chord for every third.
+Entries ring_with_chords(Vertex n, unsigned seed) {
+  std::mt19937 random(seed);
+  std::vector<std::pair<Vertex, Vertex>> edges;
+  for (Vertex v = 0; v < n; ++v) edges.emplace_back(v, (v + 1) % n);
+  for (Vertex v = 0; v < n; v += 3) {
+    const Vertex w = static_cast<Vertex>(random() % static_cast<unsigned>(n));
+    if (w != v) edges.emplace_back(v, w);
+  }
+  return symmetric(n, edges);
 }
 
 AnalysisOptions small_leaves(std::int32_t leaf_size) {
@@ -70,6 +85,18 @@ TEST(SubGraph, ConstrainedOrderEliminatesAwayFromTheBoundary) {
   EXPECT_EQ(minimum_degree(g, none, inner).back(), 0);
 }
 
+TEST(SubGraph, CostOfASeparator) {
+  const Graph g = graph_of(101, path(101));
+  const Separator cut = find_separator(whole_graph(g, std::vector<bool>(101, false)), 42, 10);
+  const double sides[] = {static_cast<double>(std::count(cut.part_of.begin(), cut.part_of.end(), 0)),
+                          static_cast<double>(std::count(cut.part_of.begin(), cut.part_of.end(), 1))};
+  ASSERT_EQ(sides[0] + sides[1], 100);
+  EXPECT_DOUBLE_EQ(cut.cost, 1 + std::pow((sides[0] - sides[1]) / 100, 2));
+  // Three vertices that are all joined: whatever is taken out leaves no two sides.
+  const Graph triangle = graph_of(3, symmetric(3, {{0, 1}, {1, 2}, {0, 2}}));
+  EXPECT_TRUE(std::isinf(find_separator(whole_graph(triangle, std::vector<bool>(3, false)), 42, 10).cost));
+}
+
 TEST(Dissection, APathIsCutInTheMiddle) {
   const Graph g = graph_of(101, path(101));
   const auto order = nested_dissection(g, small_leaves(60), 1);
@@ -106,12 +133,42 @@ TEST(Dissection, TheSameOrderInAnyThread) {
 TEST(Dissection, SeedAndTrialsReachMetis) {
   const Graph g = graph_of(2500, grid(50));
   AnalysisOptions options = small_leaves(30);
+  options.separator_trials = 1;
   const auto first = nested_dissection(g, options, 1);
   options.seed = 7;
   EXPECT_NE(nested_dissection(g, options, 1), first);
   options.seed = AnalysisOptions().seed;
   options.separator_trials = 4;
   EXPECT_NE(nested_dissection(g, options, 1), first);
+  options.seed = std::numeric_limits<std::int32_t>::max();  // the next one is the least
+  expect_permutation(nested_dissection(g, options, 1), 2500);
+}
+
+TEST(Dissection, TheBestTrialIsTaken) {
+  int not_the_first = 0;
+  for (const unsigned seed : {1, 2, 3, 4}) {
+    const Vertex n = 600;
+    const Graph g = graph_of(n, ring_with_chords(n, seed));
+    const SubGraph whole = whole_graph(g, std::vector<bool>(n, false));
+    AnalysisOptions options = small_leaves(30);
+    options.separator_trials = 3;
+    Separator best;
+    for (int trial = 0; trial < 3; ++trial) {
+      Separator found = find_separator(whole, options.seed + trial, options.separator_refinement);
+      if (found.cost >= best.cost) continue;
+      best = std::move(found);
+      not_the_first += trial > 0;
+    }
+    std::vector<Vertex> separator;
+    for (Vertex v = 0; v < n; ++v) {
+      if (best.part_of[v] == 2) separator.push_back(v);
+    }
+    const auto order = nested_dissection(g, options, 4);
+    EXPECT_EQ(std::vector<Vertex>(order.end() - static_cast<std::ptrdiff_t>(separator.size()), order.end()),
+              separator)
+        << "seed " << seed;
+  }
+  EXPECT_GT(not_the_first, 0) << "the test needs a graph for which the first trial is not the best";
 }
 
 TEST(Dissection, SingleVertexAndNoEdges) {

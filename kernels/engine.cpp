@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <cstdlib>
@@ -47,9 +48,9 @@ struct Engine::State {
   std::mutex caller;  // one caller at a time
   std::mutex mutex;   // guards what follows
   std::condition_variable changed;
-  const std::function<void()>* work = nullptr;
+  std::atomic<const std::function<void()>*> work{nullptr};
   int threads = 0;
-  bool done = false;
+  std::atomic<bool> done{false};
   std::exception_ptr error;
 
   int kokkos_threads = 0;  // 0: OpenMP space not initialized; only the engine's thread looks
@@ -105,10 +106,22 @@ struct Engine::State {
     kokkos_threads = wanted;
   }
 
+  // With a device, calls of a millisecond follow each other, and being woken up for each, on both sides,
+  // takes a tenth of that. So who waits looks for a while, leaving its processor to others, before it sleeps.
+  static inline std::atomic<bool> has_device{false};
+  template <class Ready>
+  static void look_for(const Ready& ready) {
+    if (!has_device) return;
+    const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(2);
+    while (!ready() && std::chrono::steady_clock::now() < end) std::this_thread::yield();
+  }
+
   void serve() {
-    std::unique_lock<std::mutex> lock(mutex);
     for (;;) {
-      changed.wait(lock, [this] { return work != nullptr; });
+      const auto asked = [this] { return work != nullptr; };
+      look_for(asked);
+      std::unique_lock<std::mutex> lock(mutex);
+      changed.wait(lock, asked);
       const std::function<void()>& task = *work;
       lock.unlock();
       try {
@@ -149,6 +162,7 @@ void Engine::use_cuda() {
 #endif
   // Otherwise Kokkos would say at the end of the process that this was forgotten.
   std::atexit([] { Kokkos::Cuda::impl_finalize(); });
+  State::has_device = true;
   started = true;
 }
 #endif
@@ -158,19 +172,22 @@ void Engine::run(int threads, const std::function<void()>& work, const std::func
     throw StateError(
         "this process was forked from one that had used the solver before: use it in one of them");
   const std::lock_guard<std::mutex> one_caller(state_->caller);
+  const auto done = [this] { return state_->done.load(); };
   std::unique_lock<std::mutex> lock(state_->mutex);
   state_->threads = threads;
   state_->done = false;
   state_->error = nullptr;
   state_->work = &work;
   state_->changed.notify_all();
+  lock.unlock();
+  State::look_for(done);
+  lock.lock();
   std::exception_ptr
       idle_error;  // thrown only when the work is done: until then it uses what the caller lent
-  while (!state_->done) {
+  while (!done()) {
     if (!idle || idle_error) {
-      state_->changed.wait(lock, [this] { return state_->done; });
-    } else if (!state_->changed.wait_for(lock, std::chrono::milliseconds(100),
-                                         [this] { return state_->done; })) {
+      state_->changed.wait(lock, done);
+    } else if (!state_->changed.wait_for(lock, std::chrono::milliseconds(100), done)) {
       lock.unlock();
       try {
         idle();

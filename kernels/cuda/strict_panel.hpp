@@ -24,7 +24,7 @@ struct PanelExchange {
       if (!known && lane == at) row = source = exchange[j];
       const int upper = __shfl_sync(0xffffffffu, source, j), lower = __shfl_sync(0xffffffffu, source, at);
       if (lane == j) source = lower;
-      if (lane == at && at != j) source = upper;
+      if (lane == at) source = upper;
     }
     to[lane] = row;
     from[lane] = source;

@@ -97,13 +97,9 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
     if (this->status().perturbed == 0) {
       const Offset bytes = static_cast<Offset>(plan().n) * columns * static_cast<Offset>(sizeof(Value));
       stream_.to_device(b_, this->rhs(columns), bytes);
-      on_device = solve_on_device({b_, plan().n, columns}, transposed, controls);
-      if (on_device.backward_error <= controls.tolerance) {
-        write_solution({b_, plan().n, columns});
-        stream_.to_host(this->vectors().x, b_, bytes);
-        stream_.synchronize();
-        return on_device;
-      }
+      on_device = solve_on_device({b_, plan().n, columns}, {b_, plan().n, columns}, this->vectors().x,
+                                  transposed, controls);
+      if (on_device.backward_error <= controls.tolerance) return on_device;
     }
     bring_values();
     SolveOutcome outcome = Ladder::solve(columns, transposed, controls);
@@ -137,12 +133,10 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
     if (this->status().perturbed > 0) return false;
     make_vectors(solve_width(columns));
     follow(stream);
-    outcome = solve_on_device({reinterpret_cast<const V*>(b), ldb, columns}, transposed, controls);
+    outcome = solve_on_device({reinterpret_cast<const V*>(b), ldb, columns},
+                              {reinterpret_cast<V*>(x), ldx, columns}, nullptr, transposed, controls);
     // A b that is not finite leaves no finite error.
-    if (!(outcome.backward_error <= controls.tolerance)) return false;
-    write_solution({reinterpret_cast<V*>(x), ldx, columns});
-    stream_.synchronize();
-    return true;
+    return outcome.backward_error <= controls.tolerance;
   }
 
   void download(const Value* from, Offset ld, Offset rows, Vertex columns, Value* to, void* stream) override {
@@ -233,14 +227,22 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
     return *error_;
   }
 
-  // Solution x_ and error for b, refined while that halves the error.
-  SolveOutcome solve_on_device(const Columns<const V>& b, const TransposedPattern* transposed,
-                               const SolveControls& controls) {
+  // Solution and error for b, refined while that halves the error. x, which may be b, is written once the
+  // error is small enough; what it holds then is sent on to `on_host` (if any), n rows for each column. One
+  // wait for the device does for all that.
+  SolveOutcome solve_on_device(const Columns<const V>& b, const Columns<V>& x, Value* on_host,
+                               const TransposedPattern* transposed, const SolveControls& controls) {
     const bool flip = transposed != nullptr;
     SolveOutcome outcome;
+    const auto judge = [&] {
+      measure(b, transposed, controls.row_floor, nullptr);
+      write_solution(x, controls.tolerance);
+      if (on_host) stream_.to_host(on_host, x.data, static_cast<Offset>(sizeof(Value)) * plan().n * x.count);
+      outcome.backward_error = read_error();
+    };
     enter(b, flip);
     substitute(b.count, flip, false);
-    outcome.backward_error = measure(b, transposed, controls.row_floor, nullptr);
+    judge();
     const Stopwatch refining;
     double before = std::numeric_limits<double>::max();  // a first step for every finite error
     while (outcome.backward_error > controls.tolerance && outcome.backward_error <= before / 2 &&
@@ -248,7 +250,7 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
       measure(b, transposed, controls.row_floor, substitution_.v);
       substitute(b.count, flip, true);
       before = outcome.backward_error;
-      outcome.backward_error = measure(b, transposed, controls.row_floor, nullptr);
+      judge();
       ++outcome.refinement_steps;
     }
     if (outcome.refinement_steps > 0) outcome.time_ladder = refining.seconds();
@@ -260,7 +262,8 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
     stream_.to_device(b_, from, bytes);
     enter({b_, plan().n, columns}, transposed);
     substitute(columns, transposed, false);
-    write_solution({b_, plan().n, columns});
+    stream_.clear(device_error_, sizeof(double));
+    write_solution({b_, plan().n, columns}, 0);
     stream_.to_host(to, b_, bytes);
     stream_.synchronize();
   }
@@ -301,8 +304,8 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
     });
   }
 
-  // The backward error of x_; where r is given, what is left of b goes there in elimination order.
-  double measure(const Columns<const V>& b, const TransposedPattern* transposed, double row_floor, S* r) {
+  // Finds the backward error of x_; where r is given, what is left of b goes there in elimination order.
+  void measure(const Columns<const V>& b, const TransposedPattern* transposed, double row_floor, S* r) {
     const Offset n = plan().n, nnz = plan().nnz;
     const RowAccess<V> rows = device_rows(transposed);
     stream_.clear(device_error_, (1 + kSolveColumns) * sizeof(double));
@@ -324,14 +327,14 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
       }
     });
     check_launch("residual");
-    return read_error();
   }
 
-  void write_solution(const Columns<V>& to) {
+  // Where the error on the device is at most `bound`.
+  void write_solution(const Columns<V>& to, double bound) {
     const Offset n = plan().n;
     with_width(to.count, [&](auto k) {
-      write_columns<k()>
-          <<<vector_blocks(n), kVectorThreads, 0, stream_.get()>>>(n, static_cast<const V*>(x_), to);
+      write_columns<k()><<<vector_blocks(n), kVectorThreads, 0, stream_.get()>>>(
+          n, static_cast<const V*>(x_), to, static_cast<const double*>(device_error_), bound);
     });
     check_launch("solution");
   }

@@ -49,11 +49,12 @@ __global__ void __launch_bounds__(kVectorThreads)
   to = add ? to + value : value;
 }
 
-/// The caller's columns of x.
+/// The caller's columns of x, if *error is at most `bound`.
 template <int K, class V>
-__global__ void __launch_bounds__(kVectorThreads) write_columns(Offset n, const V* x, Columns<V> to) {
+__global__ void __launch_bounds__(kVectorThreads)
+    write_columns(Offset n, const V* x, Columns<V> to, const double* error, double bound) {
   const Offset i = blockIdx.x * static_cast<Offset>(kVectorThreads) + threadIdx.x;
-  if (i >= n) return;
+  if (i >= n || !(*error <= bound)) return;
 #pragma unroll
   for (int c = 0; c < K; ++c) {
     if (c < to.count) to.data[i + c * to.ld] = x[i * K + c];

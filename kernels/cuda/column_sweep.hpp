@@ -44,9 +44,8 @@ class ColumnSweep {
     commit_copies();
   }
 
-  template <class Value>
-  __device__ void begin_with(const Value& value) {
-    if (has_row()) result_[threadIdx.x] = value(static_cast<int>(threadIdx.x), 0);
+  __device__ void begin_with(const S (&own)[1]) {
+    if (has_row()) result_[threadIdx.x] = own[0];
   }
 
   __device__ void leave_sums(const S* vector, S* partial) {
@@ -71,15 +70,17 @@ class ColumnSweep {
   template <bool Upper, bool Unit, class Write>
   __device__ void solve_diagonal(const Write& write) {
     const int row = first_row() + lane();
-    const S x = rest(first_column() + lane() % kDepth);
-    S sum[2] = {S(0), S(0)};
+    const WarpVector x = share(rest(first_column() + lane() % kDepth));
+    S sum[kParts];
+#pragma unroll
+    for (int j = 0; j < kParts; ++j) sum[j] = S(0);
 #pragma unroll
     for (int j = 0; j < kDepth; ++j) {
       const int k = first_column() + j;
-      sum[j % 2] +=
-          triangle_entry<Upper, Unit>(diagonal_[row * Place::row + k * Place::k], row, k) * shuffle(x, j);
+      sum[j % kParts] +=
+          triangle_entry<Upper, Unit>(diagonal_[row * Place::row + k * Place::k], row, k) * x.row[j];
     }
-    solved_[group() * kSolveTile + row] = sum[0] + sum[1];
+    solved_[group() * kSolveTile + row] = (sum[0] + sum[1]) + (sum[2] + sum[3]);
     __syncthreads();
     if (has_row()) write(static_cast<int>(threadIdx.x), 0, total_of(solved_, threadIdx.x));
   }
@@ -167,7 +168,7 @@ class ColumnSweep {
     S value = ask(at);
     for (int step = first; step < last; ++step) {
       if (step + 1 == last) before_last();
-      const S x = at < 0 ? S(0) : wait_for(vector + at, value, last - 1 - step);
+      const S x = at < 0 ? S(0) : wait_for(vector + at, value, tiles_after(part_, step));
       __syncwarp();  // else the lanes whose entry came first go on alone, and all others after them
       at = next;
       value = ask(at);

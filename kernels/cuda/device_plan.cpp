@@ -20,7 +20,7 @@ class Builder {
   }
 
   DevicePlan build() {
-    list_sources();
+    number_rows();
     for (Vertex k = 0; k < plan_.num_depths; ++k) {
       made_.depths.emplace_back();
       sort_fronts(k);
@@ -28,8 +28,9 @@ class Builder {
       list_assembly();
       list_steps();
       list_update();
-      list_solve(k);
     }
+    list_solve();
+    list_sources();
     list_wide_tiles();
     list_child_rows();
     return std::move(made_);
@@ -279,29 +280,59 @@ class Builder {
     }
   }
 
-  // Forward: the tiles of a front in the order in which they depend on each other, those of all fronts by
-  // turns. Backward: the other way round, and only pivots.
-  void list_solve(Vertex step) {
-    std::vector<Vertex> fronts, tiny;
-    for (Vertex f = plan_.depth_begin[step]; f < plan_.depth_begin[step + 1]; ++f) {
-      const Offset entries = static_cast<Offset>(plan_.pivots(f)) * rows(f);
-      (plan_.pivots(f) <= kTinyPivots && entries <= kTinyEntries ? tiny : fronts).push_back(f);
+  // What the solve does with the fronts of a depth.
+  struct SolveDepth {
+    std::vector<Vertex> fronts;  // in tiles
+    Range tiny;
+  };
+
+  // Each depth waits for the one before it: forward for the deeper one, backward for the higher one.
+  void list_solve() {
+    std::vector<SolveDepth> depths;
+    for (Vertex k = 0; k < plan_.num_depths; ++k) depths.push_back(solve_depth(k));
+    for (const SolveDepth& depth : depths) {
+      list_tiles(depth, made_.forward, [&] { list_forward(depth.fronts); });
+      forward_launch_.push_back(made_.forward.size() - 1);
     }
-    if (static_cast<Vertex>(tiny.size()) < cuts_.many_tiny) {
-      fronts.insert(fronts.end(), tiny.begin(), tiny.end());
-      tiny.clear();
-    }
-    depth().tiny.begin = static_cast<Offset>(made_.tiny_fronts.size());
-    made_.tiny_fronts.insert(made_.tiny_fronts.end(), tiny.begin(), tiny.end());
-    depth().tiny.end = static_cast<Offset>(made_.tiny_fronts.size());
-    Vertex most = 0;
-    for (const Vertex f : fronts) most = std::max(most, solve_tiles(f));
-    list_forward(fronts, most);
-    list_backward(fronts, most);
+    for (auto depth = depths.rbegin(); depth != depths.rend(); ++depth)
+      list_tiles(*depth, made_.backward, [&] { list_backward(depth->fronts); });
   }
 
-  void list_forward(const std::vector<Vertex>& fronts, Vertex most) {
-    depth().solve.begin = static_cast<Offset>(made_.solve.size());
+  SolveDepth solve_depth(Vertex step) {
+    SolveDepth depth;
+    std::vector<Vertex> tiny;
+    for (Vertex f = plan_.depth_begin[step]; f < plan_.depth_begin[step + 1]; ++f) {
+      const Offset entries = static_cast<Offset>(plan_.pivots(f)) * rows(f);
+      (plan_.pivots(f) <= kTinyPivots && entries <= kTinyEntries ? tiny : depth.fronts).push_back(f);
+    }
+    if (static_cast<Vertex>(tiny.size()) < cuts_.many_tiny) {
+      depth.fronts.insert(depth.fronts.end(), tiny.begin(), tiny.end());
+      tiny.clear();
+    }
+    depth.tiny.begin = static_cast<Offset>(made_.tiny_fronts.size());
+    made_.tiny_fronts.insert(made_.tiny_fronts.end(), tiny.begin(), tiny.end());
+    depth.tiny.end = static_cast<Offset>(made_.tiny_fronts.size());
+    return depth;
+  }
+
+  template <class List>
+  void list_tiles(const SolveDepth& depth, std::vector<SolveLaunch>& launches, const List& list) {
+    const Offset begin = static_cast<Offset>(made_.solve.size());
+    list();
+    if (launches.empty() || launches.back().tiny.count() > 0 || depth.tiny.count() > 0)
+      launches.push_back({depth.tiny, {begin, begin}, {}});
+    launches.back().tiles.end = static_cast<Offset>(made_.solve.size());
+  }
+
+  Vertex most_solve_tiles(const std::vector<Vertex>& fronts) const {
+    Vertex most = 0;
+    for (const Vertex f : fronts) most = std::max(most, solve_tiles(f));
+    return most;
+  }
+
+  // The tiles of a front in the order in which they depend on each other, those of all fronts by turns.
+  void list_forward(const std::vector<Vertex>& fronts) {
+    const Vertex most = most_solve_tiles(fronts);
     for (Vertex i = 0; i < most; ++i) {
       for (const Vertex f : fronts) {
         if (i < solve_tiles(f)) add_part({f, i * kSolveTile, 0, i, true, 0, 0, {}});
@@ -311,13 +342,13 @@ class Builder {
       for (Vertex i = 0; i < plan_.border_rows(f); i += kSolveTile)
         add_part({f, plan_.pivots(f) + i, 0, solve_tiles(f), true, 0, 0, {}});
     }
-    depth().solve.end = static_cast<Offset>(made_.solve.size());
   }
 
-  // By turns too, but tiles come some turns before their parts: what they wait for in the pivot block takes
-  // them long, and no block that has begun stands in the way of a part.
-  void list_backward(const std::vector<Vertex>& fronts, Vertex most) {
-    depth().solve_back.begin = static_cast<Offset>(made_.solve.size());
+  // The other way round, and only pivots. By turns too, but tiles come some turns before their parts: what
+  // they wait for in the pivot block takes them long, and no block that has begun stands in the way of a
+  // part.
+  void list_backward(const std::vector<Vertex>& fronts) {
+    const Vertex most = most_solve_tiles(fronts);
     std::vector<Offset> places;
     for (const Vertex f : fronts) {
       places.push_back(made_.solve_places);
@@ -328,7 +359,6 @@ class Builder {
       for (std::size_t i = 0; i < fronts.size(); ++i) list_parts_back(fronts[i], turn, places[i]);
       for (std::size_t i = 0; i < fronts.size(); ++i) list_tile_back(fronts[i], turn + lead, places[i]);
     }
-    depth().solve_back.end = static_cast<Offset>(made_.solve.size());
   }
 
   Vertex solve_tiles(Vertex f) const { return tiles_of(plan_.pivots(f), kSolveTile); }
@@ -367,7 +397,7 @@ class Builder {
     }
   }
 
-  void list_sources() {
+  void number_rows() {
     Offset row = 0;
     for (Vertex step = 0; step < plan_.num_depths; ++step) {
       for (Vertex f = plan_.depth_begin[step]; f < plan_.depth_begin[step + 1]; ++f) {
@@ -377,6 +407,9 @@ class Builder {
       ++row;  // where the last row of the step ends
     }
     made_.source_begin.assign(static_cast<std::size_t>(row), 0);
+  }
+
+  void list_sources() {
     for_each_child_row([&](Offset of, Offset) { ++made_.source_begin[of + 1]; });
     place_sources();
     made_.destination.resize(plan_.border.size());
@@ -384,23 +417,40 @@ class Builder {
     for_each_child_row([&](Offset of, Offset place) { made_.destination[place] = next[of]++; });
   }
 
-  // From counts to places. What a step leaves is read by the next one, so two steps share a place by turns.
+  // From counts to places.
   void place_sources() {
-    Offset most[2] = {0, 0};
+    std::vector<Offset> next = place_borders();
     std::vector<Offset>& places = made_.source_begin;
-    for (Vertex step = 0; step < plan_.num_depths; ++step) {
-      Offset& left = most[step % 2];
-      left = std::max(left, plan_.border_begin[plan_.depth_begin[step + 1]] -
-                                plan_.border_begin[plan_.depth_begin[step]]);
-    }
-    made_.border_places = most[0] + most[1];
     for (Vertex step = 1; step < plan_.num_depths; ++step) {
       const bool last = step + 1 == plan_.num_depths;
       const auto begin = places.begin() + made_.row_begin[plan_.depth_begin[step]];
       const auto end = last ? places.end() : places.begin() + made_.row_begin[plan_.depth_begin[step + 1]];
-      *begin = (step - 1) % 2 == 0 ? 0 : most[0];
+      Offset& of_children = next[forward_launch_[step - 1]];
+      *begin = of_children;
       std::partial_sum(begin, end, begin);
+      of_children += border_rows_of(step - 1);
     }
+  }
+
+  // Where what each launch leaves begins. It is read by the same launch and the next one, so two share a
+  // place by turns.
+  std::vector<Offset> place_borders() {
+    std::vector<Offset> count(made_.forward.size(), 0), begin;
+    for (Vertex step = 0; step < plan_.num_depths; ++step)
+      count[forward_launch_[step]] += border_rows_of(step);
+    Offset most[2] = {0, 0};
+    for (std::size_t launch = 0; launch < count.size(); ++launch)
+      most[launch % 2] = std::max(most[launch % 2], count[launch]);
+    made_.border_places = most[0] + most[1];
+    for (std::size_t launch = 0; launch < count.size(); ++launch) {
+      begin.push_back(launch % 2 == 0 ? 0 : most[0]);
+      made_.forward[launch].border = {begin.back(), begin.back() + count[launch]};
+    }
+    return begin;
+  }
+
+  Offset border_rows_of(Vertex step) const {
+    return plan_.border_begin[plan_.depth_begin[step + 1]] - plan_.border_begin[plan_.depth_begin[step]];
   }
 
   // Only of larger fronts: small ones add their children up in shared memory.
@@ -437,6 +487,7 @@ class Builder {
   const SymbolicPlan& plan_;
   const PlanCuts& cuts_;
   std::vector<Vertex> small_, large_;
+  std::vector<std::size_t> forward_launch_;  // of each depth
   DevicePlan made_;
 };
 

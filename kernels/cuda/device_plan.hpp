@@ -108,9 +108,15 @@ struct DepthLaunches {
   std::vector<Launch> factor;
   Range exchange;  // block rows left of later panels
   std::vector<Launch> update;
-  Range tiny;        // fronts that one warp solves with
-  Range solve;       // tiles of the others, forward
-  Range solve_back;  // and backward, with their parts
+};
+
+/// A launch of the solve in one direction: tiles and parts of tiles, depth after depth, each of which waits
+/// for the results that it needs. Tiny fronts, which a warp solves with, are launched beside the tiles; they
+/// do not wait, so a depth that has them shares its launch with no other.
+struct SolveLaunch {
+  Range tiny;
+  Range tiles;
+  Range border;  // forward: the places of what its fronts leave
 };
 
 struct DevicePlan {
@@ -121,6 +127,7 @@ struct DevicePlan {
   std::vector<FrontPart> wide_tiles;  // of kSolveTile pivots: those that have more than one inverted block
   std::vector<SolvePart> solve;
   Offset solve_places = 0;  // of partial sums
+  std::vector<SolveLaunch> forward, backward;
   std::vector<StepTask> steps;
   std::vector<ProductTask> products;
   std::vector<DepthLaunches> depths;
@@ -130,7 +137,7 @@ struct DevicePlan {
   std::vector<Vertex> child_row;
   // Row i of front f takes what its children left at [source_begin[row_begin[f] + i], source_begin[... + 1]).
   // A border row leaves its value at destination[its place in the plan's border]. There are as many places as
-  // two neighbouring depths need.
+  // two neighbouring launches of the forward pass need.
   std::vector<Offset> row_begin;     // num_fronts
   std::vector<Offset> source_begin;  // rows of all fronts, and the end of each depth's last one
   std::vector<Offset> destination;

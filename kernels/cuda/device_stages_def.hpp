@@ -303,41 +303,42 @@ void DeviceStages<S, V>::substitute_columns(const Vectors& at) {
   set_shared_memory(reinterpret_cast<const void*>(&substitute_forward<Transposed, K, S, V>), kBytes);
   set_shared_memory(reinterpret_cast<const void*>(&substitute_backward<Transposed, K, S, V>), kBytes);
   constexpr int kTinyThreads = kTinyFrontsPerBlock * kWarp;
-  const auto tiny_blocks = [](const DepthLaunches& depth) {
-    return static_cast<unsigned>((depth.tiny.count() + kTinyFrontsPerBlock - 1) / kTinyFrontsPerBlock);
+  const auto tiny_blocks = [](const SolveLaunch& launch) {
+    return static_cast<unsigned>((launch.tiny.count() + kTinyFrontsPerBlock - 1) / kTinyFrontsPerBlock);
   };
   const DeviceVectors<S> vectors{at.v, at.y, at.border, at.partial};
   const auto unset = [&](S* rows, Offset count) {
     stream_.fill(rows, kUnset, count * K * static_cast<Offset>(sizeof(S)));
   };
   unset(vectors.y, plan_.n);
-  for (const DepthLaunches& depth : lists_.depths) {
+  for (const SolveLaunch& launch : lists_.forward) {
+    const bool waits = launch.tiny.count() == 0;  // for what it leaves itself
+    if (waits) unset(vectors.border + launch.border.begin * K, launch.border.count());
     beside(
-        depth.tiny.count() > 0, depth.solve.count() > 0,
+        launch.tiny.count() > 0, launch.tiles.count() > 0,
         [&](const Stream& stream) {
-          substitute_tiny_forward<Transposed, K><<<tiny_blocks(depth), kTinyThreads, 0, stream.get()>>>(
-              store_, vectors, depth.tiny.begin, static_cast<int>(depth.tiny.count()));
+          substitute_tiny_forward<Transposed, K><<<tiny_blocks(launch), kTinyThreads, 0, stream.get()>>>(
+              store_, vectors, launch.tiny.begin, static_cast<int>(launch.tiny.count()));
         },
         [&] {
           substitute_forward<Transposed, K>
-              <<<static_cast<unsigned>(depth.solve.count()), kSolveThreads, kBytes, stream_.get()>>>(
-                  store_, vectors, depth.solve.begin);
+              <<<static_cast<unsigned>(launch.tiles.count()), kSolveThreads, kBytes, stream_.get()>>>(
+                  store_, vectors, launch.tiles.begin);
         });
   }
   unset(vectors.v, plan_.n);
   unset(vectors.partial, partial_rows());
-  for (auto at_depth = lists_.depths.rbegin(); at_depth != lists_.depths.rend(); ++at_depth) {
-    const DepthLaunches& depth = *at_depth;
+  for (const SolveLaunch& launch : lists_.backward) {
     beside(
-        depth.tiny.count() > 0, depth.solve_back.count() > 0,
+        launch.tiny.count() > 0, launch.tiles.count() > 0,
         [&](const Stream& stream) {
-          substitute_tiny_backward<Transposed, K><<<tiny_blocks(depth), kTinyThreads, 0, stream.get()>>>(
-              store_, vectors, depth.tiny.begin, static_cast<int>(depth.tiny.count()));
+          substitute_tiny_backward<Transposed, K><<<tiny_blocks(launch), kTinyThreads, 0, stream.get()>>>(
+              store_, vectors, launch.tiny.begin, static_cast<int>(launch.tiny.count()));
         },
         [&] {
           substitute_backward<Transposed, K>
-              <<<static_cast<unsigned>(depth.solve_back.count()), kSolveThreads, kBytes, stream_.get()>>>(
-                  store_, vectors, depth.solve_back.begin);
+              <<<static_cast<unsigned>(launch.tiles.count()), kSolveThreads, kBytes, stream_.get()>>>(
+                  store_, vectors, launch.tiles.begin);
         });
   }
   check_launch("solve");

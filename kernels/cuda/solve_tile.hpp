@@ -11,13 +11,18 @@ namespace mfs::cuda {
 constexpr int kSolveThreads = 256;
 /// Columns of the factor that a step takes: as many as the diagonal tile has.
 constexpr int kStep = kSolveTile;
+/// Entries of a tile of K columns that a thread begins with: its i-th is entry threadIdx.x + i kSolveThreads
+/// of the tile, columns side by side.
+template <int K>
+constexpr int kOwnEntries = K == 1 ? 1 : kSolveTile* K / kSolveThreads;
 
 /// Every byte of an entry whose tile has not been done: a NaN that no operation makes.
 constexpr int kUnset = 0xff;
 
 /// Vectors of one solve in elimination order, K columns side by side; `border` holds what the borders of the
-/// fronts of two depths leave, by DevicePlan::destination, `partial` 64 rows per place of a part. y is unset
-/// before the forward pass, v and partial before the backward pass.
+/// fronts of two launches leave, by DevicePlan::destination, `partial` 64 rows per place of a part. y is
+/// unset before the forward pass, v and partial before the backward pass, and of the border what a launch
+/// that waits for it leaves.
 template <class S>
 struct DeviceVectors {
   S* v;        // n x K
@@ -133,36 +138,72 @@ __device__ bool is_unset(const Kokkos::complex<Real>& value) {
   return is_unset(value.real()) || is_unset(value.imag());
 }
 
-/// The entry at `place` once it is set; `value` is what it was. `tiles`: how many others must be done after
-/// that one before this block can end. Those that are far from their end look rarely: all wait for the same
-/// entries, and the one whose turn is next would wait behind them.
+/// Before a block looks again for what is not set. `tiles`: how many others must be done after that before
+/// this block can end. Those that are far from their end look rarely: all wait for the same entries, and the
+/// one whose turn is next would wait behind them.
+__device__ inline void pause_for(int tiles) {
+  constexpr int kPause = 64, kMostTiles = 16;  // ns per tile
+  if (tiles > 0) __nanosleep(kPause * min(tiles, kMostTiles));
+}
+
+/// The entry at `place` once it is set; `value` is what it was.
 template <class S>
 __device__ S wait_for(const S* place, S value, int tiles) {
-  constexpr int kPause = 64, kMostTiles = 16;  // ns per tile
   while (is_unset(value)) {
-    if (tiles > 0) __nanosleep(kPause * min(tiles, kMostTiles));
+    pause_for(tiles);
     value = peek(place);
   }
   return value;
 }
 
-/// What the parts of a tile before this one have left, entry `i` of 64 x K: added in their order, for one
-/// column asked for four at once.
-template <int K, class S>
-__device__ S sum_of_parts(const SolvePart& part, const S* partial, int i) {
-  constexpr int kAtOnce = K == 1 ? 4 : 1;
-  const auto left_by = [&](int p) { return partial + (part.place + p) * (kSolveTile * K) + i; };
-  S total = S(0);
-  for (int first = 0; first < part.parts; first += kAtOnce) {
-    S value[kAtOnce];
+/// About how many tiles must be done after those that `step` of a part needs before the part's own can end.
+/// One at least while that waits for the part.
+__device__ inline int tiles_after(const SolvePart& part, int step) {
+  return part.last_step - 1 - step + (part.finishes ? 0 : 1);
+}
+
+/// sum[m] += the entries at place(m, 0...count[m] - 1) once they are set, in this order. Some are asked for
+/// at once, again and again until all of them are there. `tiles` as for pause_for.
+template <int Rows, class S, class Place>
+__device__ void add_when_set(const int (&count)[Rows], int tiles, const Place& place, S (&sum)[Rows]) {
+  constexpr int kAtOnce = Rows < 4 ? 4 / Rows : 1;
+  int most = 0;
 #pragma unroll
-    for (int j = 0; j < kAtOnce; ++j) value[j] = first + j < part.parts ? peek(left_by(first + j)) : S(0);
+  for (int m = 0; m < Rows; ++m) most = max(most, count[m]);
+  for (int first = 0; first < most; first += kAtOnce) {
+    S value[Rows][kAtOnce];
+    for (bool ask = true; ask;) {
 #pragma unroll
-    for (int j = 0; j < kAtOnce; ++j) {
-      if (first + j < part.parts) total += wait_for(left_by(first + j), value[j], 0);
+      for (int m = 0; m < Rows; ++m) {
+#pragma unroll
+        for (int j = 0; j < kAtOnce; ++j)
+          value[m][j] = first + j < count[m] ? peek(place(m, first + j)) : S(0);
+      }
+      ask = false;
+#pragma unroll
+      for (int m = 0; m < Rows; ++m) {
+#pragma unroll
+        for (int j = 0; j < kAtOnce; ++j) ask = ask || is_unset(value[m][j]);
+      }
+      if (ask) pause_for(tiles);
+    }
+#pragma unroll
+    for (int m = 0; m < Rows; ++m) {
+#pragma unroll
+      for (int j = 0; j < kAtOnce; ++j) sum[m] += value[m][j];
     }
   }
-  return total;
+}
+
+/// What the parts of a tile before this one have left, entry `i` of 64 x K.
+template <int K, class S>
+__device__ S sum_of_parts(const SolvePart& part, const S* partial, int i) {
+  const S* const left = partial + part.place * (kSolveTile * K) + i;
+  const int count[] = {part.parts};
+  S sum[] = {S(0)};
+  add_when_set(
+      count, 0, [&](int, int p) { return left + p * (kSolveTile * K); }, sum);
+  return sum[0];
 }
 
 }  // namespace mfs::cuda

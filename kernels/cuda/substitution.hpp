@@ -1,16 +1,19 @@
 // Stage "solve" on the device, for K columns at once, which lie side by side: entry (i, c) of a vector at
-// i * K + c. One launch per depth and direction for tiny fronts, a warp each (tiny_substitution.hpp), and one
-// for the others, in tiles of 64 rows of a front (of 64 columns where the factor is used transposed).
+// i * K + c. One launch per direction, in tiles of 64 rows of a front (of 64 columns where the factor is used
+// transposed); but depths with many tiny fronts have a launch of their own, and beside it one in which a warp
+// does each of those (tiny_substitution.hpp).
 //
 //   forward     y_i = L_ii^-1 (v_i + what the children left - sum_{j<i} L_ij y_j);  border: z = what the
 //               children left - L y
 //   backward    v_i = U_ii^-1 (y_i - U v(border) - sum_{j>i} U_ij v_j)
 //
 // Backward, tiles with a long border are cut in parts (SolvePart), a block each, so that the few large fronts
-// of a depth fill the device. A part needs the results of other tiles of its front, which run at the same
-// time: it waits, entry by entry, until they are no longer kUnset, which nothing computed is. They belong to
-// blocks with smaller numbers, or are parts that wait for nothing (PlanCuts::waiting_tiles), so none waits
-// for one that cannot begin. Each sum is made in one order: the parts' are added one by one.
+// of a depth fill the device. A tile or part needs the results of others, of its front and forward of its
+// children, backward of its ancestors, which run at the same time: it waits, entry by entry, until they are
+// no longer kUnset, which nothing computed is. They belong to blocks with smaller numbers; the parts of a
+// tile may come later, but never while so many tiles wait for theirs that these could fill the device
+// (PlanCuts::waiting_tiles). So none waits for one that cannot begin. Each sum is made in one order: the
+// parts' are added one by one.
 //
 // What multiplies the vector comes in steps of 64 columns, and at the end the diagonal tile, which is
 // inverted: for one column column_sweep.hpp does them, for 16 tile_sweep.hpp. From the last entries that a
@@ -43,12 +46,16 @@ constexpr std::size_t substitution_bytes() {
   return Sweep<false, K, S, int, int>::bytes;
 }
 
-// What the children have left for a row of the front, column c.
-template <int K, class S, class Value>
-__device__ S from_children(const DeviceStore<S, Value>& store, const S* border, Offset row, int c) {
-  S sum = S(0);
-  for (Offset s = store.source_begin[row]; s < store.source_begin[row + 1]; ++s) sum += border[s * K + c];
-  return sum;
+/// Row and column of the tile for a thread's i-th entry; the row is -1 where the tile has none there.
+template <int K>
+__device__ int own_row(int i, int width) {
+  const int row = static_cast<int>(threadIdx.x + i * kSolveThreads) / K;
+  return row < width ? row : -1;
+}
+template <int K>
+__device__ int own_column() {
+  static_assert(kSolveThreads % K == 0);
+  return threadIdx.x % K;
 }
 
 template <bool Transposed, int K, class S, class Value>
@@ -82,16 +89,28 @@ __global__ void __launch_bounds__(kSolveThreads, kSolveBlocks<K>)
         tile.has_pivots ? pivots_at + row : store.destination[front.border_at + row - front.pivots];
   }
   auto sweep = sweep_tile<Transposed, K>(memory, part, tile, panel, place);
-  sweep.begin_with([&](int r, int c) {
-    if (r >= tile.width) return S(0);
-    int row = tile.begin + r;
-    S value = S(0);
+  // v, and what the children leave, which may be in the same launch.
+  S own[kOwnEntries<K>];
+  int children[kOwnEntries<K>];
+  Offset from[kOwnEntries<K>];
+#pragma unroll
+  for (int i = 0; i < kOwnEntries<K>; ++i) {
+    own[i] = S(0);
+    children[i] = 0;
+    int row = own_row<K>(i, tile.width);
+    if (row < 0) continue;
+    row += tile.begin;
     if (tile.has_pivots) {
       if (!Transposed) row = store.fronts.local_row[pivots_at + row];
-      value = vectors.v[(pivots_at + row) * K + c];
+      own[i] = vectors.v[(pivots_at + row) * K + own_column<K>()];
     }
-    return value + from_children<K>(store, vectors.border, front.rows_at + row, c);
-  });
+    from[i] = store.source_begin[front.rows_at + row];
+    children[i] = static_cast<int>(store.source_begin[front.rows_at + row + 1] - from[i]);
+  }
+  add_when_set(
+      children, 1 + part.last_step,
+      [&](int i, int child) { return vectors.border + (from[i] + child) * K + own_column<K>(); }, own);
+  sweep.begin_with(own);
   sweep.subtract_sums(vectors.y, vectors.partial);
   S* const to = tile.has_pivots ? vectors.y : vectors.border;
   const auto write = [&](int row, int column, const S& value) {
@@ -116,11 +135,11 @@ __global__ void __launch_bounds__(kSolveThreads, kSolveBlocks<K>)
   const auto row_of = [&](int pivot) {
     return pivots_at + Offset(Transposed ? store.fronts.local_row[pivots_at + pivot] : pivot);
   };
-  // The border, whose rows are done, then what is right of the tile in the pivot block, last columns first.
+  // What is right of the tile, last columns first, as they are done first: the border, then the pivot block.
   const int of_border = (front.border + kStep - 1) / kStep, after = tile.begin + tile.width;
   const int steps = of_border + (front.pivots - after + kStep - 1) / kStep;
   const auto column_of = [&](int step) {
-    return step < of_border ? step * kStep : after + (steps - 1 - step) * kStep;
+    return step < of_border ? (of_border - 1 - step) * kStep : after + (steps - 1 - step) * kStep;
   };
   const auto panel = [&](int step) {
     if (step >= steps) return diagonal_panel(tile);
@@ -141,8 +160,13 @@ __global__ void __launch_bounds__(kSolveThreads, kSolveBlocks<K>)
     sweep.leave_sums(vectors.v, vectors.partial);
     return;
   }
-  sweep.begin_with(
-      [&](int r, int c) { return r < tile.width ? vectors.y[(pivots_at + tile.begin + r) * K + c] : S(0); });
+  S own[kOwnEntries<K>];
+#pragma unroll
+  for (int i = 0; i < kOwnEntries<K>; ++i) {
+    const int row = own_row<K>(i, tile.width);
+    own[i] = row < 0 ? S(0) : vectors.y[(pivots_at + tile.begin + row) * K + own_column<K>()];
+  }
+  sweep.begin_with(own);
   sweep.subtract_sums(vectors.v, vectors.partial);
   sweep.template solve_diagonal<true, Transposed>([&](int row, int column, const S& value) {
     if (row < tile.width) vectors.v[row_of(tile.begin + row) * K + column] = value;

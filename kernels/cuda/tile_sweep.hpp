@@ -93,11 +93,13 @@ class TileSweep {
     fetch(part.first_step);
   }
 
-  /// What the sums are subtracted from: value(row, column).
-  template <class Value>
-  __device__ void begin_with(const Value& value) {
-    for (int i = threadIdx.x; i < kSolveTile * K; i += kSolveThreads)
-      result_[i / K * kLd + i % K] = value(i / K, i % K);
+  /// What the sums are subtracted from.
+  __device__ void begin_with(const S (&own)[kOwnEntries<K>]) {
+#pragma unroll
+    for (int j = 0; j < kOwnEntries<K>; ++j) {
+      const int i = threadIdx.x + j * kSolveThreads;
+      result_[i / K * kLd + i % K] = own[j];
+    }
   }
 
   /// partial = the sums, for the part that finishes the tile.
@@ -152,7 +154,7 @@ class TileSweep {
       __syncthreads();  // nobody needs the panel and the rows before any more
       fetch(step + 1);
       if (step + 1 == last) before_last();
-      ahead.settle(x_, kLd, last - 1 - step);
+      ahead.settle(x_, kLd, tiles_after(part_, step));
       wait_copies<1>();
       __syncthreads();
       if (step + 1 < last) ahead.ask();
@@ -168,7 +170,9 @@ class TileSweep {
       result_[i / K * kLd + i % K] -= sum_of_parts<K>(part_, partial, i);
   }
 
-  __device__ S* stage(int step) const { return stage_ + step % kStages * Place::entries; }
+  __device__ S* stage(int step) const {
+    return stage_ + step % kStages * Place::entries;
+  }
   __device__ void fetch(int step) {
     if (step < part_.last_step || part_.finishes)
       fetch_panel<Transposed, K>(panel_(step), width_, stage(step));

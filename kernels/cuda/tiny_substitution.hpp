@@ -32,6 +32,14 @@ __device__ void add_products(int count, bool minus, const Entry& entry, const S 
   }
 }
 
+// What the children, of a launch before, have left for a row of the front, column c.
+template <int K, class S, class Value>
+__device__ S from_children(const DeviceStore<S, Value>& store, const S* border, Offset row, int c) {
+  S sum = S(0);
+  for (Offset s = store.source_begin[row]; s < store.source_begin[row + 1]; ++s) sum += border[s * K + c];
+  return sum;
+}
+
 template <bool Transposed, int K, class S, class Value>
 __global__ void __launch_bounds__(kTinyFrontsPerBlock* kWarp)
     substitute_tiny_forward(DeviceStore<S, Value> store, DeviceVectors<S> vectors, Offset first, int count) {

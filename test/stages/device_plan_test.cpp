@@ -135,21 +135,65 @@ TEST(DevicePlan, ExchangesRowsOfEveryBlockLeftOfTheDiagonal) {
   }
 }
 
-// What the fronts of a depth leave is read by the next one, and the next but one may write there.
-TEST(DevicePlan, VectorsHaveRoomForTheBordersOfTwoDepths) {
+std::set<Vertex> fronts_of(const cuda::DevicePlan& lists, const cuda::SolveLaunch& launch) {
+  std::set<Vertex> fronts;
+  for (Offset i = launch.tiny.begin; i < launch.tiny.end; ++i) fronts.insert(lists.tiny_fronts[i]);
+  for (Offset i = launch.tiles.begin; i < launch.tiles.end; ++i) fronts.insert(lists.solve[i].front);
+  return fronts;
+}
+
+// What a launch of the forward pass leaves is read by itself and the next one, and the next but one may write
+// there.
+TEST(DevicePlan, BordersOfALaunchAndTheNextHavePlacesOfTheirOwn) {
   for (const auto& shapes : {mixed_tree(), chain()}) {
     const StageProblem<double> problem = artificial_problem(shapes, {7});
     const SymbolicPlan& plan = *problem.plan;
-    Offset most[2] = {0, 0};
-    for (Vertex step = 0; step < plan.num_depths; ++step) {
-      Offset rows = 0;
-      for (Vertex f = plan.depth_begin[step]; f < plan.depth_begin[step + 1]; ++f)
-        rows += plan.border_rows(f);
-      most[step % 2] = std::max(most[step % 2], rows);
+    for (const Vertex many_tiny : {1, std::numeric_limits<Vertex>::max()}) {
+      cuda::PlanCuts cuts{128, 160, true};
+      cuts.many_tiny = many_tiny;
+      const cuda::DevicePlan lists = cuda::make_device_plan(plan, cuts);
+      Offset left = 0, most = 0;
+      for (std::size_t i = 0; i < lists.forward.size(); ++i) {
+        const cuda::Range& own = lists.forward[i].border;
+        left += own.count();
+        most = std::max(most, own.end);
+        if (i > 0) {
+          const cuda::Range& before = lists.forward[i - 1].border;
+          EXPECT_TRUE(own.end <= before.begin || before.end <= own.begin);
+        }
+        std::set<Offset> places;
+        for (const Vertex f : fronts_of(lists, lists.forward[i])) {
+          for (Offset k = plan.border_begin[f]; k < plan.border_begin[f + 1]; ++k)
+            places.insert(lists.destination[k]);
+        }
+        ASSERT_EQ(static_cast<Offset>(places.size()), own.count());
+        EXPECT_TRUE(places.empty() || (*places.begin() == own.begin && *places.rbegin() == own.end - 1));
+      }
+      EXPECT_EQ(left, static_cast<Offset>(plan.border.size()));
+      EXPECT_EQ(lists.border_places, most);
     }
-    ASSERT_LT(most[0] + most[1], static_cast<Offset>(plan.border.size()));
-    EXPECT_EQ(cuda::make_device_plan(plan, {128, 160, true}).border_places, most[0] + most[1]);
   }
+}
+
+// Depths follow each other in one launch, but those whose tiny fronts warps solve with.
+TEST(DevicePlan, SolvesDepthsWithoutTinyFrontsInOneLaunch) {
+  const StageProblem<double> problem = artificial_problem(mixed_tree(), {8});
+  cuda::PlanCuts cuts{128, 160, true};
+  cuts.many_tiny = std::numeric_limits<Vertex>::max();
+  const cuda::DevicePlan merged = cuda::make_device_plan(*problem.plan, cuts);
+  EXPECT_EQ(merged.forward.size(), 1u);
+  EXPECT_EQ(merged.backward.size(), 1u);
+  cuts.many_tiny = 1;
+  const cuda::DevicePlan parted = cuda::make_device_plan(*problem.plan, cuts);
+  for (const auto* launches : {&parted.forward, &parted.backward}) {
+    bool before = true;
+    for (const cuda::SolveLaunch& launch : *launches) {
+      const bool tiny = launch.tiny.count() > 0;
+      EXPECT_TRUE(tiny || before) << "two launches that could be one";
+      before = tiny;
+    }
+  }
+  EXPECT_GT(parted.forward.size(), 1u);
 }
 
 TEST(DevicePlan, InvertsTilesOfMoreThanOneBlock) {

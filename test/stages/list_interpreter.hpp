@@ -3,6 +3,7 @@
 // Without pivoting. All memory is NaN before.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <set>
@@ -71,28 +72,29 @@ class ListInterpreter {
   void solve(std::vector<double>& v) const {
     std::vector<double> y(v.size(), kNothing);
     std::vector<double> border(static_cast<std::size_t>(lists_.border_places), kNothing);
-    for (std::size_t step = 0; step < lists_.depths.size(); ++step) {
-      const cuda::DepthLaunches& depth = lists_.depths[step];
-      for (Offset i = depth.tiny.begin; i < depth.tiny.end; ++i) {
+    for (const cuda::SolveLaunch& launch : lists_.forward) {
+      expect_one_depth(launch);
+      for (Offset i = launch.tiny.begin; i < launch.tiny.end; ++i) {
         const Vertex f = lists_.tiny_fronts[i];
         forward(f, 0, plan_.pivots(f), v, y, border);
         forward(f, plan_.pivots(f), rows(f), v, y, border);
       }
-      for (Offset i = depth.solve.begin; i < depth.solve.end; ++i) {
+      for (Offset i = launch.tiles.begin; i < launch.tiles.end; ++i) {
         const cuda::SolvePart& part = lists_.solve[i];
         EXPECT_TRUE(part.finishes && part.first_step == 0 && part.parts == 0) << "parts are for backward";
         expect_where(part);
         forward(part.front, part.begin, tile_end(part), v, y, border);
       }
-      forget_sources(static_cast<Vertex>(step), border);
+      forget_others(launch.border, border);
     }
     v.assign(v.size(), kNothing);
     std::vector<double> partial = no_sums();
-    for (auto depth = lists_.depths.rbegin(); depth != lists_.depths.rend(); ++depth) {
-      for (Offset i = depth->tiny.begin; i < depth->tiny.end; ++i)
+    for (const cuda::SolveLaunch& launch : lists_.backward) {
+      expect_one_depth(launch);
+      for (Offset i = launch.tiny.begin; i < launch.tiny.end; ++i)
         backward(whole(lists_.tiny_fronts[i], 0), plan_.pivots(lists_.tiny_fronts[i]), y, v, partial);
       std::vector<cuda::SolvePart> waiting;
-      for (Offset i = depth->solve_back.begin; i < depth->solve_back.end; ++i) {
+      for (Offset i = launch.tiles.begin; i < launch.tiles.end; ++i) {
         expect_where(lists_.solve[i]);
         waiting.push_back(lists_.solve[i]);
         for (std::size_t k = 0; k < waiting.size();) {
@@ -115,7 +117,19 @@ class ListInterpreter {
   Vertex rows(Vertex f) const { return plan_.pivots(f) + plan_.border_rows(f); }
   // Everything from row `begin` of a front on, in one part of no steps.
   static cuda::SolvePart whole(Vertex f, Vertex begin) { return {f, begin, 0, 0, true, 0, 0, {}}; }
-  // Whether what a tile waits for is there: its parts and the tile before it. Parts do not wait.
+  // What warps solve with is waited for by launches, not by tiles.
+  void expect_one_depth(const cuda::SolveLaunch& launch) const {
+    std::set<Vertex> depths;
+    const auto add = [&](Vertex f) {
+      const auto& begin = plan_.depth_begin;
+      depths.insert(static_cast<Vertex>(std::upper_bound(begin.begin(), begin.end(), f) - begin.begin()));
+    };
+    for (Offset i = launch.tiny.begin; i < launch.tiny.end; ++i) add(lists_.tiny_fronts[i]);
+    for (Offset i = launch.tiles.begin; i < launch.tiles.end; ++i) add(lists_.solve[i].front);
+    EXPECT_TRUE(launch.tiny.count() == 0 || depths.size() == 1);
+  }
+  // Whether what a tile waits for is there: its parts and the tile before it. What comes from higher depths
+  // is, or it makes NaN.
   bool is_ready(const cuda::SolvePart& part, const std::vector<double>& v,
                 const std::vector<double>& partial) const {
     const Vertex end = tile_end(part);
@@ -304,13 +318,10 @@ class ListInterpreter {
     return sum;
   }
 
-  // What a step has read may be written again.
-  void forget_sources(Vertex step, std::vector<double>& border) const {
-    for (Vertex f = plan_.depth_begin[step]; f < plan_.depth_begin[step + 1]; ++f) {
-      for (Offset row = lists_.row_begin[f]; row < lists_.row_begin[f] + rows(f); ++row) {
-        for (Offset s = lists_.source_begin[row]; s < lists_.source_begin[row + 1]; ++s) border[s] = kNothing;
-      }
-    }
+  // What a launch has read may be written again, and what it leaves stays.
+  static void forget_others(const cuda::Range& left, std::vector<double>& border) {
+    std::fill(border.begin(), border.begin() + left.begin, kNothing);
+    std::fill(border.begin() + left.end, border.end(), kNothing);
   }
 
   // The sum of factor times vector for row i of a tile over columns [begin, end) of the front: what a part
@@ -344,7 +355,7 @@ class ListInterpreter {
     }
   }
 
-  // Steps take the border first, then the pivots right of the tile, last columns first.
+  // Steps take what is right of the tile, last columns first: the border, then the pivot block.
   void backward(const cuda::SolvePart& part, Vertex end, const std::vector<double>& y, std::vector<double>& v,
                 std::vector<double>& partial) const {
     constexpr Vertex kStep = cuda::kSolveTile;
@@ -357,7 +368,8 @@ class ListInterpreter {
     for (Vertex i = end - 1; i >= part.begin; --i) {
       double sum = 0;
       for (Vertex step = part.first_step; step < (part.finishes ? steps : part.last_step); ++step) {
-        const Vertex begin = step < of_border ? p + step * kStep : end + (steps - 1 - step) * kStep;
+        const Vertex begin =
+            step < of_border ? p + (of_border - 1 - step) * kStep : end + (steps - 1 - step) * kStep;
         sum_columns(f, i, begin, std::min(begin + kStep, step < of_border ? rows(f) : p), value, sum);
       }
       if (!part.finishes) {

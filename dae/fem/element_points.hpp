@@ -4,7 +4,8 @@
 // processor levels, and into the kernels of a device (dae/fem/cuda): one source for both. A thread of
 // the host holds all points of an element. On a device each lane of a warp holds one, and the lanes of an
 // element add up what is summed over its points. `Held` says which it is: Held::count points are here, number
-// Held::point(p) of the element is the p-th of them, and Held::sum(x) is x of all who hold some.
+// Held::point(p) of the element is the p-th of them, Held::sum(x) is x of all who hold some, and
+// Held::sum_all(count, f, take) gives each of many sums to one of them.
 #pragma once
 
 #include <cmath>
@@ -38,6 +39,11 @@ struct AllPoints {
   static constexpr int count = Sizes<kind>::points;
   MFS_INLINE static int point(int p) { return p; }
   MFS_INLINE static double sum(double x) { return x; }
+  /// take(i, sum of f(i)), for all i < total.
+  template <int total, class F, class Take>
+  MFS_INLINE static void sum_all(const F& f, const Take& take) {
+    for (int i = 0; i < total; ++i) take(i, f(i));
+  }
 };
 
 /// One thread holds all columns of rows over the unknowns, with `stride` places for them; `used` of those are
@@ -52,6 +58,14 @@ struct AllColumns {
 template <ElementKind kind, class Held = AllPoints<kind>>
 struct PointGradients {
   alignas(64) double gradient[3][Sizes<kind>::nodes][Held::count];
+  alignas(64) double weight[Held::count];
+};
+
+/// Of the map from the cell to an element: dxi_b / dX_a as inverse[3 b + a][point], and the integration
+/// weight times det(dX/dxi).
+template <ElementKind kind, class Held = AllPoints<kind>>
+struct PointMaps {
+  alignas(64) double inverse[9][Held::count];
   alignas(64) double weight[Held::count];
 };
 
@@ -107,25 +121,45 @@ MFS_INLINE double adjugate_at(const Matrix& m, int r, int c, int p) {
   return m[3 * c1 + r1][p] * m[3 * c2 + r2][p] - m[3 * c1 + r2][p] * m[3 * c2 + r1][p];
 }
 
-/// Gradients of an element whose nodes lie at `nodes`, from those on the reference cell.
+/// The map to an element whose nodes lie at `nodes`. cell: gradients on the reference cell.
 template <ElementKind kind, class Held>
-MFS_INLINE void reference_gradients(const PointGradients<kind, Held>& cell, const double* nodes,
-                                    PointGradients<kind, Held>& out) {
-  constexpr int points = Held::count;
-  alignas(64) double j[9][points], inverse[9][points];
+MFS_INLINE void map_cell(const PointGradients<kind, Held>& cell, const double* nodes,
+                         PointMaps<kind, Held>& out) {
+  alignas(64) double j[9][Held::count];
   nodal_sum<kind>(cell, nodes, j);
-  for (int p = 0; p < points; ++p) {
+  for (int p = 0; p < Held::count; ++p) {
     const double det = determinant_at(j, p), scale = 1 / det;
     for (int r = 0; r < 3; ++r)
-      for (int c = 0; c < 3; ++c) inverse[3 * r + c][p] = scale * adjugate_at(j, r, c, p);
+      for (int c = 0; c < 3; ++c) out.inverse[3 * r + c][p] = scale * adjugate_at(j, r, c, p);
     out.weight[p] = cell.weight[p] * det;
   }
+}
+
+/// Gradients of the element, from those on the reference cell.
+template <ElementKind kind, class Held>
+MFS_INLINE void map_gradients(const PointGradients<kind, Held>& cell, const PointMaps<kind, Held>& map,
+                              PointGradients<kind, Held>& out) {
+  for (int p = 0; p < Held::count; ++p) out.weight[p] = map.weight[p];
   for (int a = 0; a < 3; ++a)
     for (int i = 0; i < Sizes<kind>::nodes; ++i)
-      for (int p = 0; p < points; ++p)
-        out.gradient[a][i][p] = cell.gradient[0][i][p] * inverse[a][p] +
-                                cell.gradient[1][i][p] * inverse[3 + a][p] +
-                                cell.gradient[2][i][p] * inverse[6 + a][p];
+      for (int p = 0; p < Held::count; ++p)
+        out.gradient[a][i][p] = cell.gradient[0][i][p] * map.inverse[a][p] +
+                                cell.gradient[1][i][p] * map.inverse[3 + a][p] +
+                                cell.gradient[2][i][p] * map.inverse[6 + a][p];
+}
+
+/// dx_c / dX_a as out[3 c + a][point], of nodal values x.
+template <ElementKind kind, class Held>
+MFS_INLINE void derivatives(const PointGradients<kind, Held>& cell, const PointMaps<kind, Held>& map,
+                            const double* x, double (*out)[Held::count]) {
+  alignas(64) double in_cell[9][Held::count];
+  nodal_sum<kind>(cell, x, in_cell);
+  for (int c = 0; c < 3; ++c)
+    for (int a = 0; a < 3; ++a)
+      for (int p = 0; p < Held::count; ++p)
+        out[3 * c + a][p] = in_cell[3 * c][p] * map.inverse[a][p] +
+                            in_cell[3 * c + 1][p] * map.inverse[3 + a][p] +
+                            in_cell[3 * c + 2][p] * map.inverse[6 + a][p];
 }
 
 // The first or second index (which = 0 or 1) of a Voigt component. A function, because code of a device sees
@@ -135,10 +169,17 @@ MFS_INLINE int voigt(int component, int which) {
   return indices[component][which];
 }
 
+// Row `row` of a symmetric tensor, as a function of the column: its place in Voigt order.
+MFS_INLINE int voigt_of(int row, int column) {
+  static constexpr int component[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};
+  return component[row][column];
+}
+
 /// Green strain; NaN where the element is turned inside out.
 template <ElementKind kind, class Held>
-MFS_INLINE void deform(const PointGradients<kind, Held>& g, const double* q, Deformation<kind, Held>& out) {
-  nodal_sum<kind>(g, q, out.f);
+MFS_INLINE void deform(const PointGradients<kind, Held>& cell, const PointMaps<kind, Held>& map,
+                       const double* q, Deformation<kind, Held>& out) {
+  derivatives<kind>(cell, map, q, out.f);
   for (int k = 0; k < 6; ++k) {
     const int a = voigt(k, 0), b = voigt(k, 1);
     for (int p = 0; p < Held::count; ++p) {
@@ -152,9 +193,10 @@ MFS_INLINE void deform(const PointGradients<kind, Held>& g, const double* q, Def
 
 /// F' and E' = sym(F^T F').
 template <ElementKind kind, class Held>
-MFS_INLINE void deform_rate(const PointGradients<kind, Held>& g, const double* v,
-                            const Deformation<kind, Held>& elastic, Deformation<kind, Held>& out) {
-  nodal_sum<kind>(g, v, out.f);
+MFS_INLINE void deform_rate(const PointGradients<kind, Held>& cell, const PointMaps<kind, Held>& map,
+                            const double* v, const Deformation<kind, Held>& elastic,
+                            Deformation<kind, Held>& out) {
+  derivatives<kind>(cell, map, v, out.f);
   for (int k = 0; k < 6; ++k) {
     const int a = voigt(k, 0), b = voigt(k, 1);
     const double share = k < 3 ? 0.5 : 1.0;

@@ -11,7 +11,10 @@ namespace {
 template <ElementKind kind>
 MFS_INLINE void force_of(const SolidConstants& c, const double* nodes, const double* q, const double* v,
                          double* force) {
-  add_force<kind>(c, cell_gradients<kind>(), nodes, q, v, force);
+  Undeformed<kind> undeformed;
+  undeform<kind>(c, cell_gradients<kind>(), nodes, undeformed);
+  add_force<kind>(c, cell_gradients<kind>(), undeformed.map, undeformed.modes, q, v,
+                  [&](int node, int i, double sum) { force[3 * node + i] += sum; });
 }
 
 // Rows of solid_tangent.hpp, kept until all are there: force_q += left^T by_q over `count_q` of them, force_v
@@ -19,7 +22,7 @@ MFS_INLINE void force_of(const SolidConstants& c, const double* nodes, const dou
 template <ElementKind kind>
 struct KeptRows {
   static constexpr int stride = Sizes<kind>::stride;
-  static constexpr int most = 6 * Sizes<kind>::points + 2 * Enhancement<kind>::modes;
+  static constexpr int most = 6 * Sizes<kind>::points + 2 * Modes<kind>::count;
   int count_q = 0, count_v = 0;
   alignas(64) double kept_left[most * stride], kept_by_q[most * stride], kept_by_v[most * stride];
 
@@ -35,14 +38,14 @@ struct KeptRows {
 
 // The share of the stress in force_q: int grad N_i . S grad N_j dV in each direction.
 template <ElementKind kind>
-MFS_INLINE void add_initial_stress(const Response<kind>& r, double* force_q) {
+MFS_INLINE void add_initial_stress(const TangentState<kind>& s, double* force_q) {
   constexpr int nodes = Sizes<kind>::nodes, points = Sizes<kind>::points, stride = Sizes<kind>::node_stride;
   alignas(64) double left[3 * points * stride] = {}, right[3 * points * stride] = {};
   for (int p = 0; p < points; ++p)
     for (int a = 0; a < 3; ++a)
       for (int i = 0; i < nodes; ++i) {
-        left[(3 * p + a) * stride + i] = r.reference.gradient[a][i][p];
-        right[(3 * p + a) * stride + i] = stressed_gradient<kind>(r, p, a, i);
+        left[(3 * p + a) * stride + i] = s.reference.gradient[a][i][p];
+        right[(3 * p + a) * stride + i] = stressed_gradient<kind>(s, p, a, i);
       }
   alignas(64) double product[nodes * stride];
   row_product<nodes % 4 == 0 ? 4 : 5, nodes, stride>(3 * points, left, right, true, product);
@@ -66,17 +69,19 @@ template <ElementKind kind>
 MFS_INLINE void tangent_of(const SolidConstants& c, const double* nodes, const double* q, const double* v,
                            double* force_q, double* force_v) {
   constexpr int n = Sizes<kind>::unknowns, stride = Sizes<kind>::stride;
+  Undeformed<kind> undeformed;
   TangentState<kind> state;
   KeptRows<kind> rows;
   alignas(64) double product[n * stride];
-  prepare_tangent<kind>(c, cell_gradients<kind>(), nodes, q, v, state);
-  tangent_rows<kind, AllColumns<kind>>(c, state, rows);
+  undeform<kind>(c, cell_gradients<kind>(), nodes, undeformed);
+  prepare_tangent<kind>(c, cell_gradients<kind>(), undeformed.map, undeformed.modes, q, v, state);
+  tangent_rows<kind, AllColumns<kind>>(c, undeformed.modes, state, rows);
 
   if (force_q != nullptr) {
     const bool symmetric = c.beta == 0;
     row_product<6, n, stride>(rows.count_q, rows.kept_left, rows.kept_by_q, symmetric, product);
     add_matrix<n, stride>(product, symmetric, force_q);
-    add_initial_stress<kind>(state.response, force_q);
+    add_initial_stress<kind>(state, force_q);
   }
   if (c.beta == 0 || force_v == nullptr) return;
   row_product<6, n, stride>(rows.count_v, rows.kept_left, rows.kept_by_v, true, product);
@@ -86,8 +91,10 @@ MFS_INLINE void tangent_of(const SolidConstants& c, const double* nodes, const d
 template <ElementKind kind>
 MFS_INLINE void cauchy_of(SolidConstants c, const double* nodes, const double* q, double* stress) {
   c.beta = 0;
+  Undeformed<kind> undeformed;
   Response<kind> r;
-  respond<kind>(c, cell_gradients<kind>(), nodes, q, nullptr, r);
+  undeform<kind>(c, cell_gradients<kind>(), nodes, undeformed);
+  respond<kind>(c, cell_gradients<kind>(), undeformed.map, undeformed.modes, q, nullptr, r);
   const auto& f = r.elastic.f;
   for (int p = 0; p < Sizes<kind>::points; ++p)
     for (int k = 0; k < 6; ++k) {

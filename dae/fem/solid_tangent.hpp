@@ -17,21 +17,21 @@ namespace mfs::dae {
 template <ElementKind kind, class Held = AllPoints<kind>>
 struct TangentState {
   Response<kind, Held> response;
+  PointGradients<kind, Held> reference;
   PointStiffness<kind, Held> stiffness;  ///< `same`: it is Hooke's
-  ModeFactors factors;                   ///< of the modes by it; set where the element has modes
+  ModeFactors factors;                   ///< of the modes by it, where it is not Hooke's
 };
 
-/// cell: gradients on the reference cell; nodes, q, v: (nodes x 3).
+/// As respond().
 template <ElementKind kind, class Held>
 MFS_INLINE void prepare_tangent(const SolidConstants& c, const PointGradients<kind, Held>& cell,
-                                const double* nodes, const double* q, const double* v,
-                                TangentState<kind, Held>& s) {
-  respond<kind>(c, cell, nodes, q, v, s.response);
+                                const PointMaps<kind, Held>& map, const Modes<kind>& modes, const double* q,
+                                const double* v, TangentState<kind, Held>& s) {
+  respond<kind>(c, cell, map, modes, q, v, s.response);
+  map_gradients<kind>(cell, map, s.reference);
   stiffnesses<kind>(c, s.response.elastic.strain, s.stiffness);
-  if constexpr (Enhancement<kind, Held>::modes > 0) {
-    s.factors = s.response.enhancement.linear;
-    if (!s.stiffness.same) s.response.enhancement.factor(s.stiffness, s.factors);
-  }
+  if constexpr (Modes<kind>::count > 0)
+    if (!s.stiffness.same) Enhancement<kind, Held>(modes, map).factor(s.stiffness, s.factors);
 }
 
 // out = d rows, for d of 6 x 6 and 6 rows.
@@ -66,7 +66,7 @@ MFS_INLINE void scale_rows(double factor, const double* in, double* out) {
 template <int stride>
 MFS_INLINE void divide_modes(const ModeFactors& factors, double scale, const double* rows, double* out) {
   for (int m = 0; m < kModes; ++m)
-    scale_rows<1, stride>(-scale / factors.l[m][m], rows + m * stride, out + m * stride);
+    scale_rows<1, stride>(-scale * factors.at(m, m), rows + m * stride, out + m * stride);
 }
 
 // Stresses of each point by the unknowns, and their moments for the modes.
@@ -75,23 +75,21 @@ struct StressRows {
   alignas(64) double value[6 * stride];
   RowMoments<stride> moments;
 
-  MFS_INLINE void add_moments(const Enhancement<kind>& enhancement, int p) {
-    if constexpr (Enhancement<kind>::modes > 0) enhancement.add_moments(p, value, moments);
+  MFS_INLINE void add_moments(const Modes<kind>& modes, int p) {
+    if constexpr (Modes<kind>::count > 0) modes.add_moments(p, value, moments);
   }
-  MFS_INLINE void set(const double* d, const double* strain_rows, const Enhancement<kind>& enhancement,
-                      int p) {
+  MFS_INLINE void set(const double* d, const double* strain_rows, const Modes<kind>& modes, int p) {
     stiffness_times<stride>(d, strain_rows, value);
-    add_moments(enhancement, p);
+    add_moments(modes, p);
   }
-  MFS_INLINE void set_by_hooke(const SolidConstants& c, const double* strain_rows,
-                               const Enhancement<kind>& enhancement, int p) {
+  MFS_INLINE void set_by_hooke(const SolidConstants& c, const double* strain_rows, const Modes<kind>& modes,
+                               int p) {
     hooke_times<stride>(c, strain_rows, value);
-    add_moments(enhancement, p);
+    add_moments(modes, p);
   }
   // L^-1 int M^T (rows) dV: the modes' coupling with the unknowns, half eliminated.
-  MFS_INLINE void couple(const ModeFactors& factors, const Enhancement<kind>& enhancement,
-                         double* out) const {
-    enhancement.mode_rows(moments, out);
+  MFS_INLINE void couple(const ModeFactors& factors, const Modes<kind>& modes, double* out) const {
+    modes.mode_rows(moments, out);
     factors.template forward<stride>(out);
   }
 };
@@ -108,44 +106,44 @@ struct TangentStress {
 
 // by_q += the viscous stress by the positions, by_v = the same by the velocities, at point p.
 template <ElementKind kind, class Columns>
-MFS_INLINE void add_viscous_rows(const SolidConstants& c, const Response<kind>& r, int p,
+MFS_INLINE void add_viscous_rows(const SolidConstants& c, const Modes<kind>& modes,
+                                 const TangentState<kind>& s, int p,
                                  TangentStress<kind, Columns::stride>& stress, const double* left,
                                  double* by_q, double* by_v) {
   constexpr int stride = Columns::stride;
-  const double weight = c.beta * r.reference.weight[p];
+  const double weight = c.beta * s.reference.weight[p];
   alignas(64) double rate_rows[6 * stride];
-  strain_rows<kind, Columns>(r.reference, r.rate, p, rate_rows);
-  stress.by_position.set_by_hooke(c, rate_rows, r.enhancement, p);
+  strain_rows<kind, Columns>(s.reference, s.response.rate, p, rate_rows);
+  stress.by_position.set_by_hooke(c, rate_rows, modes, p);
   for (int n = 0; n < 6 * stride; ++n) by_q[n] += weight * stress.by_position.value[n];
-  if (!stress.linear) stress.by_velocity.set_by_hooke(c, left, r.enhancement, p);
+  if (!stress.linear) stress.by_velocity.set_by_hooke(c, left, modes, p);
   scale_rows<6, stride>(weight, stress.viscous().value, by_v);
 }
 
 // The six rows of point p.
 template <ElementKind kind, class Columns>
-MFS_INLINE void point_rows(const SolidConstants& c, const TangentState<kind>& s, int p,
-                           TangentStress<kind, Columns::stride>& stress, double* left, double* by_q,
+MFS_INLINE void point_rows(const SolidConstants& c, const Modes<kind>& modes, const TangentState<kind>& s,
+                           int p, TangentStress<kind, Columns::stride>& stress, double* left, double* by_q,
                            double* by_v) {
-  const Response<kind>& r = s.response;
-  strain_rows<kind, Columns>(r.reference, r.elastic, p, left);
+  strain_rows<kind, Columns>(s.reference, s.response.elastic, p, left);
   if (stress.linear)
-    stress.elastic.set_by_hooke(c, left, r.enhancement, p);
+    stress.elastic.set_by_hooke(c, left, modes, p);
   else
-    stress.elastic.set(s.stiffness.at(p), left, r.enhancement, p);
-  scale_rows<6, Columns::stride>(r.reference.weight[p], stress.elastic.value, by_q);
-  if (c.beta > 0) add_viscous_rows<kind, Columns>(c, r, p, stress, left, by_q, by_v);
+    stress.elastic.set(s.stiffness.at(p), left, modes, p);
+  scale_rows<6, Columns::stride>(s.reference.weight[p], stress.elastic.value, by_q);
+  if (c.beta > 0) add_viscous_rows<kind, Columns>(c, modes, s, p, stress, left, by_q, by_v);
 }
 
 // The rows that the modes of the viscous stress condense into, with those of the elastic one where the law is
 // Hooke's.
 template <ElementKind kind, int stride>
-MFS_INLINE void viscous_mode_rows(const SolidConstants& c, const Enhancement<kind>& enhancement,
+MFS_INLINE void viscous_mode_rows(const SolidConstants& c, const Modes<kind>& modes,
                                   const TangentStress<kind, stride>& stress, double* left, double* by_q,
                                   double* by_v) {
-  const ModeFactors& hooke = enhancement.linear;
-  stress.viscous().couple(hooke, enhancement, left);
+  const ModeFactors& hooke = modes.linear;
+  stress.viscous().couple(hooke, modes, left);
   divide_modes<stride>(hooke, c.beta, left, by_v);
-  stress.by_position.couple(hooke, enhancement, by_q);
+  stress.by_position.couple(hooke, modes, by_q);
   if (stress.linear)
     for (int n = 0; n < kModes * stride; ++n) by_q[n] = c.beta * by_q[n] + left[n];
   divide_modes<stride>(hooke, stress.linear ? 1.0 : c.beta, by_q, by_q);
@@ -154,34 +152,36 @@ MFS_INLINE void viscous_mode_rows(const SolidConstants& c, const Enhancement<kin
 /// Makes all rows, some at a time: writes them (row by row) to rows.left(), by_q() and by_v(), then calls
 /// rows.take<how many>(whether by_v is there).
 template <ElementKind kind, class Columns, class Rows>
-MFS_INLINE void tangent_rows(const SolidConstants& c, const TangentState<kind>& s, Rows& rows) {
+MFS_INLINE void tangent_rows(const SolidConstants& c, const Modes<kind>& modes, const TangentState<kind>& s,
+                             Rows& rows) {
   constexpr int stride = Columns::stride;
   const bool viscous = c.beta > 0;
   TangentStress<kind, stride> stress;
   stress.linear = s.stiffness.same;
   for (int p = 0; p < Sizes<kind>::points; ++p) {
-    point_rows<kind, Columns>(c, s, p, stress, rows.left(), rows.by_q(), rows.by_v());
+    point_rows<kind, Columns>(c, modes, s, p, stress, rows.left(), rows.by_q(), rows.by_v());
     rows.template take<6>(viscous);
   }
-  if constexpr (Enhancement<kind>::modes > 0) {
-    const Enhancement<kind>& enhancement = s.response.enhancement;
+  if constexpr (Modes<kind>::count > 0) {
     if (viscous) {
-      viscous_mode_rows<kind, stride>(c, enhancement, stress, rows.left(), rows.by_q(), rows.by_v());
+      viscous_mode_rows<kind, stride>(c, modes, stress, rows.left(), rows.by_q(), rows.by_v());
       rows.template take<kModes>(true);
       if (stress.linear) return;
     }
-    stress.elastic.couple(s.factors, enhancement, rows.left());
-    divide_modes<stride>(s.factors, 1.0, rows.left(), rows.by_q());
+    const ModeFactors& factors = stress.linear ? modes.linear : s.factors;
+    stress.elastic.couple(factors, modes, rows.left());
+    divide_modes<stride>(factors, 1.0, rows.left(), rows.by_q());
     rows.template take<kModes>(false);
   }
 }
 
 /// Direction a of S grad N_i at point p, times the weight.
 template <ElementKind kind>
-MFS_INLINE double stressed_gradient(const Response<kind>& r, int p, int a, int i) {
+MFS_INLINE double stressed_gradient(const TangentState<kind>& s, int p, int a, int i) {
   double sum = 0;
-  for (int b = 0; b < 3; ++b) sum += r.stress.value[voigt_of(a, b)][p] * r.reference.gradient[b][i][p];
-  return r.reference.weight[p] * sum;
+  for (int b = 0; b < 3; ++b)
+    sum += s.response.stress.value[voigt_of(a, b)][p] * s.reference.gradient[b][i][p];
+  return s.reference.weight[p] * sum;
 }
 
 }  // namespace mfs::dae

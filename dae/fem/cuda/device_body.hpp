@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
 #include <vector>
 
 #include "dae/fem/mesh.hpp"
@@ -21,10 +22,38 @@ struct PointLanes {
   __device__ static int point(int) { return min(lane(), Sizes<kind>::points - 1); }
   // Each lane adds the same pairs, so all get the same bits, as long as no product is contracted into a sum.
   __device__ static double sum(double x) {
+    for (int step = 1; step < width; step *= 2) x = __dadd_rn(x, exchange(x, step));
+    return x;
+  }
+  // Sum number i goes to lane i % width.
+  template <int total, class F, class Take>
+  __device__ static void sum_all(const F& f, const Take& take) {
+#pragma unroll
+    for (int first = 0; first < total; first += width) {
+      const double sum = sums<width, total>(first, f);
+      if (first + lane() < total) take(first + lane(), sum);
+    }
+  }
+
+ private:
+  // x of the lane that differs by `step`.
+  __device__ static double exchange(double x, int step) {
     const unsigned first = threadIdx.x % 32 / width * width;
     const unsigned lanes = (width == 32 ? ~0U : (1U << width % 32) - 1) << first;
-    for (int step = 1; step < width; step *= 2) x = __dadd_rn(x, __shfl_xor_sync(lanes, x, step));
-    return x;
+    return __shfl_xor_sync(lanes, x, step);
+  }
+  // Of the sums first ... first + count - 1, over all lanes that differ by less than count, that of number
+  // first + lane() % count. Lanes that differ by count / 2 exchange half of what they have.
+  template <int count, int total, class F>
+  __device__ static double sums(int first, const F& f) {
+    if constexpr (count == 1) {
+      return first < total ? f(first) : 0.0;
+    } else {
+      constexpr int half = count / 2;
+      const double low = sums<half, total>(first, f), high = sums<half, total>(first + half, f);
+      const bool upper = (lane() & half) != 0;
+      return __dadd_rn(upper ? high : low, exchange(upper ? low : high, half));
+    }
   }
 };
 
@@ -33,7 +62,7 @@ struct DeviceBody {
   int elements, nodes;
   SolidConstants constants;
   SolidInertia inertia;
-  const double *reference, *mass;
+  const double* mass;
   const int* connectivity;
   const int *slot_start, *slot;  // of each node: its places among the nodes of all elements
   const double *q, *v, *a;
@@ -46,6 +75,30 @@ __device__ void gather(const int* nodes, const double* from, double* to) {
   for (int i = 0; i < Sizes<kind>::nodes; ++i)
     for (int k = 0; k < 3; ++k) to[3 * i + k] = from[3 * nodes[i] + k];
 }
+
+// What does not change with the state. Numbers of the points: [which][element][lane].
+template <ElementKind kind>
+struct DeviceUndeformed {
+  static constexpr int numbers = 10;  // of a point
+
+  const PointGradients<kind>* cell;
+  double* map;
+  Modes<kind>* modes;  // of each element
+
+  __device__ double& number(const DeviceBody& body, int which, int e) const {
+    constexpr int width = PointLanes<kind>::width;
+    return map[(std::int64_t{which} * body.elements + e) * width + PointLanes<kind>::lane()];
+  }
+  __device__ void store(const DeviceBody& body, int e, const Undeformed<kind, PointLanes<kind>>& from) const {
+    for (int i = 0; i < 9; ++i) number(body, i, e) = from.map.inverse[i][0];
+    number(body, 9, e) = from.map.weight[0];
+    if (PointLanes<kind>::lane() == 0) modes[e] = from.modes;
+  }
+  __device__ void load(const DeviceBody& body, int e, PointMaps<kind, PointLanes<kind>>& to) const {
+    for (int i = 0; i < 9; ++i) to.inverse[i][0] = number(body, i, e);
+    to.weight[0] = number(body, 9, e);
+  }
+};
 
 /// The points of this thread's lane.
 template <ElementKind kind>

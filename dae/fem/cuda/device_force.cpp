@@ -13,22 +13,48 @@ namespace {
 
 constexpr int kBlock = 128;  // threads
 
+/// The element of this thread's lane.
+template <ElementKind kind>
+__device__ int own_element() {
+  constexpr int width = PointLanes<kind>::width;
+  return static_cast<int>(blockIdx.x * (kBlock / width) + threadIdx.x / width);
+}
+
 template <ElementKind kind>
 __global__ void __launch_bounds__(kBlock)
-    element_forces(DeviceBody body, const PointGradients<kind>* whole_cell) {
+    undeformed_elements(DeviceBody body, const double* nodes, DeviceUndeformed<kind> undeformed) {
+  const int e = own_element<kind>();
+  if (e >= body.elements) return;
+  PointGradients<kind, PointLanes<kind>> cell;
+  Undeformed<kind, PointLanes<kind>> own;
+  double reference[Sizes<kind>::unknowns];
+  load_cell<kind>(*undeformed.cell, cell);
+  gather<kind>(body.connectivity + e * Sizes<kind>::nodes, nodes, reference);
+  undeform<kind>(body.constants, cell, reference, own);
+  undeformed.store(body, e, own);
+}
+
+template <ElementKind kind, MaterialLaw law>
+__global__ void __launch_bounds__(kBlock, kind == ElementKind::hex8 ? 3 : 1)
+    element_forces(DeviceBody body, DeviceUndeformed<kind> undeformed) {
   using Lanes = PointLanes<kind>;
-  constexpr int nodes = Sizes<kind>::nodes;
-  const int e = static_cast<int>(blockIdx.x * (kBlock / Lanes::width) + threadIdx.x / Lanes::width);
+  constexpr int nodes = Sizes<kind>::nodes, nodes_of_lane = (nodes + Lanes::width - 1) / Lanes::width;
+  const int e = own_element<kind>();
   if (e >= body.elements) return;
   const int* element = body.connectivity + e * nodes;
+  SolidConstants constants = body.constants;
+  constants.law = law;
 
   PointGradients<kind, Lanes> cell;
-  load_cell<kind>(*whole_cell, cell);
-  double reference[3 * nodes], q[3 * nodes], v[3 * nodes], force[3 * nodes] = {};
-  gather<kind>(element, body.reference, reference);
+  PointMaps<kind, Lanes> map;
+  double q[3 * nodes], v[3 * nodes], force[nodes_of_lane][3] = {};
+  load_cell<kind>(*undeformed.cell, cell);
+  undeformed.load(body, e, map);
   gather<kind>(element, body.q, q);
-  gather<kind>(element, body.v, v);
-  add_force<kind>(body.constants, cell, reference, q, v, force);
+  if (constants.beta > 0) gather<kind>(element, body.v, v);
+  add_force<kind>(constants, cell, map, undeformed.modes[e], q, v, [&](int node, int i, double sum) {
+    force[nodes_of_lane == 1 ? 0 : node / Lanes::width][i] += sum;
+  });
 
   const double* mass = body.mass + static_cast<std::int64_t>(e) * body.inertia.entries(nodes);
   double* out = body.element_force + static_cast<std::int64_t>(e) * 3 * nodes;
@@ -36,10 +62,10 @@ __global__ void __launch_bounds__(kBlock)
     const int c = 3 * element[j] + k;
     return body.inertia.acceleration(body.a[c], body.v[c], k);
   };
-  for (int i = 0; i < nodes; ++i)
-    if (i % Lanes::width == Lanes::lane()) {
-      body.inertia.add_row(i, nodes, mass, acceleration, force + 3 * i);
-      for (int k = 0; k < 3; ++k) out[3 * i + k] = force[3 * i + k];
+  for (int i = Lanes::lane(), own = 0; own < nodes_of_lane; i += Lanes::width, ++own)
+    if (i < nodes) {
+      body.inertia.add_row(i, nodes, mass, acceleration, force[own]);
+      for (int k = 0; k < 3; ++k) out[3 * i + k] = force[own][k];
     }
 }
 
@@ -72,7 +98,7 @@ class CudaForce final : public DeviceForce {
   }
   void begin_tangent(const StateView& state) override {
     send(state);
-    tangent_.begin(body_, cell(), stream_);
+    tangent_.begin(body_, undeformed_, stream_);
   }
   void add_diagonal(const ByAVQ& factor, std::vector<double>& diagonal) override {
     tangent_.add_diagonal(factor, diagonal, stream_);
@@ -82,11 +108,12 @@ class CudaForce final : public DeviceForce {
  private:
   struct Places {
     ArenaLayout layout;
-    Offset cell, reference, mass, connectivity, slot_start, slot, state, element_force, force;
+    Offset cell, map, modes, mass, connectivity, slot_start, slot, state, element_force, force;
     explicit Places(const SolidBody& body);
   };
   void send(const StateView& state);
-  const PointGradients<kind>* cell() const { return device_.at<PointGradients<kind>>(places_.cell); }
+  void make_undeformed(const Mesh& mesh);
+  int blocks_for_lanes() const { return blocks_for(std::int64_t{body_.elements} * PointLanes<kind>::width); }
 
   const std::int64_t n_;  // coordinates of the body
   const int first_, threads_;
@@ -97,14 +124,17 @@ class CudaForce final : public DeviceForce {
   const cuda::PinnedArena host_;  // q, v and a; force
   DeviceTangent<kind> tangent_;
   DeviceBody body_;
+  DeviceUndeformed<kind> undeformed_;
 };
 
 template <ElementKind kind>
 CudaForce<kind>::Places::Places(const SolidBody& body) {
   const std::size_t n = 3 * body.mesh.nodes.size(), incidences = body.mesh.elements.size();
+  const auto elements = static_cast<std::size_t>(body.mesh.element_count());
   const auto ints = [](std::size_t count) { return static_cast<Offset>(count * sizeof(int)); };
   cell = layout.add(sizeof(PointGradients<kind>));
-  reference = layout.add(bytes_of(n));
+  map = layout.add(bytes_of(DeviceUndeformed<kind>::numbers * PointLanes<kind>::width * elements));
+  modes = layout.add(static_cast<Offset>(sizeof(Modes<kind>) * elements));
   mass = layout.add(bytes_of(body.mass.size()));
   connectivity = layout.add(ints(incidences));
   slot_start = layout.add(ints(body.mesh.nodes.size() + 1));
@@ -131,7 +161,6 @@ CudaForce<kind>::CudaForce(const SolidBody& body, int coordinates, int threads)
     put(place, values.data(), values.size() * sizeof(values[0]));
   };
   put(places_.cell, &cell_gradients<kind>(), sizeof(PointGradients<kind>));
-  put_all(places_.reference, body.mesh.nodes);
   put_all(places_.mass, body.mass);
   put_all(places_.connectivity, body.mesh.elements);
   put_all(places_.slot_start, slots_.start);
@@ -142,7 +171,6 @@ CudaForce<kind>::CudaForce(const SolidBody& body, int coordinates, int threads)
            static_cast<int>(body.mesh.nodes.size()),
            body.constants,
            body.inertia,
-           device_.at<double>(places_.reference),
            device_.at<double>(places_.mass),
            device_.at<int>(places_.connectivity),
            device_.at<int>(places_.slot_start),
@@ -152,6 +180,19 @@ CudaForce<kind>::CudaForce(const SolidBody& body, int coordinates, int threads)
            state + 2 * n_,
            device_.at<double>(places_.element_force),
            device_.at<double>(places_.force)};
+  undeformed_ = {device_.at<PointGradients<kind>>(places_.cell), device_.at<double>(places_.map),
+                 device_.at<Modes<kind>>(places_.modes)};
+  make_undeformed(body.mesh);
+}
+
+template <ElementKind kind>
+void CudaForce<kind>::make_undeformed(const Mesh& mesh) {
+  const cuda::DeviceArena nodes(bytes_of(3 * mesh.nodes.size()));
+  stream_.to_device(nodes.at<char>(0), mesh.nodes.data(), nodes.bytes());
+  undeformed_elements<kind>
+      <<<blocks_for_lanes(), kBlock, 0, stream_.get()>>>(body_, nodes.at<double>(0), undeformed_);
+  cuda::check_launch("undeformed_elements");
+  stream_.synchronize();
 }
 
 template <ElementKind kind>
@@ -170,8 +211,10 @@ void CudaForce<kind>::send(const StateView& state) {
 template <ElementKind kind>
 void CudaForce<kind>::begin(const StateView& state) {
   send(state);
-  const std::int64_t lanes = std::int64_t{body_.elements} * PointLanes<kind>::width;
-  element_forces<kind><<<blocks_for(lanes), kBlock, 0, stream_.get()>>>(body_, cell());
+  const auto kernel = body_.constants.law == MaterialLaw::st_venant_kirchhoff
+                          ? element_forces<kind, MaterialLaw::st_venant_kirchhoff>
+                          : element_forces<kind, MaterialLaw::neo_hookean>;
+  kernel<<<blocks_for_lanes(), kBlock, 0, stream_.get()>>>(body_, undeformed_);
   cuda::check_launch("element_forces");
   nodal_forces<<<blocks_for(n_), kBlock, 0, stream_.get()>>>(body_);
   cuda::check_launch("nodal_forces");

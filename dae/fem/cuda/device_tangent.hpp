@@ -1,9 +1,9 @@
-// The derivatives of a body's forces on the device. A block of threads evaluates an element by the source of
-// the host (solid_tangent.hpp): lanes make what belongs to the points, then each thread has one column of the
-// element's matrices and some of their rows. Elements of one colour share no node, and colours follow one
-// another, so nothing is atomic and each entry gets its terms in one order. Values are kept by pairs of
-// coupled nodes, 3 x 3 for each. They stay on the device: the sum of all three derivatives is added to
-// Newton's matrix there (RemoteTangent).
+// The derivatives of a body's forces on the device. A block of threads evaluates a few elements by the source
+// of the host (solid_tangent.hpp): lanes make what belongs to the points of all of them, then, for one
+// element after the other, each thread has one column of the element's matrices and some of their rows.
+// Elements of one colour share no node, and colours follow one another, so nothing is atomic and each entry
+// gets its terms in one order. Values are kept by pairs of coupled nodes, 3 x 3 for each. They stay on the
+// device: the sum of all three derivatives is added to Newton's matrix there (RemoteTangent).
 #pragma once
 
 #include <algorithm>
@@ -31,6 +31,8 @@ struct TangentThreads {
   static constexpr int columns = (unknowns + 31) / 32 * 32;
   static constexpr int rows = kind == ElementKind::hex8 ? 12 : 15;  ///< few enough for the registers
   static constexpr int count = columns * (unknowns / rows);
+  /// Elements of a block, one after the other; their points are evaluated at once.
+  static constexpr int elements = kind == ElementKind::hex20 ? 1 : 4;
   static_assert(unknowns % rows == 0 && rows % 3 == 0);
 
   __device__ static int place() { return static_cast<int>(threadIdx.x) % columns; }
@@ -93,37 +95,28 @@ template <ElementKind kind>
 __device__ void put_point(int p, const TangentState<kind, PointLanes<kind>>& from, TangentState<kind>& to) {
   const auto& r = from.response;
   auto& all = to.response;
-  put(p, r.reference.gradient, all.reference.gradient);
-  put(p, r.reference.weight, all.reference.weight);
+  put(p, from.reference.gradient, to.reference.gradient);
+  put(p, from.reference.weight, to.reference.weight);
   put(p, r.elastic.f, all.elastic.f);
   put(p, r.rate.f, all.rate.f);
   put(p, r.stress.value, all.stress.value);
-  if constexpr (Enhancement<kind>::modes > 0) {
-    put(p, r.enhancement.xi, all.enhancement.xi);
-    if (p == 0) {
-      for (int i = 0; i < 6; ++i)
-        for (int k = 0; k < 6; ++k) all.enhancement.basis[i][k] = r.enhancement.basis[i][k];
-      all.enhancement.det0 = r.enhancement.det0;
-      all.enhancement.linear = r.enhancement.linear;
-      to.factors = from.factors;
-    }
-  }
+  if (p == 0) to.factors = from.factors;
   to.stiffness.same = from.stiffness.same;
   for (int i = 0; i < 36; ++i) to.stiffness.value[p][i] = from.stiffness.value[0][i];
 }
 
 /// Adds grad N_i . S grad N_j, of each direction by itself.
 template <ElementKind kind>
-__device__ void add_initial_stress(const Response<kind>& r, double* force_q) {
+__device__ void add_initial_stress(const TangentState<kind>& s, double* force_q) {
   using Threads = TangentThreads<kind>;
   const int node = Threads::column() / 3, direction = Threads::column() % 3, first = Threads::first_row() / 3;
   for (int p = 0; p < Sizes<kind>::points; ++p) {
     double stressed[3];
-    for (int a = 0; a < 3; ++a) stressed[a] = stressed_gradient<kind>(r, p, a, node);
+    for (int a = 0; a < 3; ++a) stressed[a] = stressed_gradient<kind>(s, p, a, node);
 #pragma unroll
     for (int i = 0; i < Threads::rows / 3; ++i) {
       double sum = 0;
-      for (int a = 0; a < 3; ++a) sum += r.reference.gradient[a][first + i][p] * stressed[a];
+      for (int a = 0; a < 3; ++a) sum += s.reference.gradient[a][first + i][p] * stressed[a];
       for (int k = 0; k < 3; ++k) force_q[3 * i + k] += k == direction ? sum : 0.0;
     }
   }
@@ -145,44 +138,64 @@ struct PairValues {
   }
 };
 
+/// Writes the state of element e, whose points this thread's lane and its neighbours have.
 template <ElementKind kind>
-__global__ void __launch_bounds__(TangentThreads<kind>::count)
-    element_tangents(DeviceBody body, const PointGradients<kind>* whole_cell, const int* elements,
-                     PairValues values) {
-  using Threads = TangentThreads<kind>;
+__device__ void prepare_element(const SolidConstants& constants, const DeviceBody& body,
+                                const DeviceUndeformed<kind>& undeformed, int e, TangentState<kind>& state) {
   using Lanes = PointLanes<kind>;
-  constexpr int nodes = Sizes<kind>::nodes;
-  __shared__ TangentState<kind> state;
-  __shared__ typename MultipliedRows<kind>::Shared left;
-  const int e = elements[blockIdx.x];
+  const int* nodes = body.connectivity + e * Sizes<kind>::nodes;
+  TangentState<kind, Lanes> own;
+  PointGradients<kind, Lanes> cell;
+  PointMaps<kind, Lanes> map;
+  double q[Sizes<kind>::unknowns], v[Sizes<kind>::unknowns];
+  load_cell<kind>(*undeformed.cell, cell);
+  undeformed.load(body, e, map);
+  gather<kind>(nodes, body.q, q);
+  if (constants.beta > 0) gather<kind>(nodes, body.v, v);
+  prepare_tangent<kind>(constants, cell, map, undeformed.modes[e], q, v, own);
+  if (Lanes::lane() < Sizes<kind>::points) put_point<kind>(Lanes::lane(), own, state);
+}
 
-  if (threadIdx.x < Lanes::width) {
-    TangentState<kind, Lanes> own;
-    PointGradients<kind, Lanes> cell;
-    double reference[3 * nodes], q[3 * nodes], v[3 * nodes];
-    load_cell<kind>(*whole_cell, cell);
-    gather<kind>(body.connectivity + e * nodes, body.reference, reference);
-    gather<kind>(body.connectivity + e * nodes, body.q, q);
-    gather<kind>(body.connectivity + e * nodes, body.v, v);
-    prepare_tangent<kind>(body.constants, cell, reference, q, v, own);
-    if (Lanes::lane() < Sizes<kind>::points) put_point<kind>(Lanes::lane(), own, state);
-  }
-  __syncthreads();
-
-  MultipliedRows<kind> rows(left);
-  tangent_rows<kind, ThreadColumn<kind>>(body.constants, state, rows);
-  add_initial_stress<kind>(state.response, rows.force_q);
-
+template <ElementKind kind>
+__device__ void add_tangent(const int* pairs, const MultipliedRows<kind>& rows, const PairValues& values) {
+  using Threads = TangentThreads<kind>;
   if (Threads::place() >= Threads::unknowns) return;
   const int j = Threads::column() / 3, direction = Threads::column() % 3, first = Threads::first_row() / 3;
-  const int* pair = values.pair + static_cast<std::int64_t>(e) * nodes * nodes;
 #pragma unroll
   for (int i = 0; i < Threads::rows / 3; ++i) {
-    const std::int64_t place = 9 * static_cast<std::int64_t>(pair[(first + i) * nodes + j]) + direction;
+    const std::int64_t place =
+        9 * static_cast<std::int64_t>(pairs[(first + i) * Sizes<kind>::nodes + j]) + direction;
     for (int k = 0; k < 3; ++k) {
       values.force_q[place + 3 * k] += rows.force_q[3 * i + k];
       if (values.force_v != nullptr) values.force_v[place + 3 * k] += rows.force_v[3 * i + k];
     }
+  }
+}
+
+template <ElementKind kind, MaterialLaw law>
+__global__ void __launch_bounds__(TangentThreads<kind>::count)
+    element_tangents(DeviceBody body, DeviceUndeformed<kind> undeformed, const int* elements, int count,
+                     PairValues values) {
+  using Threads = TangentThreads<kind>;
+  constexpr int nodes = Sizes<kind>::nodes;
+  __shared__ TangentState<kind> state[Threads::elements];
+  __shared__ typename MultipliedRows<kind>::Shared left;
+  SolidConstants constants = body.constants;
+  constants.law = law;
+  const int first = static_cast<int>(blockIdx.x) * Threads::elements;
+  const int here = min(Threads::elements, count - first);
+
+  const int prepared = static_cast<int>(threadIdx.x) / PointLanes<kind>::width;
+  if (prepared < here)
+    prepare_element<kind>(constants, body, undeformed, elements[first + prepared], state[prepared]);
+  __syncthreads();
+
+  for (int k = 0; k < here; ++k) {
+    const int e = elements[first + k];
+    MultipliedRows<kind> rows(left);
+    tangent_rows<kind, ThreadColumn<kind>>(constants, undeformed.modes[e], state[k], rows);
+    add_initial_stress<kind>(state[k], rows.force_q);
+    add_tangent<kind>(values.pair + static_cast<std::int64_t>(e) * nodes * nodes, rows, values);
   }
 }
 
@@ -359,7 +372,8 @@ class DeviceTangent {
   // As in RemoteTangent.
   const Pattern& pattern() const { return pattern_; }
   void place(const std::array<const int*, 3>& target, RemoteMatrix& matrix, const cuda::Stream& stream);
-  void begin(const DeviceBody& body, const PointGradients<kind>* cell, const cuda::Stream& stream) const;
+  void begin(const DeviceBody& body, const DeviceUndeformed<kind>& undeformed,
+             const cuda::Stream& stream) const;
   void add_diagonal(const ByAVQ& factor, std::vector<double>& diagonal, const cuda::Stream& stream) const;
   void begin_sum(const ByAVQ& factor, const cuda::Stream& stream) const;
 
@@ -455,15 +469,19 @@ void DeviceTangent<kind>::place(const std::array<const int*, 3>& target, RemoteM
 }
 
 template <ElementKind kind>
-void DeviceTangent<kind>::begin(const DeviceBody& body, const PointGradients<kind>* cell,
+void DeviceTangent<kind>::begin(const DeviceBody& body, const DeviceUndeformed<kind>& undeformed,
                                 const cuda::Stream& stream) const {
+  using Threads = TangentThreads<kind>;
+  const auto kernel = body.constants.law == MaterialLaw::st_venant_kirchhoff
+                          ? element_tangents<kind, MaterialLaw::st_venant_kirchhoff>
+                          : element_tangents<kind, MaterialLaw::neo_hookean>;
   const PairValues to = values();
   stream.clear(to.force_q, bytes_of(pattern_.entries()));
   if (viscous_) stream.clear(to.force_v, bytes_of(pattern_.entries()));
   for (std::size_t c = 0; c + 1 < colours_.start.size(); ++c) {
-    element_tangents<kind>
-        <<<colours_.start[c + 1] - colours_.start[c], TangentThreads<kind>::count, 0, stream.get()>>>(
-            body, cell, device_.at<int>(places_.element) + colours_.start[c], to);
+    const int first = colours_.start[c], count = colours_.start[c + 1] - first;
+    kernel<<<(count + Threads::elements - 1) / Threads::elements, Threads::count, 0, stream.get()>>>(
+        body, undeformed, device_.at<int>(places_.element) + first, count, to);
     cuda::check_launch("element_tangents");
   }
 }

@@ -157,7 +157,7 @@ MFS_INLINE void tangent_rows(const SolidConstants& c, const Modes<kind>& modes, 
   constexpr int stride = Columns::stride;
   const bool viscous = c.beta > 0;
   TangentStress<kind, stride> stress;
-  stress.linear = s.stiffness.same;
+  stress.linear = c.law == MaterialLaw::st_venant_kirchhoff;
   for (int p = 0; p < Sizes<kind>::points; ++p) {
     point_rows<kind, Columns>(c, modes, s, p, stress, rows.left(), rows.by_q(), rows.by_v());
     rows.template take<6>(viscous);

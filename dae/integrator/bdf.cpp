@@ -74,34 +74,50 @@ void Bdf::predict(double h, std::vector<double>& y, std::vector<double>& dy) {
   const auto k = static_cast<std::size_t>(order_);
   y.resize(phi_[0].size());
   dy.resize(y.size());
-  parallel_for(y.size(), threads_, [&](std::size_t i) {
-    double value = phi_[0][i], rate = 0.0;
+  parallel_for_parts(y.size(), threads_, [&](std::size_t begin, std::size_t end) {
+    double *const value = y.data(), *const rate = dy.data();
+    std::copy(phi_[0].begin() + begin, phi_[0].begin() + end, value + begin);
+    std::fill(rate + begin, rate + end, 0.0);
     for (std::size_t j = 1; j <= k; ++j) {
-      const double difference = beta_[j] * phi_[j][i];
-      value += difference;
-      rate += gamma_[j] * difference;
+      const double* const phi = phi_[j].data();
+      const double beta = beta_[j], gamma = gamma_[j];
+      for (std::size_t i = begin; i < end; ++i) {
+        const double difference = beta * phi[i];
+        value[i] += difference;
+        rate[i] += gamma * difference;
+      }
     }
-    y[i] = value;
-    dy[i] = rate;
   });
+}
+
+// Of e and what it would be at one and two orders less.
+Bdf::Sizes Bdf::sizes(const std::vector<double>& e, const std::vector<double>& weights) const {
+  const auto k = static_cast<std::size_t>(order_);
+  const double *const last = phi_[k].data(), *const before = phi_[k - 1].data();
+  const double beta_last = beta_[k], beta_before = beta_[k - 1];
+  return weighted_rms_of<3>(
+      [&](std::size_t i) {
+        const double below = e[i] + beta_last * last[i];
+        return Sizes{e[i], below, below + beta_before * before[i]};
+      },
+      weights, threads_);
 }
 
 double Bdf::local_error(const std::vector<double>& e, const std::vector<double>& weights) {
   const auto k = static_cast<std::size_t>(order_);
-  const auto size_of = [&](const auto& error) { return weighted_rms(error, weights, threads_); };
-  const auto difference = [&](std::size_t j, std::size_t i) { return beta_[j] * phi_[j][i]; };
-  const double size = size_of([&](std::size_t i) { return e[i]; });
-  error_here_ = sigma_[k] * size;
+  const bool lower_known = order_ > 1 && !fixed_;
+  const Sizes size = lower_known
+                         ? sizes(e, weights)
+                         : Sizes{weighted_rms([&](std::size_t i) { return e[i]; }, weights, threads_)};
+  error_here_ = sigma_[k] * size[0];
   suited_order_ = order_;
   suited_error_ = error_here_;
-  if (order_ > 1 && !fixed_) {
-    error_below_ = sigma_[k - 1] * size_of([&](std::size_t i) { return e[i] + difference(k, i); });
+  if (lower_known) {
+    error_below_ = sigma_[k - 1] * size[1];
     const double here = (order_ + 1) * error_here_, below = order_ * error_below_;
     bool lower = below <= 0.5 * here;
     if (order_ > 2) {
-      const double two_below = (order_ - 1) * sigma_[k - 2] * size_of([&](std::size_t i) {
-                                 return e[i] + difference(k, i) + difference(k - 1, i);
-                               });
+      const double two_below = (order_ - 1) * sigma_[k - 2] * size[2];
       lower = std::max(below, two_below) <= here;
     }
     if (lower) {
@@ -109,7 +125,7 @@ double Bdf::local_error(const std::vector<double>& e, const std::vector<double>&
       suited_error_ = error_below_;
     }
   }
-  return error_factor_ * size;
+  return error_factor_ * size[0];
 }
 
 double Bdf::reject(int times) {
@@ -125,12 +141,14 @@ double Bdf::reject(int times) {
 // The differences of the new time from those of the old one and the correction.
 void Bdf::shift(const std::vector<double>& e) {
   const auto k = static_cast<std::size_t>(order_);
-  parallel_for(e.size(), threads_, [&](std::size_t i) {
-    if (order_ < max_order_) phi_[k + 1][i] = e[i];
-    double sum = e[i];
+  parallel_for_parts(e.size(), threads_, [&](std::size_t begin, std::size_t end) {
+    if (order_ < max_order_) std::copy(e.begin() + begin, e.begin() + end, phi_[k + 1].begin() + begin);
+    const double* sum = e.data();
     for (std::size_t j = k + 1; j-- > 0;) {
-      sum += beta_[j] * phi_[j][i];
-      phi_[j][i] = sum;
+      double* const phi = phi_[j].data();
+      const double beta = beta_[j];
+      for (std::size_t i = begin; i < end; ++i) phi[i] = sum[i] + beta * phi[i];
+      sum = phi;
     }
   });
 }

@@ -44,6 +44,8 @@ class Bdf {
 
  private:
   using Coefficients = std::array<double, kMostOrder + 2>;
+  using Sizes = std::array<double, 3>;
+  Sizes sizes(const std::vector<double>& e, const std::vector<double>& weights) const;
   void restart_with(double h);
   void set_coefficients(double h);
   void shift(const std::vector<double>& e);

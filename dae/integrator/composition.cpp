@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <iterator>
 #include <limits>
 #include <numeric>
 #include <utility>
@@ -57,22 +58,26 @@ void Composition::make_groups() {
 void Composition::make_pattern() {
   std::vector<std::vector<int>> rows(pattern_.rows);
   for (const Group& group : groups_) {
-#pragma omp parallel for num_threads(threads_) schedule(static)
-    for (int row = 0; row < group.rows; ++row) {
-      std::vector<int>& columns = rows[group.first_row + row];
-      std::size_t most = 0;
-      for (const std::size_t t : group.terms) {
-        const Pattern& block = *terms_[t].block;
-        most += static_cast<std::size_t>(block.row_start[row + 1] - block.row_start[row]);
+#pragma omp parallel num_threads(threads_)
+    {
+      std::vector<int> columns, of_term, both;  // of one row
+#pragma omp for schedule(static)
+      for (int row = 0; row < group.rows; ++row) {
+        columns.clear();
+        for (const std::size_t t : group.terms) {
+          const Pattern& block = *terms_[t].block;
+          of_term.clear();
+          for (int k = block.row_start[row]; k < block.row_start[row + 1]; ++k)
+            of_term.push_back(terms_[t].column[block.column[k]]);
+          if (!std::is_sorted(of_term.begin(), of_term.end())) std::sort(of_term.begin(), of_term.end());
+          of_term.erase(std::unique(of_term.begin(), of_term.end()), of_term.end());
+          both.clear();
+          std::set_union(columns.begin(), columns.end(), of_term.begin(), of_term.end(),
+                         std::back_inserter(both));
+          columns.swap(both);
+        }
+        rows[group.first_row + row] = columns;
       }
-      columns.reserve(most);
-      for (const std::size_t t : group.terms) {
-        const Pattern& block = *terms_[t].block;
-        for (int k = block.row_start[row]; k < block.row_start[row + 1]; ++k)
-          columns.push_back(terms_[t].column[block.column[k]]);
-      }
-      std::sort(columns.begin(), columns.end());
-      columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
     }
   }
   std::int64_t entries = 0;
@@ -99,9 +104,13 @@ void Composition::make_targets() {
       for (int row = 0; row < group.rows; ++row) {
         const auto begin = pattern_.column.begin() + pattern_.row_start[group.first_row + row];
         const auto end = pattern_.column.begin() + pattern_.row_start[group.first_row + row + 1];
-        for (int k = block.row_start[row]; k < block.row_start[row + 1]; ++k)
-          target_[t][k] = static_cast<int>(std::lower_bound(begin, end, terms_[t].column[block.column[k]]) -
-                                           pattern_.column.begin());
+        auto place = begin;
+        for (int k = block.row_start[row]; k < block.row_start[row + 1]; ++k, ++place) {
+          const int column = terms_[t].column[block.column[k]];
+          // Mostly it is the next one.
+          if (place == end || *place != column) place = std::lower_bound(begin, end, column);
+          target_[t][k] = static_cast<int>(place - pattern_.column.begin());
+        }
       }
     }
 }
@@ -112,7 +121,8 @@ void Composition::find_own() {
     own_start_ = pattern_.row_start;
     return;
   }
-  std::vector<int> number(pattern_.entries(), -1);
+  RawVector<int> number(pattern_.entries());
+  parallel_for(number.size(), threads_, [&](std::size_t entry) { number[entry] = -1; });
   for (std::size_t t = 0; t < terms_.size(); ++t)
     if (!terms_[t].elsewhere)
       for (const int entry : target_[t]) number[entry] = 0;

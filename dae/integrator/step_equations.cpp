@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "dae/integrator/vector_loops.hpp"
 
@@ -63,7 +64,9 @@ StepEquations::StepEquations(const ConstrainedSystem& system, Unknowns unknowns,
 
 int StepEquations::number_unknowns() {
   column_[kLambda] = consecutive(0, m_);
-  column_[kA] = consecutive(m_, n_);
+  column_[kA] = consecutive(first_acceleration(), n_);
+  for (int i = 0; i < n_; ++i)
+    if (!eliminated(i)) kept_.push_back(i);
   int next = m_ + n_;
   for (const Kind kind : {kV, kQ})
     for (std::size_t i = 0; i < is_independent_.size(); ++i)
@@ -142,12 +145,16 @@ std::string StepEquations::unknown_name(int unknown) const {
 
 void StepEquations::pack(const StepRelation& relation, const std::vector<double>& lambda, double* x) const {
   std::copy(lambda.begin(), lambda.end(), x);
-  parallel_for(is_independent_.size(), threads_, [&](std::size_t i) {
-    x[column_[kA][i]] = relation.a[i];
-    if (eliminated(i)) return;
-    x[column_[kV][i]] = relation.v[i];
-    x[column_[kQ][i]] = relation.q[i];
-  });
+  double* const of_a = x + first_acceleration();
+  parallel_for(is_independent_.size(), threads_, [&](std::size_t i) { of_a[i] = relation.a[i]; });
+  parallel_for(
+      kept_.size(), threads_,
+      [&](std::size_t k) {
+        const int i = kept_[k];
+        x[column_[kV][i]] = relation.v[i];
+        x[column_[kQ][i]] = relation.q[i];
+      },
+      4 * kept_.size());
 }
 
 void StepEquations::unpack(const double* x, const StepRelation& relation, State& state) const {
@@ -155,12 +162,21 @@ void StepEquations::unpack(const double* x, const StepRelation& relation, State&
   state.lambda.assign(x, x + m_);
   const auto n = is_independent_.size();
   for (auto* part : {&state.q, &state.v, &state.a}) part->resize(n);
+  const double* const of_a = x + first_acceleration();
   parallel_for(n, threads_, [&](std::size_t i) {
-    state.a[i] = x[column_[kA][i]];
+    state.a[i] = of_a[i];
     const double change = relation.v_by_a * (state.a[i] - relation.a[i]);  // of v, where it is eliminated
-    state.v[i] = eliminated(i) ? relation.v[i] + change : x[column_[kV][i]];
-    state.q[i] = eliminated(i) ? relation.q[i] + relation.q_by_v * change : x[column_[kQ][i]];
+    state.v[i] = relation.v[i] + change;
+    state.q[i] = relation.q[i] + relation.q_by_v * change;
   });
+  parallel_for(
+      kept_.size(), threads_,
+      [&](std::size_t k) {
+        const int i = kept_[k];
+        state.v[i] = x[column_[kV][i]];
+        state.q[i] = x[column_[kQ][i]];
+      },
+      4 * kept_.size());
 }
 
 /// The product of both, which is finite where a step takes no time.
@@ -199,12 +215,17 @@ void StepEquations::correct(const StepRelation& relation, double* x) const {
   parallel_for(static_cast<std::size_t>(m_), threads_, add_to_multiplier, gradient.entries());
   // Multipliers balance forces, whichever dominate: they are not scaled.
   const double shared = 2.0 * ratio(relation) / (1.0 + ratio(relation)) / scales_.s;
-  parallel_for(is_independent_.size(), threads_, [&](std::size_t i) {
-    x[column_[kA][i]] *= shared;
-    if (eliminated(i)) return;  // the matrix took v and q for a over its own rates
-    x[column_[kV][i]] *= shared * relation.v_by_a;
-    x[column_[kQ][i]] *= shared * relation.q_by_a();
-  });
+  double* const of_a = x + first_acceleration();
+  parallel_for(is_independent_.size(), threads_, [&](std::size_t i) { of_a[i] *= shared; });
+  // Where v and q are eliminated the matrix took them for a over its own rates.
+  parallel_for(
+      kept_.size(), threads_,
+      [&](std::size_t k) {
+        const int i = kept_[k];
+        x[column_[kV][i]] *= shared * relation.v_by_a;
+        x[column_[kQ][i]] *= shared * relation.q_by_a();
+      },
+      4 * kept_.size());
 }
 
 namespace {

@@ -101,6 +101,7 @@ class StepEquations {
     double of(Row row, Kind column) const;
   };
   bool eliminated(std::size_t i) const { return reduced_ && is_independent_[i] != 0; }
+  int first_acceleration() const { return m_; }  ///< column: those of a follow one another
   int number_unknowns();
   Composition make_composition(int threads);
   void place_remotes();
@@ -113,6 +114,7 @@ class StepEquations {
   const int threads_;
   std::vector<char> is_independent_;
   std::vector<int> independent_;            ///< ascending
+  std::vector<int> kept_;                   ///< those whose v and q are unknowns, ascending
   std::array<std::vector<int>, 4> column_;  ///< by Kind: where an unknown's derivatives go
   const int size_;
   TransposedPattern position_transposed_;

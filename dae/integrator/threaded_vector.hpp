@@ -1,9 +1,11 @@
 // Thyra's vector of Tpetra, whose passes are made by all threads of the integrator. NOX makes seven of them
-// per iteration (copies of the iterate, of its residual and its correction), and the Tpetra of Debian's
-// Trilinos has one thread. What is cloned from such a vector is one as well, and NOX clones all of its
-// vectors from the first iterate. Other operations are Tpetra's.
+// per iteration (copies of the iterate, of its residual and its correction) and takes a norm, and the Tpetra
+// of Debian's Trilinos has one thread. What is cloned from such a vector is one as well, and NOX clones all
+// of its vectors from the first iterate. Other operations are Tpetra's.
 #pragma once
 
+#include <cmath>
+#include <functional>
 #include <vector>
 
 #include <Thyra_TpetraThyraWrappers.hpp>
@@ -63,6 +65,13 @@ class ThreadedVector
       for (std::size_t t = 0; t < terms.size(); ++t) sum += factors[t] * terms[t][i];
       x[i] = sum;
     });
+  }
+
+  void norms2Impl(const Teuchos::ArrayView<double>& norms) const override {
+    const double* const x = data();
+    norms[0] = std::sqrt(parallel_fold(
+        static_cast<std::size_t>(space_->dim()), threads_, 0.0, [=](std::size_t i) { return x[i] * x[i]; },
+        std::plus<>()));
   }
 
  private:

@@ -7,10 +7,10 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <vector>
 
 namespace mfs::dae {
@@ -31,35 +31,67 @@ void parallel_for(std::size_t count, int threads, const F& f, std::size_t work =
   for (std::int64_t i = 0; i < n; ++i) f(static_cast<std::size_t>(i));
 }
 
-/// combine(combine(first, f(0)), f(1)) ... over blocks, then combine over what the blocks have given.
+/// All f(i), combined; `none` is that of nothing. In each block four values at a time, so that no operation
+/// has to wait for the one before it.
 template <class Value, class F, class Combine>
-Value parallel_fold(std::size_t count, int threads, Value first, const F& f, const Combine& combine) {
+Value parallel_fold(std::size_t count, int threads, Value none, const F& f, const Combine& combine) {
+  constexpr std::int64_t kAtOnce = 4;
   const auto n = static_cast<std::int64_t>(count), blocks = (n + kBlockLength - 1) / kBlockLength;
-  std::vector<Value> folded(static_cast<std::size_t>(blocks), first);
+  std::vector<Value> folded(static_cast<std::size_t>(blocks), none);
 #pragma omp parallel for num_threads(team_size(threads)) schedule(static) if (blocks > 2)
   for (std::int64_t b = 0; b < blocks; ++b) {
-    Value value = first;
-    for (std::int64_t i = b * kBlockLength; i < std::min(n, (b + 1) * kBlockLength); ++i)
-      value = combine(value, f(static_cast<std::size_t>(i)));
-    folded[static_cast<std::size_t>(b)] = value;
+    const std::int64_t end = std::min(n, (b + 1) * kBlockLength);
+    Value value[kAtOnce] = {none, none, none, none};
+    std::int64_t i = b * kBlockLength;
+    for (; i + kAtOnce <= end; i += kAtOnce)
+      for (std::int64_t k = 0; k < kAtOnce; ++k)
+        value[k] = combine(value[k], f(static_cast<std::size_t>(i + k)));
+    for (; i < end; ++i) value[0] = combine(value[0], f(static_cast<std::size_t>(i)));
+    folded[static_cast<std::size_t>(b)] = combine(combine(value[0], value[1]), combine(value[2], value[3]));
   }
-  Value all = first;
+  Value all = none;
   for (const Value& value : folded) all = combine(all, value);
   return all;
 }
 
-/// Root of the mean of (e(i) / w_i)^2: 1 is what the user's tolerances allow. Sums in a fixed order; e is
-/// called once for each i.
+/// f(begin, end) for consecutive parts of 0 ... count - 1, short enough to stay in a core's first cache while
+/// one array after the other is read for them.
+template <class F>
+void parallel_for_parts(std::size_t count, int threads, const F& f) {
+  constexpr std::int64_t kPart = 512;
+  const auto n = static_cast<std::int64_t>(count), parts = (n + kPart - 1) / kPart;
+#pragma omp parallel for num_threads(team_size(threads)) schedule(static) if (n > 2 * kBlockLength)
+  for (std::int64_t part = 0; part < parts; ++part)
+    f(static_cast<std::size_t>(part * kPart), static_cast<std::size_t>(std::min(n, (part + 1) * kPart)));
+}
+
+/// Roots of the means of (e(i)[k] / w_i)^2: 1 is what the user's tolerances allow. Sums in a fixed order; e
+/// is called once for each i.
+template <std::size_t count, class Errors>
+std::array<double, count> weighted_rms_of(const Errors& e, const std::vector<double>& weights, int threads) {
+  using Sums = std::array<double, count>;
+  Sums sums = parallel_fold(
+      weights.size(), threads, Sums{},
+      [&](std::size_t i) {
+        Sums squares = e(i);
+        for (double& value : squares) {
+          value /= weights[i];
+          value *= value;
+        }
+        return squares;
+      },
+      [](Sums a, const Sums& b) {
+        for (std::size_t k = 0; k < count; ++k) a[k] += b[k];
+        return a;
+      });
+  for (double& sum : sums) sum = weights.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(weights.size()));
+  return sums;
+}
+
+/// The same of one e(i).
 template <class Error>
 double weighted_rms(const Error& e, const std::vector<double>& weights, int threads) {
-  const double sum = parallel_fold(
-      weights.size(), threads, 0.0,
-      [&](std::size_t i) {
-        const double ratio = e(i) / weights[i];
-        return ratio * ratio;
-      },
-      std::plus<>());
-  return weights.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(weights.size()));
+  return weighted_rms_of<1>([&](std::size_t i) { return std::array<double, 1>{e(i)}; }, weights, threads)[0];
 }
 
 }  // namespace mfs::dae

@@ -198,14 +198,15 @@ void CudaForce<kind>::make_undeformed(const Mesh& mesh) {
 template <ElementKind kind>
 void CudaForce<kind>::send(const StateView& state) {
   stream_.drain();  // the copies of an evaluation that was not taken
-  double* q = host_.at<double>(0);
+  const double* const from[] = {state.q + first_, state.v + first_, state.a + first_};
+  const Offset bytes = bytes_of(static_cast<std::size_t>(n_));
+  for (int part = 0; part < 3; ++part) {  // each travels while the next one is copied
+    const double* const values = from[part];
+    double* const staged = host_.at<double>(part * bytes);
 #pragma omp parallel for num_threads(threads_)
-  for (std::int64_t i = 0; i < n_; ++i) {
-    q[i] = state.q[first_ + i];
-    q[n_ + i] = state.v[first_ + i];
-    q[2 * n_ + i] = state.a[first_ + i];
+    for (std::int64_t i = 0; i < n_; ++i) staged[i] = values[i];
+    stream_.to_device(device_.at<char>(places_.state + part * bytes), staged, bytes);
   }
-  stream_.to_device(device_.at<char>(places_.state), q, 3 * bytes_of(static_cast<std::size_t>(n_)));
 }
 
 template <ElementKind kind>

@@ -20,6 +20,7 @@
 #include "dae/fem/device_force.hpp"
 #include "dae/fem/solid_tangent.hpp"
 #include "kernels/cuda/device.hpp"
+#include "ordering/raw_vector.hpp"
 
 namespace mfs::dae {
 
@@ -31,7 +32,7 @@ struct TangentThreads {
   static constexpr int columns = (unknowns + 31) / 32 * 32;
   static constexpr int rows = kind == ElementKind::hex8 ? 12 : 15;  ///< few enough for the registers
   static constexpr int count = columns * (unknowns / rows);
-  /// Elements of a block, one after the other; their points are evaluated at once.
+  /// The most elements of a block, one after the other; their points are evaluated at once.
   static constexpr int elements = kind == ElementKind::hex20 ? 1 : 4;
   static_assert(unknowns % rows == 0 && rows % 3 == 0);
 
@@ -100,8 +101,9 @@ __device__ void put_point(int p, const TangentState<kind, PointLanes<kind>>& fro
   put(p, r.elastic.f, all.elastic.f);
   put(p, r.rate.f, all.rate.f);
   put(p, r.stress.value, all.stress.value);
-  if (p == 0) to.factors = from.factors;
   to.stiffness.same = from.stiffness.same;
+  if (from.stiffness.same) return;
+  if (p == 0) to.factors = from.factors;
   for (int i = 0; i < 36; ++i) to.stiffness.value[p][i] = from.stiffness.value[0][i];
 }
 
@@ -175,15 +177,15 @@ __device__ void add_tangent(const int* pairs, const MultipliedRows<kind>& rows, 
 template <ElementKind kind, MaterialLaw law>
 __global__ void __launch_bounds__(TangentThreads<kind>::count)
     element_tangents(DeviceBody body, DeviceUndeformed<kind> undeformed, const int* elements, int count,
-                     PairValues values) {
+                     int of_block, PairValues values) {
   using Threads = TangentThreads<kind>;
   constexpr int nodes = Sizes<kind>::nodes;
   __shared__ TangentState<kind> state[Threads::elements];
   __shared__ typename MultipliedRows<kind>::Shared left;
   SolidConstants constants = body.constants;
   constants.law = law;
-  const int first = static_cast<int>(blockIdx.x) * Threads::elements;
-  const int here = min(Threads::elements, count - first);
+  const int first = static_cast<int>(blockIdx.x) * of_block;
+  const int here = min(of_block, count - first);
 
   const int prepared = static_cast<int>(threadIdx.x) / PointLanes<kind>::width;
   if (prepared < here)
@@ -394,6 +396,9 @@ class DeviceTangent {
   static Factors factors(const ByAVQ& factor) { return {{factor[0], factor[1], factor[2]}}; }
 
   static constexpr int kThreads = 256;
+  /// Elements share a block only where each multiprocessor has so many blocks then, as many as it can run.
+  static constexpr int kBlocksEach = 4;
+  const int multiprocessors_ = cuda::multiprocessors();
   const int first_, threads_, nodes_;
   const bool viscous_;
   const double alpha_;
@@ -455,7 +460,7 @@ void DeviceTangent<kind>::place(const std::array<const int*, 3>& target, RemoteM
   target_.reset();
   target_.emplace(static_cast<Offset>(3 * entries * sizeof(int)));
   matrix_ = &dynamic_cast<DeviceMatrix&>(matrix);
-  std::vector<int> by_pair(entries);
+  RawVector<int> by_pair(entries);
   for (std::size_t b = 0; b < 3; ++b) {
 #pragma omp parallel for num_threads(threads_) schedule(static)
     for (int i = 0; i < nodes_; ++i)
@@ -480,8 +485,9 @@ void DeviceTangent<kind>::begin(const DeviceBody& body, const DeviceUndeformed<k
   if (viscous_) stream.clear(to.force_v, bytes_of(pattern_.entries()));
   for (std::size_t c = 0; c + 1 < colours_.start.size(); ++c) {
     const int first = colours_.start[c], count = colours_.start[c + 1] - first;
-    kernel<<<(count + Threads::elements - 1) / Threads::elements, Threads::count, 0, stream.get()>>>(
-        body, undeformed, device_.at<int>(places_.element) + first, count, to);
+    const int of_block = std::clamp(count / (kBlocksEach * multiprocessors_), 1, Threads::elements);
+    kernel<<<(count + of_block - 1) / of_block, Threads::count, 0, stream.get()>>>(
+        body, undeformed, device_.at<int>(places_.element) + first, count, of_block, to);
     cuda::check_launch("element_tangents");
   }
 }

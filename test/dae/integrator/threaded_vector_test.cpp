@@ -50,6 +50,13 @@ TEST_F(ThreadedVectors, ClonesAreThreadedToo) {
   EXPECT_EQ(values_of(*copy), b_);
 }
 
+TEST_F(ThreadedVectors, Norm) {
+  long double sum = 0;
+  for (const double value : a_) sum += static_cast<long double>(value) * value;
+  const auto expected = static_cast<double>(std::sqrt(sum));
+  EXPECT_NEAR(a.norm(), expected, 1e-14 * expected);
+}
+
 TEST_F(ThreadedVectors, SumsOfMultiples) {
   const auto x = a.clone(NOX::DeepCopy);
   x->scale(-3.0);

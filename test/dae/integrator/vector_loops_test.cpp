@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
+
 #include "test/reference/random.hpp"
 
 namespace mfs::dae {
@@ -15,6 +17,10 @@ TEST(VectorLoops, VisitEveryIndexOnce) {
     std::vector<int> visits(length, 0);
     parallel_for(length, 3, [&](std::size_t i) { ++visits[i]; });
     EXPECT_EQ(visits, std::vector<int>(length, 1));
+    parallel_for_parts(length, 3, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) ++visits[i];
+    });
+    EXPECT_EQ(visits, std::vector<int>(length, 2));
   }
 }
 
@@ -28,6 +34,18 @@ TEST(VectorLoops, AreSharedWhereTheWorkIsWorthIt) {
   EXPECT_EQ(team(10000, 0), std::vector<int>(10000, 3));
   EXPECT_EQ(team(100, 0), std::vector<int>(100, 1));
   EXPECT_EQ(team(100, 10000), std::vector<int>(100, 3));
+}
+
+TEST(VectorLoops, FoldEveryValueOnce) {
+  for (const std::size_t length : kLengths) {
+    const auto number = [](std::size_t i) { return static_cast<double>(i + 1); };
+    EXPECT_EQ(parallel_fold(length, 3, 0.0, number, std::plus<>()), 0.5 * length * (length + 1.0));
+    for (const std::size_t place : {std::size_t{0}, length / 2, length - 1}) {
+      const auto peak = [&](std::size_t i) { return i == place ? 7.0 : 1.0; };
+      const auto larger = [](double a, double b) { return std::max(a, b); };
+      if (length > 0) EXPECT_EQ(parallel_fold(length, 3, 0.0, peak, larger), 7.0);
+    }
+  }
 }
 
 TEST(VectorLoops, TheErrorNormDoesNotDependOnTheNumberOfThreads) {
@@ -47,6 +65,13 @@ TEST(VectorLoops, TheErrorNormDoesNotDependOnTheNumberOfThreads) {
     EXPECT_NEAR(norm(1), expected, 1e-14 * expected) << length;
     EXPECT_EQ(norm(2), norm(1)) << length;
     EXPECT_EQ(norm(3), norm(1)) << length;
+    const auto both = weighted_rms_of<2>(
+        [&](std::size_t i) {
+          return std::array<double, 2>{2.0 * e[i], e[i]};
+        },
+        weights, 3);
+    EXPECT_EQ(both[0], 2.0 * norm(1)) << length;
+    EXPECT_EQ(both[1], norm(1)) << length;
   }
 }
 

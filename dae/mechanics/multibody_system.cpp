@@ -50,6 +50,7 @@ Multibody::Multibody(Groups groups, std::vector<BodyCoordinates> bodies, int coo
   force_blocks_ = find_force_blocks(groups_, structure_, n_, threads_, pattern_);
   find_constraint_blocks();
   colouring_ = colour_elements(groups_, n_, on_device);
+  shared_forces_ = SharedForces(groups_, colouring_, n_);
   find_constant_shares();
   make_workspaces();
 }
@@ -137,31 +138,36 @@ void Multibody::find_constraint_blocks() {
   }
 }
 
-/// Calls compute(element, workspace) and then add(element, workspace) for all elements of the groups that
-/// take part; add in the order of the colouring. Elements without a colour, as the links of a rigid
-/// interface, which all have its frame, are computed by all threads and added by one.
-template <class Compute, class Add>
-void Multibody::for_each_element(const std::vector<char>& group_takes_part, const Compute& compute,
-                                 const Add& add) const {
+/// Calls work(element, workspace) for all elements that have a colour, of the groups that take part, in the
+/// order of the colouring.
+template <class Work>
+void Multibody::for_each_coloured(const std::vector<char>& group_takes_part, const Work& work) const {
   FirstFailure failure;
   const auto& order = colouring_.order;
   const auto& start = colouring_.colour_start;
-  const auto visit = [&](std::size_t k, const auto& work) {
-    const ElementId id = order[k];
-    if (group_takes_part[id.group] != 0) failure.watch(k, [&] { work(id); });
-  };
 #pragma omp parallel num_threads(threads_) if (start.size() > 1)
   {
     Workspace& workspace = workspaces_[static_cast<std::size_t>(omp_get_thread_num())];
     for (std::size_t colour = 0; colour + 1 < start.size(); ++colour)
 #pragma omp for schedule(dynamic, 8)
       for (std::size_t k = start[colour]; k < start[colour + 1]; ++k)
-        visit(k, [&](ElementId id) {
-          compute(id, workspace);
-          add(id, workspace);
-        });
+        if (group_takes_part[order[k].group] != 0) failure.watch(k, [&] { work(order[k], workspace); });
   }
-  for (std::size_t first = start.back(); first < order.size(); first += waiting_.size()) {
+  failure.rethrow();
+}
+
+/// Calls compute(element, workspace) by all threads, then add(element, workspace) by one, for the elements
+/// without a colour.
+template <class Compute, class Add>
+void Multibody::for_each_uncoloured(const std::vector<char>& group_takes_part, const Compute& compute,
+                                    const Add& add) const {
+  FirstFailure failure;
+  const auto& order = colouring_.order;
+  const auto visit = [&](std::size_t k, const auto& work) {
+    const ElementId id = order[k];
+    if (group_takes_part[id.group] != 0) failure.watch(k, [&] { work(id); });
+  };
+  for (std::size_t first = colouring_.colour_start.back(); first < order.size(); first += waiting_.size()) {
     const std::size_t end = std::min(order.size(), first + waiting_.size());
 #pragma omp parallel for num_threads(threads_) schedule(static) if (end - first > kWorthThreads)
     for (std::size_t k = first; k < end; ++k)
@@ -192,11 +198,27 @@ void begin_with(const std::vector<double>& share, std::vector<double>& values, i
 void Multibody::evaluate(const StateView& state, Residual& residual) const {
   for (const auto& force : device_forces_) force->begin(state);
   clear(residual.force, threads_);
-  for_each_element(
-      std::vector<char>(groups_.size(), 1),
-      [&](ElementId id, Workspace& work) { compute_residual(id, state, residual, work); },
-      [&](ElementId id, Workspace& work) { add_force(id, work, residual.force); });
+  for_each_coloured(std::vector<char>(groups_.size(), 1), [&](ElementId id, Workspace& work) {
+    compute_residual(id, state, residual, work);
+    add_force(id, work, residual.force);
+  });
+  add_shared_forces(state, residual);
   for (const auto& force : device_forces_) force->add_to(residual.force);
+}
+
+void Multibody::add_shared_forces(const StateView& state, Residual& residual) const {
+  FirstFailure failure;
+  const std::size_t first = colouring_.colour_start.back(), count = shared_forces_.elements();
+#pragma omp parallel for num_threads(threads_) schedule(static) if (count > kWorthThreads)
+  for (std::size_t k = 0; k < count; ++k)
+    failure.watch(k, [&] {
+      const ElementId id = colouring_.order[first + k];
+      Workspace& work = workspaces_[static_cast<std::size_t>(omp_get_thread_num())];
+      compute_residual(id, state, residual, work);
+      std::copy_n(work.force.begin(), groups_[id.group]->local_coordinates(), shared_forces_.share(k));
+    });
+  failure.rethrow();
+  shared_forces_.add_to(residual.force, threads_);
 }
 
 void Multibody::evaluate(const StateView& state, Tangent& tangent, BlockSet blocks) const {
@@ -227,10 +249,17 @@ void Multibody::add_elements(const StateView& state, const std::vector<BlockSet>
                              Tangent& tangent) const {
   std::vector<char> has_some;
   for (const BlockSet of_group : blocks) has_some.push_back(of_group.empty() ? 0 : 1);
-  for_each_element(
-      has_some,
-      [&](ElementId id, Workspace& work) { compute_tangent(id, state, tangent, blocks[id.group], work); },
-      [&](ElementId id, Workspace& work) { add_force_blocks(id, blocks[id.group], tangent, work); });
+  const auto compute = [&](ElementId id, Workspace& work) {
+    compute_tangent(id, state, tangent, blocks[id.group], work);
+  };
+  const auto add = [&](ElementId id, Workspace& work) {
+    add_force_blocks(id, blocks[id.group], tangent, work);
+  };
+  for_each_coloured(has_some, [&](ElementId id, Workspace& work) {
+    compute(id, work);
+    add(id, work);
+  });
+  for_each_uncoloured(has_some, compute, add);
 }
 
 /// The share of F to `work`, the rows of constraints, which are the element's own, to where they belong.

@@ -13,6 +13,7 @@
 #include "dae/mechanics/element_work.hpp"
 #include "dae/mechanics/force_blocks.hpp"
 #include "dae/mechanics/multibody.hpp"
+#include "dae/mechanics/shared_forces.hpp"
 
 namespace mfs::dae {
 
@@ -48,9 +49,12 @@ class Multibody final : public ConstrainedSystem {
   const std::vector<double>& constant_share(Block block, const StateView& state) const;
   void add_elements(const StateView& state, const std::vector<BlockSet>& blocks, Tangent& tangent) const;
   void make_workspaces();
+  template <class Work>
+  void for_each_coloured(const std::vector<char>& group_takes_part, const Work& work) const;
   template <class Compute, class Add>
-  void for_each_element(const std::vector<char>& group_takes_part, const Compute& compute,
-                        const Add& add) const;
+  void for_each_uncoloured(const std::vector<char>& group_takes_part, const Compute& compute,
+                           const Add& add) const;
+  void add_shared_forces(const StateView& state, Residual& residual) const;
   void compute_residual(ElementId id, const StateView& state, Residual& residual, Workspace& work) const;
   void add_force(ElementId id, const Workspace& work, std::vector<double>& force) const;
   void compute_tangent(ElementId id, const StateView& state, Tangent& tangent, BlockSet blocks,
@@ -73,6 +77,7 @@ class Multibody final : public ConstrainedSystem {
   std::vector<std::vector<int>>
       column_rank_;      // of each group with constraints: where each coordinate is in its rows
   Colouring colouring_;  // of the groups that no device has
+  mutable SharedForces shared_forces_;
   std::vector<std::unique_ptr<DeviceForce>> device_forces_;
   mutable std::vector<Workspace> workspaces_;  // of each thread
   mutable std::vector<Workspace> waiting_;     // of elements without a colour, until their turn

@@ -28,8 +28,8 @@ struct AnalysisOptions {
   std::int32_t max_block_size = 1024;
   /// Sub-graphs of at most this many unknowns are ordered by CAMD instead of being dissected.
   std::int32_t leaf_size = 120;
-  /// Trials for each separator of the first three levels of the dissection (below them there is one), made by
-  /// several threads, with the seeds `seed`, `seed` + 1, ...; METIS' refinement passes (NITER) in each.
+  /// Trials for the separator of each sub-graph with a sixth of all unknowns or more (others get one), side
+  /// by side, with the seeds `seed`, `seed` + 1, ...; METIS' refinement passes (NITER) in each.
   std::int32_t separator_trials = 4;
   std::int32_t separator_refinement = 10;
   /// A row with more than dense_row * sqrt(n) neighbours is ordered last instead of being dissected.

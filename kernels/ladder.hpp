@@ -203,10 +203,18 @@ class AccuracyLadder : public Factorization<Value> {
     outcome.time_ladder = watch.seconds();
     if (correction.nullity() > 0) {
       name_dependent(correction, transposed != nullptr, outcome);
+      outcome.dependent_rows = std::max(outcome.dependent_rows, nullity_of_other(transposed));
       return false;
     }
     outcome.corrected_pivots = correction.rank();
     return true;
+  }
+
+  // A and A^T have the same nullity, and each finds null vectors that may not be accurate enough to be
+  // counted.
+  Vertex nullity_of_other(const TransposedPattern* transposed) {
+    const TransposedPattern other = transposed ? TransposedPattern() : transpose(*pattern_, 1);
+    return make_correction(transposed ? nullptr : &other) ? correction_[transposed == nullptr]->nullity() : 0;
   }
 
   // The same where more pivots were perturbed than the exact correction takes.

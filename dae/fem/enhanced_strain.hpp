@@ -142,10 +142,10 @@ struct Enhancement<ElementKind::hex8, Held> {
     }
   }
 
-  /// Adds the enhanced strains that leave no stress of `c`'s law in the modes; NaN where none are found.
+  /// Adds the enhanced strains that leave no stress of `c`'s law, which is not Hooke's, in the modes; NaN
+  /// where none are found.
   MFS_INLINE void enhance(const SolidConstants& c, double (*strain)[points]) const {
     enhance_linear(c, strain);
-    if (c.law == MaterialLaw::st_venant_kirchhoff) return;
     PointVoigt<kind, Held> stress;
     PointStiffness<kind, Held> stiffness;
     ModeFactors factors;

@@ -135,13 +135,6 @@ TEST(DevicePlan, ExchangesRowsOfEveryBlockLeftOfTheDiagonal) {
   }
 }
 
-std::set<Vertex> fronts_of(const cuda::DevicePlan& lists, const cuda::SolveLaunch& launch) {
-  std::set<Vertex> fronts;
-  for (Offset i = launch.tiny.begin; i < launch.tiny.end; ++i) fronts.insert(lists.tiny_fronts[i]);
-  for (Offset i = launch.tiles.begin; i < launch.tiles.end; ++i) fronts.insert(lists.solve[i].front);
-  return fronts;
-}
-
 // What a launch of the forward pass leaves is read by itself and the next one, and the next but one may write
 // there.
 TEST(DevicePlan, BordersOfALaunchAndTheNextHavePlacesOfTheirOwn) {

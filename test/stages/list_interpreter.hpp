@@ -18,6 +18,13 @@
 
 namespace mfs::test {
 
+inline std::set<Vertex> fronts_of(const cuda::DevicePlan& lists, const cuda::SolveLaunch& launch) {
+  std::set<Vertex> fronts;
+  for (Offset i = launch.tiny.begin; i < launch.tiny.end; ++i) fronts.insert(lists.tiny_fronts[i]);
+  for (Offset i = launch.tiles.begin; i < launch.tiles.end; ++i) fronts.insert(lists.solve[i].front);
+  return fronts;
+}
+
 class ListInterpreter {
  public:
   /// When what may run beside other launches runs.
@@ -119,13 +126,10 @@ class ListInterpreter {
   static cuda::SolvePart whole(Vertex f, Vertex begin) { return {f, begin, 0, 0, true, 0, 0, {}}; }
   // What warps solve with is waited for by launches, not by tiles.
   void expect_one_depth(const cuda::SolveLaunch& launch) const {
+    const auto& begin = plan_.depth_begin;
     std::set<Vertex> depths;
-    const auto add = [&](Vertex f) {
-      const auto& begin = plan_.depth_begin;
+    for (const Vertex f : fronts_of(lists_, launch))
       depths.insert(static_cast<Vertex>(std::upper_bound(begin.begin(), begin.end(), f) - begin.begin()));
-    };
-    for (Offset i = launch.tiny.begin; i < launch.tiny.end; ++i) add(lists_.tiny_fronts[i]);
-    for (Offset i = launch.tiles.begin; i < launch.tiles.end; ++i) add(lists_.solve[i].front);
     EXPECT_TRUE(launch.tiny.count() == 0 || depths.size() == 1);
   }
   // Whether what a tile waits for is there: its parts and the tile before it. What comes from higher depths

@@ -53,7 +53,8 @@ Offset first_entry(const FrontStore<Scalar, Value>& store, Vertex f, Vertex colu
 
 template <class Scalar, class Value>
 void scatter_entries(const FrontStore<Scalar, Value>& store, Offset begin, Offset end) {
-  for (Offset e = begin; e < end; ++e) store.storage[store.entry_target[e]] = store.scaled_entry(e);
+  for (Offset e = begin; e < end; ++e)
+    store.storage[store.entry_target[e]] = store.scaled_entry(e, store.entry_row[e]);
 }
 
 /// Adds what the contribution block of `child` has for columns [begin, end) of its parent's front.

@@ -134,7 +134,7 @@ struct FrontStore {
   const Offset* upper_begin;
   const Offset* contribution_begin;
   const Offset* entry_begin;
-  const Offset* entry_target;
+  const Offset* entry_target;  // on the host only, as entry_row is
   const Vertex* entry_row;
   const Vertex* entry_in_row;
 
@@ -162,9 +162,8 @@ struct FrontStore {
     view.contribution = storage + contribution_begin[f];
     return view;
   }
-  /// Original entry e of the plan, scaled.
-  KOKKOS_INLINE_FUNCTION Scalar scaled_entry(Offset e) const {
-    const Vertex row = entry_row[e];
+  /// Original entry e of the plan, which lies in `row` of A, scaled.
+  KOKKOS_INLINE_FUNCTION Scalar scaled_entry(Offset e, Vertex row) const {
     const Offset slot = matrix_offsets[row] + entry_in_row[e];
     const double scale = row_scale[row] * column_scale[matrix_columns[slot]];
     return static_cast<Scalar>(matrix_values[slot] * static_cast<RealOf<Value>>(scale));

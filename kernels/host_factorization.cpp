@@ -1,5 +1,7 @@
 #include "kernels/host_factorization.hpp"
 
+#include <stdexcept>
+
 namespace mfs {
 
 NumericLayout::NumericLayout(const SymbolicPlan& plan, Offset scalar_bytes, Offset value_bytes) {
@@ -37,6 +39,7 @@ NumericBytes numeric_bytes(const SymbolicPlan& plan, Offset scalar_bytes, Offset
 template <class Scalar, class Value>
 FrontStore<Scalar, Value> make_front_store(const SymbolicPlan& plan, const Pattern& pattern,
                                            const NumericLayout& layout, const HostArena& arena) {
+  if (plan.has_turns()) throw std::logic_error("MFS: the host assembles all blocks of a depth at once");
   FrontStore<Scalar, Value> store;
   store.n = plan.n;
   store.max_block_size = plan.max_block_size;

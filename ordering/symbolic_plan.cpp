@@ -3,11 +3,11 @@
 #include <omp.h>
 
 #include <algorithm>
-#include <numeric>
 #include <string>
 #include <tuple>
 
 #include <mfs/error.hpp>
+#include "ordering/contribution_places.hpp"
 #include "ordering/first_error.hpp"
 #include "ordering/transpose.hpp"
 
@@ -20,6 +20,10 @@ BlockFlops block_flops(double s, double rest) {
 Vertex SymbolicPlan::block_width(Vertex pivots) const {
   const Vertex blocks = (pivots + max_block_size - 1) / max_block_size;
   return (pivots + blocks - 1) / blocks;
+}
+
+bool SymbolicPlan::has_turns() const {
+  return std::any_of(assembly_turn.begin(), assembly_turn.end(), [](Vertex turn) { return turn > 0; });
 }
 
 BlockFlops SymbolicPlan::flops_of(Vertex f) const {
@@ -37,16 +41,12 @@ BlockFlops SymbolicPlan::flops_of(Vertex f) const {
 
 namespace {
 
-Offset aligned(Offset entries) {
-  return (entries + kAlignment - 1) / kAlignment * kAlignment;
-}
-
 // Builds one plan in the order of its public steps and is thrown away.
 class PlanBuilder {
  public:
   PlanBuilder(const Pattern& pattern, const std::vector<Vertex>& row_order, const SeparatorTree& tree,
-              int threads)
-      : pattern_(pattern), tree_(tree), row_order_(row_order), threads_(threads) {}
+              int threads, const AssemblyTurns& turns)
+      : pattern_(pattern), tree_(tree), row_order_(row_order), threads_(threads), turns_(turns) {}
 
   SymbolicPlan build(Vertex max_block_size) {
     plan_.max_block_size = max_block_size;
@@ -223,89 +223,22 @@ class PlanBuilder {
     const Vertex fronts = plan_.num_fronts;
     plan_.lower_begin.resize(fronts);
     plan_.upper_begin.resize(fronts);
-    plan_.contribution_begin.resize(fronts);
     Offset next = 0;
-    std::vector<Offset> factors_end, contribution;  // by step
+    std::vector<Offset> factors_end;  // by step
     for (Vertex k = 0; k < plan_.num_depths; ++k) {
-      contribution.push_back(0);
       for (Vertex f = plan_.depth_begin[k]; f < plan_.depth_begin[k + 1]; ++f) {
         const Offset p = plan_.pivots(f), b = plan_.border_rows(f);
         plan_.lower_begin[f] = next;
         next += aligned(p * plan_.lower_ld(f));
         plan_.upper_begin[f] = next;
         next += aligned(p * b);
-        contribution[k] += contribution_entries(f);
         plan_.nnz_factor += p * p + 2 * p * b;
         plan_.max_front = std::max(plan_.max_front, static_cast<Vertex>(p + b));
       }
       factors_end.push_back(next);
     }
     plan_.factor_entries = next;
-    place_contributions(factors_end, contribution);
-  }
-
-  // From the last step back, so that it is known what a block must keep clear of: the factors up to the step
-  // that reads it, and that step's own blocks.
-  void place_contributions(const std::vector<Offset>& factors_end, const std::vector<Offset>& contribution) {
-    plan_.storage_entries = plan_.factor_entries;
-    for (Vertex k = 1; k < plan_.num_depths; ++k) {
-      const Offset live = factors_end[k] + contribution[k] + contribution[k - 1];
-      plan_.storage_entries = std::max(plan_.storage_entries, live);
-    }
-    for (Vertex k = plan_.num_depths - 2; k >= 0; --k)
-      place_step(k, contribution[k], gaps_beside(k + 1, factors_end[k + 1]));
-  }
-
-  struct Gap {
-    Offset begin, end;
-    Offset entries() const { return end - begin; }
-  };
-
-  // Of the region from `begin` on, beside the blocks of a step; the last ends where the region does.
-  std::vector<Gap> gaps_beside(Vertex step, Offset begin) const {
-    std::vector<Gap> blocks, gaps;
-    for (Vertex f = plan_.depth_begin[step]; f < plan_.depth_begin[step + 1]; ++f) {
-      const Offset place = plan_.contribution_begin[f];
-      blocks.push_back({place, place + contribution_entries(f)});
-    }
-    std::sort(blocks.begin(), blocks.end(), [](const Gap& a, const Gap& b) { return a.begin < b.begin; });
-    for (const Gap& block : blocks) {
-      if (block.begin > begin) gaps.push_back({begin, block.begin});
-      begin = std::max(begin, block.end);
-    }
-    gaps.push_back({begin, plan_.storage_entries});
-    return gaps;
-  }
-
-  // Side by side where a gap has room for all blocks of the step, else each in the first that has room for
-  // it, the largest first.
-  void place_step(Vertex step, Offset all, std::vector<Gap> gaps) {
-    std::vector<Vertex> fronts(plan_.depth_begin[step + 1] - plan_.depth_begin[step]);
-    std::iota(fronts.begin(), fronts.end(), plan_.depth_begin[step]);
-    const auto roomy =
-        std::find_if(gaps.begin(), gaps.end(), [&](const Gap& gap) { return gap.entries() >= all; });
-    if (roomy != gaps.end()) {
-      gaps = {*roomy};
-    } else {
-      std::stable_sort(fronts.begin(), fronts.end(),
-                       [&](Vertex a, Vertex b) { return contribution_entries(a) > contribution_entries(b); });
-    }
-    for (const Vertex f : fronts) plan_.contribution_begin[f] = take(contribution_entries(f), gaps);
-  }
-
-  // Where no gap has room, the region grows.
-  Offset take(Offset entries, std::vector<Gap>& gaps) {
-    auto gap = std::find_if(gaps.begin(), gaps.end(), [&](const Gap& g) { return g.entries() >= entries; });
-    if (gap == gaps.end()) {
-      --gap;
-      gap->end = plan_.storage_entries = gap->begin + entries;
-    }
-    gap->begin += entries;
-    return gap->begin - entries;
-  }
-
-  Offset contribution_entries(Vertex f) const {
-    return aligned(static_cast<Offset>(plan_.border_rows(f)) * plan_.contribution_ld(f));
+    place_contributions(plan_, factors_end, turns_);
   }
 
   void map_children_and_entries() {
@@ -360,6 +293,7 @@ class PlanBuilder {
   const SeparatorTree& tree_;
   const std::vector<Vertex>& row_order_;
   const int threads_;
+  const AssemblyTurns turns_;
   std::vector<Vertex> position_of_row_, position_of_column_, front_of_;
   TransposedPattern by_column_;
   RawVector<Vertex> entry_column_;  // position of the column of each entry of the plan
@@ -369,8 +303,9 @@ class PlanBuilder {
 }  // namespace
 
 SymbolicPlan make_symbolic_plan(const Pattern& pattern, const std::vector<Vertex>& row_order,
-                                const SeparatorTree& tree, Vertex max_block_size, int threads) {
-  return PlanBuilder(pattern, row_order, tree, threads).build(max_block_size);
+                                const SeparatorTree& tree, Vertex max_block_size, int threads,
+                                const AssemblyTurns& turns) {
+  return PlanBuilder(pattern, row_order, tree, threads, turns).build(max_block_size);
 }
 
 }  // namespace mfs

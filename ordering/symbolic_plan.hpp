@@ -21,7 +21,8 @@
 //
 // One region holds them all. Factors lie in it in the order of their fronts, from the left. A contribution
 // block lives from its own step to the next one, so it may lie where factors of later steps will be: behind
-// those of that next step, in gaps that blocks of the steps before and after it leave.
+// those of that next step, in gaps that blocks of the steps before and after it leave. Where the blocks of a
+// step are assembled in turns, those of later turns may also lie where blocks are that earlier turns read.
 //
 //        | factors of steps 0 ... k+1 | C of step k | C of step k-1, then of k+1 | C of step k | ...
 //
@@ -54,6 +55,17 @@ __host__ __device__
   return rows < kAlignedRows ? rows : (rows + kAlignment - 1) / kAlignment * kAlignment;
 }
 
+inline Offset aligned(Offset entries) {
+  return (entries + kAlignment - 1) / kAlignment * kAlignment;
+}
+
+/// How the contribution blocks of one step are assembled, once all else of its fronts is: those of fronts
+/// with more than `rows` rows in up to `most` turns, one after the other. Others belong to the first turn,
+/// and what they read is kept through all.
+struct AssemblyTurns {
+  Vertex most = 1, rows = 0;
+};
+
 struct SymbolicPlan {
   Vertex n = 0;
   Offset nnz = 0;
@@ -74,6 +86,7 @@ struct SymbolicPlan {
   std::vector<Vertex> depth_begin;  // num_depths + 1: step k holds the fronts of depth num_depths - 1 - k
 
   std::vector<Offset> lower_begin, upper_begin, contribution_begin;  // num_fronts, entries
+  std::vector<Vertex> assembly_turn;                                 // num_fronts: in which C is assembled
   Offset factor_entries = 0;   // of the region: the factors, alignment included
   Offset storage_entries = 0;  // the whole region
 
@@ -90,6 +103,8 @@ struct SymbolicPlan {
   Vertex max_front = 0;
 
   Vertex pivots(Vertex f) const { return pivot_begin[f + 1] - pivot_begin[f]; }
+  /// Whether some contribution block waits for a later turn.
+  bool has_turns() const;
   Vertex border_rows(Vertex f) const { return static_cast<Vertex>(border_begin[f + 1] - border_begin[f]); }
   Vertex lower_ld(Vertex f) const { return leading_dimension(pivots(f) + border_rows(f)); }
   Vertex contribution_ld(Vertex f) const { return leading_dimension(border_rows(f)); }
@@ -102,6 +117,7 @@ struct SymbolicPlan {
 /// The same for any number of threads. Throws InvalidInput("tree", row, column) when an entry joins two
 /// branches of the tree.
 SymbolicPlan make_symbolic_plan(const Pattern& pattern, const std::vector<Vertex>& row_order,
-                                const SeparatorTree& tree, Vertex max_block_size, int threads);
+                                const SeparatorTree& tree, Vertex max_block_size, int threads,
+                                const AssemblyTurns& turns = {});
 
 }  // namespace mfs

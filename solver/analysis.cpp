@@ -29,8 +29,8 @@ int ordering_threads(Vertex n, int threads) {
 }  // namespace
 
 template <class Scalar>
-void reanalyze(Analysis& analysis, const Scalar* slot_values, const AnalysisOptions& options, int threads,
-               const PhaseProgress& progress) {
+void reanalyze(Analysis& analysis, const Scalar* slot_values, const AnalysisOptions& options,
+               const AssemblyTurns& turns, int threads, const PhaseProgress& progress) {
   const Stopwatch order_watch;
   const Pattern& pattern = *analysis.pattern;
   const int awake = ordering_threads(pattern.n, threads);
@@ -43,15 +43,15 @@ void reanalyze(Analysis& analysis, const Scalar* slot_values, const AnalysisOpti
   const Stopwatch symbolic_watch;
   progress("symbolic", 0.0);
   analysis.plan = std::make_shared<SymbolicPlan>(
-      make_symbolic_plan(pattern, matched.row_order, tree, options.max_block_size, awake));
+      make_symbolic_plan(pattern, matched.row_order, tree, options.max_block_size, awake, turns));
   analysis.matched = std::move(matched);
   analysis.time_order = time_order;
   analysis.time_symbolic = symbolic_watch.seconds();
 }
 
 template <class Scalar>
-Analysis analyze_matrix(const CsrView<Scalar>& matrix, const AnalysisOptions& options, int threads,
-                        const PhaseProgress& progress) {
+Analysis analyze_matrix(const CsrView<Scalar>& matrix, const AnalysisOptions& options,
+                        const AssemblyTurns& turns, int threads, const PhaseProgress& progress) {
   Analysis analysis;
   const Stopwatch door_watch;
   progress("matching", 0.0);
@@ -64,14 +64,16 @@ Analysis analyze_matrix(const CsrView<Scalar>& matrix, const AnalysisOptions& op
     sum_into_slots(*analysis.pattern, matrix, slot_values.data(), threads);
   }
   const double time_door = door_watch.seconds();
-  reanalyze(analysis, matrix.values ? slot_values.data() : nullptr, options, threads, progress);
+  reanalyze(analysis, matrix.values ? slot_values.data() : nullptr, options, turns, threads, progress);
   analysis.time_order += time_door;
   return analysis;
 }
 
-#define MFS_INSTANTIATE(S)                                                                                   \
-  template Analysis analyze_matrix<S>(const CsrView<S>&, const AnalysisOptions&, int, const PhaseProgress&); \
-  template void reanalyze<S>(Analysis&, const S*, const AnalysisOptions&, int, const PhaseProgress&);
+#define MFS_INSTANTIATE(S)                                                                                  \
+  template Analysis analyze_matrix<S>(const CsrView<S>&, const AnalysisOptions&, const AssemblyTurns&, int, \
+                                      const PhaseProgress&);                                                \
+  template void reanalyze<S>(Analysis&, const S*, const AnalysisOptions&, const AssemblyTurns&, int,        \
+                             const PhaseProgress&);
 MFS_INSTANTIATE(float)
 MFS_INSTANTIATE(double)
 MFS_INSTANTIATE(std::complex<float>)

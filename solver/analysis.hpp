@@ -33,15 +33,16 @@ struct Analysis {
 /// Receives the name of a phase and the fraction of it that is done.
 using PhaseProgress = std::function<void(const char*, double)>;
 
-/// Check at the door, matching and scaling, ordering, symbolic plan. Throws as BasicSolver::analyze does.
+/// Check at the door, matching and scaling, ordering, symbolic plan, for a backend that assembles in such
+/// turns. Throws as BasicSolver::analyze does.
 template <class Scalar>
-Analysis analyze_matrix(const CsrView<Scalar>& matrix, const AnalysisOptions& options, int threads,
-                        const PhaseProgress& progress);
+Analysis analyze_matrix(const CsrView<Scalar>& matrix, const AnalysisOptions& options,
+                        const AssemblyTurns& turns, int threads, const PhaseProgress& progress);
 
 /// Matching, scaling, ordering and plan anew for other values (one per slot of the pattern); the pattern
 /// stays.
 template <class Scalar>
-void reanalyze(Analysis& analysis, const Scalar* slot_values, const AnalysisOptions& options, int threads,
-               const PhaseProgress& progress);
+void reanalyze(Analysis& analysis, const Scalar* slot_values, const AnalysisOptions& options,
+               const AssemblyTurns& turns, int threads, const PhaseProgress& progress);
 
 }  // namespace mfs

@@ -4,6 +4,7 @@
 
 #include "kernels/blas.hpp"
 #include "kernels/cuda/cuda_factorization.hpp"
+#include "kernels/cuda/device_plan.hpp"
 #include "solver/memory_limit.hpp"
 
 namespace mfs {
@@ -29,6 +30,10 @@ void check_host_memory(const SymbolicPlan& plan, Offset scalar_bytes, Offset val
 
 void check_backend(Backend backend) {
   if (backend == Backend::cuda) cuda::require_device();
+}
+
+AssemblyTurns assembly_turns(Backend backend) {
+  return backend == Backend::cuda ? cuda::kAssemblyTurns : AssemblyTurns();
 }
 
 std::size_t available_memory(Backend backend) {

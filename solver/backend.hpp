@@ -12,6 +12,9 @@ namespace mfs {
 /// Throws BackendError where this build or this machine lacks it.
 void check_backend(Backend backend);
 
+/// What its plans are made for.
+AssemblyTurns assembly_turns(Backend backend);
+
 /// Bytes left where the factors lie; inside Engine::run.
 std::size_t available_memory(Backend backend);
 

@@ -24,8 +24,10 @@ MatrixFactors<Scalar>::MatrixFactors(const Options& options, Phases& phases, Rep
 template <class Scalar>
 void MatrixFactors<Scalar>::analyze(const CsrView<Scalar>& a) {
   forget();
-  phases_.run("matching",
-              [&] { analysis_ = analyze_matrix(a, options_.analysis, phases_.threads(), progress()); });
+  phases_.run("matching", [&] {
+    analysis_ =
+        analyze_matrix(a, options_.analysis, assembly_turns(options_.backend), phases_.threads(), progress());
+  });
   analyzed_with_values_ = a.values != nullptr;
   report_analysis();
 }
@@ -309,9 +311,9 @@ bool MatrixFactors<Scalar>::merge_failed_fronts(double allowed_flops) {
   phases_.run("symbolic", [&] {
     const SeparatorTree tree =
         merge_into_parents(*analysis_->plan, numeric_->failed_fronts(*analysis_->plan));
-    plan = std::make_shared<SymbolicPlan>(
-        make_symbolic_plan(*analysis_->pattern, analysis_->matched.row_order, tree,
-                           options_.analysis.max_block_size, phases_.threads()));
+    plan = std::make_shared<SymbolicPlan>(make_symbolic_plan(
+        *analysis_->pattern, analysis_->matched.row_order, tree, options_.analysis.max_block_size,
+        phases_.threads(), assembly_turns(options_.backend)));
     available = available_memory(options_.backend);
   });
   if (plan->num_fronts == analysis_->plan->num_fronts || plan->flops.total() > allowed_flops) return false;
@@ -362,7 +364,8 @@ void MatrixFactors<Scalar>::rematch() {
   refactored_ = drifted_ = false;
   ++rematches_;
   phases_.run("ordering", [&] {
-    reanalyze(*analysis_, numeric_->matrix_values(), options_.analysis, phases_.threads(), progress());
+    reanalyze(*analysis_, numeric_->matrix_values(), options_.analysis, assembly_turns(options_.backend),
+              phases_.threads(), progress());
   });
   ++report_.reanalyses;
   replace_numeric();

@@ -65,8 +65,10 @@ __global__ void __launch_bounds__(kAssembleThreads)
     sum_children(store, f, j, begin, min(begin + kAssembleRows, part.last_row), block + j * ld + begin);
   }
   __syncthreads();
+  S* const first_column = block + part.begin * ld;
   for (Offset e = part.first_entry + threadIdx.x; e < part.last_entry; e += kAssembleThreads) {
-    at.storage[at.entry_target[e]] += at.scaled_entry(e);
+    const int place = store.entry_place[e];
+    first_column[place] += store.scaled_entry(e, f, place % static_cast<int>(ld), p);
   }
 }
 

@@ -33,6 +33,7 @@ class Builder {
     list_sources();
     list_wide_tiles();
     list_child_rows();
+    place_entries();
     return std::move(made_);
   }
 
@@ -72,13 +73,22 @@ class Builder {
       assemble_block(f, {0, rows(f)}, {0, p}, entry);
       assemble_block(f, {0, p}, {p, rows(f)}, entry);
     }
-    depth().assemble.end = depth().assemble_contribution.begin = static_cast<Offset>(made_.assemble.size());
-    for (const Vertex f : large_) {
-      const Span border{plan_.pivots(f), rows(f)};
-      Offset none = plan_.entry_begin[f + 1];
-      assemble_block(f, border, border, none);
+    depth().assemble.end = static_cast<Offset>(made_.assemble.size());
+    Vertex last = 0;
+    for (const Vertex f : large_) last = std::max(last, plan_.assembly_turn[f]);
+    for (Vertex turn = 0; turn <= last; ++turn) {
+      const Offset begin = static_cast<Offset>(made_.assemble.size());
+      for (const Vertex f : large_) {
+        if (plan_.assembly_turn[f] == turn) assemble_contribution(f);
+      }
+      depth().assemble_contribution.push_back({begin, static_cast<Offset>(made_.assemble.size())});
     }
-    depth().assemble_contribution.end = static_cast<Offset>(made_.assemble.size());
+  }
+
+  void assemble_contribution(Vertex f) {
+    const Span border{plan_.pivots(f), rows(f)};
+    Offset none = plan_.entry_begin[f + 1];
+    assemble_block(f, border, border, none);
   }
 
   struct Span {
@@ -470,6 +480,39 @@ class Builder {
           made_.child_row[made_.child_row_begin[c] + map[i]] = i;
       }
     }
+  }
+
+  void place_entries() {
+    made_.entry_place.resize(static_cast<std::size_t>(plan_.nnz));
+    const auto place_from = [&](Offset begin, Offset first, Offset last) {
+      for (Offset e = first; e < last; ++e)
+        made_.entry_place[e] = static_cast<Vertex>(plan_.entry_target[e] - begin);
+    };
+    const auto parts = static_cast<Offset>(made_.assemble.size());
+#pragma omp parallel for schedule(static)
+    for (Offset i = 0; i < parts; ++i) {
+      const AssemblyPart& part = made_.assemble[i];
+      place_from(column_begin(part.front, part.begin), part.first_entry, part.last_entry);
+    }
+    const auto small = static_cast<Offset>(made_.small_fronts.size());
+#pragma omp parallel for schedule(static)
+    for (Offset i = 0; i < small; ++i) {
+      const Vertex f = made_.small_fronts[i];
+      const Offset lower = static_cast<Offset>(plan_.pivots(f)) * rows(f);
+      const Offset *const targets = plan_.entry_target.data(), *const end =
+                                                                   targets + plan_.entry_begin[f + 1];
+      const Offset beyond =
+          std::lower_bound(targets + plan_.entry_begin[f], end, plan_.upper_begin[f]) - targets;
+      place_from(plan_.lower_begin[f], plan_.entry_begin[f], beyond);
+      place_from(plan_.upper_begin[f] - lower, beyond, plan_.entry_begin[f + 1]);
+    }
+  }
+
+  // Of [P; L] or U.
+  Offset column_begin(Vertex f, Vertex column) const {
+    const Offset p = plan_.pivots(f);
+    return column < p ? plan_.lower_begin[f] + column * static_cast<Offset>(plan_.lower_ld(f))
+                      : plan_.upper_begin[f] + (column - p) * p;
   }
 
   template <class Visit>

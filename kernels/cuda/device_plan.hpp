@@ -103,8 +103,8 @@ constexpr Vertex kSmallStep = 32, kMostSmallLaunches = 5;
 
 struct DepthLaunches {
   std::vector<SmallLaunch> small;
-  Range assemble;               // P, L and U
-  Range assemble_contribution;  // C, which is needed for `update` only
+  Range assemble;                            // P, L and U
+  std::vector<Range> assemble_contribution;  // C, which is needed for `update` only, turn by turn
   std::vector<Launch> factor;
   Range exchange;  // block rows left of later panels
   std::vector<Launch> update;
@@ -123,6 +123,9 @@ struct DevicePlan {
   Vertex tile = 0, small_rows = 0;
   std::vector<Vertex> small_fronts, tiny_fronts;
   std::vector<AssemblyPart> assemble;
+  // Where the plan's original entries go: from the first entry of the first column of their part, or from the
+  // first entry of [P; L] of a small front, as if U followed at once.
+  RawVector<Vertex> entry_place;
   std::vector<FrontPart> exchange;
   std::vector<FrontPart> wide_tiles;  // of kSolveTile pivots: those that have more than one inverted block
   std::vector<SolvePart> solve;
@@ -147,6 +150,10 @@ struct DevicePlan {
 /// In fronts that have at least kPanelled pivots, kPanel are factored before the rest of their slab, and
 /// kSlab before what is right of that.
 constexpr Vertex kPanel = 512, kSlab = 2048, kPanelled = 1024;
+
+/// Later turns begin once P, L and U of the depth are assembled. More turns make no region smaller (tried:
+/// 8).
+constexpr AssemblyTurns kAssemblyTurns{4, 160};
 
 /// Entries that a block assembles, if that is more than kAssembleColumns columns.
 constexpr Vertex kAssembleEntries = 2048, kAssembleColumns = 4;

@@ -90,6 +90,7 @@ class DeviceStages {
   void join_small_fronts(const std::vector<SmallLaunch>& launches);
   void launch_stages(double tolerance, bool look_ahead, const Mark& mark);
   void launch(const Launch& what, const Stream& stream, const std::optional<DeviceBlas>& blas);
+  void assemble(const DepthLaunches& depth, bool look_ahead);
   void assemble(const Range& parts, const Stream& stream);
   template <class Aside, class Here>
   void beside(bool has_aside, bool has_here, const Aside& aside, const Here& here);

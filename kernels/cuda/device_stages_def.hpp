@@ -55,8 +55,6 @@ struct DeviceStages<S, V>::Layout {
     copy(at.upper_begin, plan.upper_begin);
     copy(at.contribution_begin, plan.contribution_begin);
     copy(at.entry_begin, plan.entry_begin);
-    copy(at.entry_target, plan.entry_target);
-    copy(at.entry_row, plan.entry_row);
     copy(at.entry_in_row, plan.entry_in_row);
     copy(at.matrix_offsets, pattern.offsets);
     copy(at.matrix_columns, pattern.columns);
@@ -73,11 +71,13 @@ struct DeviceStages<S, V>::Layout {
     copy(store.destination, lists.destination);
     copy(store.child_row_begin, lists.child_row_begin);
     copy(store.child_row, lists.child_row);
+    copy(store.entry_place, lists.entry_place);
   }
 };
 
 template <class S>
 PlanCuts cuts_for_device() {
+  static_assert(kSmallRows<S> <= kAssemblyTurns.rows);
   PlanCuts cuts{kTile<S>, kSmallRows<S>, kWideProducts<S>};
   cuts.waiting_tiles = multiprocessors() - 1;
   return cuts;
@@ -105,6 +105,8 @@ DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& patter
   });
   store_.fronts.n = plan.n;
   store_.fronts.max_block_size = plan.max_block_size;
+  store_.fronts.entry_target = nullptr;
+  store_.fronts.entry_row = nullptr;
   store_.fronts.interchange = nullptr;
   store_.fronts.work = nullptr;
   status_ = arena_.at<DeviceStatus>(place);
@@ -114,6 +116,7 @@ DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& patter
   store_.tiny = pivot_rule<RealOf<S>>(0, 1).tiny;
   forget_strict_fronts();
   stream_.synchronize();  // what was copied from may go
+  lists_.entry_place = {};
   set_shared_memory(reinterpret_cast<const void*>(&factor_small_fronts<256, 2, S, V>),
                     small_front_bytes<S>(kSmallRows<S>));
   constexpr std::size_t kUnasked = 48 * 1024, kMiddle = small_front_bytes<S>(64);  // what needs no attribute
@@ -239,8 +242,7 @@ void DeviceStages<S, V>::launch_stages(double tolerance, bool look_ahead, const 
     launch_small_fronts(depth.small);
     if (mark) join_small_fronts(depth.small);  // else their time would show as that of what they run beside
     next(Kernel::assemble);
-    assemble(depth.assemble_contribution, look_ahead ? assembly_.begin_after(stream_) : stream_);
-    assemble(depth.assemble, stream_);
+    assemble(depth, look_ahead);
     for (const Launch& part : depth.factor) {
       next(part.kind == Launch::Kind::diagonal ? Kernel::diagonal
            : part.kind == Launch::Kind::strips ? Kernel::strips
@@ -272,6 +274,21 @@ void DeviceStages<S, V>::launch_stages(double tolerance, bool look_ahead, const 
   }
   next(Kernel::end);
   check_launch("factor");
+}
+
+// Contribution blocks beside all else, where it may be; later turns write over blocks that P, L and U of the
+// depth are made of, too.
+template <class S, class V>
+void DeviceStages<S, V>::assemble(const DepthLaunches& depth, bool look_ahead) {
+  const auto blocks_stream = [&]() -> const Stream& {
+    return look_ahead ? assembly_.begin_after(stream_) : stream_;
+  };
+  const std::vector<Range>& turns = depth.assemble_contribution;
+  assemble(turns.front(), blocks_stream());
+  assemble(depth.assemble, stream_);
+  if (turns.size() == 1) return;
+  const Stream& stream = blocks_stream();
+  for (std::size_t turn = 1; turn < turns.size(); ++turn) assemble(turns[turn], stream);
 }
 
 template <class S, class V>

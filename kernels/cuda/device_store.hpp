@@ -30,6 +30,14 @@ struct DeviceStore {
   const Offset *row_begin, *source_begin, *destination;
   const Offset* child_row_begin;
   const Vertex* child_row;
+  const Vertex* entry_place;
+
+  /// Original entry e, which goes to row i of front f.
+  __device__ S scaled_entry(Offset e, Vertex f, int i, int pivots) const {
+    const Vertex position =
+        i < pivots ? fronts.pivot_begin[f] + i : fronts.border[fronts.border_begin[f] + i - pivots];
+    return fronts.scaled_entry(e, fronts.row_of[position]);
+  }
 
   __device__ PivotRule rule() const {
     PivotRule rule;

@@ -20,14 +20,10 @@ __device__ void assemble_in_tile(const DeviceStore<S, Value>& store, Vertex f, c
   const int p = front.pivots, rows = front.rows();
   for (int i = threadIdx.x; i < tile.ld * rows; i += blockDim.x) tile.a[i] = S(0);
   __syncthreads();
-  const Offset lower = at.lower_begin[f], upper = at.upper_begin[f];
   for (Offset e = at.entry_begin[f] + threadIdx.x; e < at.entry_begin[f + 1]; e += blockDim.x) {
-    const Offset target = at.entry_target[e];
-    const int inside =
-        static_cast<int>(target < lower + p * rows && target >= lower ? target - lower : target - upper);
-    const bool left = target >= lower && target < lower + p * rows;
-    const int i = left ? inside % rows : inside % p, j = left ? inside / rows : p + inside / p;
-    tile.a[i + j * tile.ld] = at.scaled_entry(e);
+    const int place = store.entry_place[e], beyond = place - p * rows;
+    const int i = beyond < 0 ? place % rows : beyond % p, j = beyond < 0 ? place / rows : p + beyond / p;
+    tile.a[i + j * tile.ld] = store.scaled_entry(e, f, i, p);
   }
   const int lane = threadIdx.x % kWarp, warp = threadIdx.x / kWarp, warps = blockDim.x / kWarp;
   for (Vertex c = at.child_begin[f]; c < at.child_begin[f + 1]; ++c) {

@@ -91,7 +91,7 @@ StageProblem<double> artificial_problem(const std::vector<FrontShape>& shapes,
   problem.values = matrix.values;
   problem.pattern = std::make_shared<Pattern>(pattern_of(matrix));
   problem.plan = std::make_shared<SymbolicPlan>(
-      make_symbolic_plan(*problem.pattern, row_order, tree, options.max_block_size, 1));
+      make_symbolic_plan(*problem.pattern, row_order, tree, options.max_block_size, 1, options.turns));
   return problem;
 }
 
@@ -176,6 +176,16 @@ std::vector<FrontShape> broom() {
   std::vector<FrontShape> shapes;
   for (Vertex k = 0; k < 200; ++k) shapes.push_back({1, k % 5, 200});
   shapes.push_back({20, 0, -1});
+  return shapes;
+}
+
+std::vector<FrontShape> fork() {
+  std::vector<FrontShape> shapes;
+  for (Vertex k = 0; k < 6; ++k) shapes.push_back({100, 350, 14 + k / 2});
+  for (Vertex k = 0; k < 8; ++k) shapes.push_back({10, 200, 17});
+  for (Vertex k = 0; k < 3; ++k) shapes.push_back({100, 300, 18});
+  shapes.push_back({40, 120, 18});
+  shapes.push_back({300, 0, -1});
   return shapes;
 }
 

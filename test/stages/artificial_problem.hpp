@@ -39,6 +39,7 @@ struct ProblemOptions {
   std::uint64_t seed = 1;
   double density = 1.0;  // of the entries between the pivots of a front, and between them and its border
   Vertex max_block_size = 64;
+  AssemblyTurns turns = {};
 };
 
 /// Fronts of the given shapes. Numbering of unknowns, rows and borders is random; each pivot block has one
@@ -59,6 +60,10 @@ std::vector<FrontShape> leaf_and_root(Vertex pivots, Vertex border);
 std::vector<FrontShape> mixed_tree();
 /// One root with 200 children of one unknown each, some of them without a border.
 std::vector<FrontShape> broom();
+/// Three generations with contribution blocks so large that those of one do not fit beside those of the next
+/// where factors will be: their assembly takes turns. Between the root and eight leaves is a front of at most
+/// 340 rows, three others there have 400.
+std::vector<FrontShape> fork();
 /// A chain of fronts, each the only child of the next.
 std::vector<FrontShape> chain();
 

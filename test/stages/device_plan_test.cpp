@@ -88,6 +88,17 @@ TEST(DevicePlan, ListsGiveTheFactorsOfTrees) {
   }
 }
 
+TEST(DevicePlan, BlocksAreAssembledInTurns) {
+  const std::pair<cuda::PlanCuts, Vertex> cases[] = {{kCuts[0], 350}, {kCuts[2], 10}, {kCuts[2], 350}};
+  for (const auto& [cut, rows] : cases) {
+    SCOPED_TRACE("tile " + std::to_string(cut.tile) + ", more than " + std::to_string(rows) + " rows");
+    const StageProblem<double> problem =
+        column_dominant(artificial_problem(fork(), {12, 1.0, 64, {4, rows}}));
+    ASSERT_TRUE(problem.plan->has_turns());
+    check(problem, cut);
+  }
+}
+
 // Many enough for wide tiles, and deep enough for the library.
 TEST(DevicePlan, ListsGiveTheFactorsOfLargeFronts) {
   const StageProblem<double> problem = column_dominant(artificial_problem(leaf_and_root(270, 1030), {5}));

@@ -45,13 +45,15 @@ class ListInterpreter {
   void factor(const After& after_depth) {
     for (std::size_t step = 0; step < lists_.depths.size(); ++step) {
       const cuda::DepthLaunches& depth = lists_.depths[step];
-      factor_small(depth);
-      for (Offset i = depth.assemble.begin; i < depth.assemble.end; ++i) assemble(lists_.assemble[i]);
-      const auto assemble_contribution = [&] {
-        const cuda::Range& parts = depth.assemble_contribution;
-        for (Offset i = parts.begin; i < parts.end; ++i) assemble(lists_.assemble[i]);
+      if (aside_ == Aside::at_once) {
+        factor_small(depth);
+        assemble(depth.assemble_contribution.front());
+      }
+      assemble(depth.assemble);
+      const auto assemble_from = [&](std::size_t turn) {
+        for (; turn < depth.assemble_contribution.size(); ++turn) assemble(depth.assemble_contribution[turn]);
       };
-      if (aside_ == Aside::at_once) assemble_contribution();
+      if (aside_ == Aside::at_once) assemble_from(1);
       std::vector<cuda::Launch> late;
       const auto join = [&] {
         for (const cuda::Launch& launch : late) run(launch);
@@ -66,8 +68,9 @@ class ListInterpreter {
         }
       }
       join();
-      if (aside_ == Aside::late) assemble_contribution();
+      if (aside_ == Aside::late) assemble_from(0);
       for (const cuda::Launch& launch : depth.update) run(launch);
+      if (aside_ == Aside::late) factor_small(depth);
       after_depth(static_cast<Vertex>(step));
     }
   }
@@ -174,12 +177,16 @@ class ListInterpreter {
   double& at(Vertex f, Vertex i, Vertex j) { return entry_of(*this, f, i, j); }
   double at(Vertex f, Vertex i, Vertex j) const { return entry_of(*this, f, i, j); }
 
-  void add_entries(Offset begin, Offset end) {
+  // `to(place)`: the entry that a place means.
+  template <class To>
+  void add_entries(Offset begin, Offset end, const To& to) {
     for (Offset e = begin; e < end; ++e) {
+      double& entry = to(lists_.entry_place[e]);
+      EXPECT_EQ(&entry, &storage_[plan_.entry_target[e]]);
       const Vertex row = plan_.entry_row[e];
       const Offset slot = problem_.pattern->offsets[row] + plan_.entry_in_row[e];
       const double scale = problem_.row_scale[row] * problem_.column_scale[problem_.pattern->columns[slot]];
-      storage_[plan_.entry_target[e]] += problem_.values[slot] * scale;
+      entry += problem_.values[slot] * scale;
     }
   }
   double child_entry(Vertex child, Vertex i, Vertex j) const {
@@ -207,7 +214,11 @@ class ListInterpreter {
         for (Vertex j = 0; j < rows(f); ++j) {
           for (Vertex i = 0; i < rows(f); ++i) at(f, i, j) = 0;
         }
-        add_entries(plan_.entry_begin[f], plan_.entry_begin[f + 1]);
+        const Vertex lower = plan_.pivots(f) * rows(f);
+        add_entries(plan_.entry_begin[f], plan_.entry_begin[f + 1], [&](Vertex place) -> double& {
+          return storage_[place < lower ? plan_.lower_begin[f] + place
+                                        : plan_.upper_begin[f] + place - lower];
+        });
         for (Vertex c = plan_.child_begin[f]; c < plan_.child_begin[f + 1]; ++c) {
           const Vertex child = plan_.children[c], *map = &plan_.border_in_parent[plan_.border_begin[child]];
           for (Vertex j = 0; j < plan_.border_rows(child); ++j) {
@@ -233,7 +244,11 @@ class ListInterpreter {
         }
       }
     }
-    add_entries(part.first_entry, part.last_entry);
+    double* const first = &at(f, 0, part.begin);
+    add_entries(part.first_entry, part.last_entry, [&](Vertex place) -> double& { return first[place]; });
+  }
+  void assemble(const cuda::Range& parts) {
+    for (Offset i = parts.begin; i < parts.end; ++i) assemble(lists_.assemble[i]);
   }
 
   // The task that a block belongs to, as the device finds it.

@@ -132,10 +132,20 @@ void expect_disjoint(std::vector<Interval> intervals, Offset end) {
   EXPECT_LE(next, end);
 }
 
-/// Checks each step, and returns what of the region is alive at once at most.
-Offset check_live_blocks(const SymbolicPlan& plan) {
+Interval contribution_of(const SymbolicPlan& plan, Vertex f) {
+  const Offset begin = plan.contribution_begin[f], b = plan.border_rows(f);
+  return {begin, begin + b * plan.contribution_ld(f)};
+}
+
+/// Checks each turn of each step, and returns what of the region is alive at once at most. Blocks that large
+/// fronts have read in a turn are not needed any more.
+Offset check_live_blocks(const SymbolicPlan& plan, const AssemblyTurns& turns = {}) {
   std::vector<Interval> factors;  // so far
   Offset most = 0;
+  const auto is_done = [&](Vertex child, Vertex turn) {
+    const Vertex f = plan.parent[child];
+    return f >= 0 && plan.pivots(f) + plan.border_rows(f) > turns.rows && plan.assembly_turn[f] < turn;
+  };
   for (Vertex step = 0; step < plan.num_depths; ++step) {
     for (Vertex f = plan.depth_begin[step]; f < plan.depth_begin[step + 1]; ++f) {
       const Offset p = plan.pivots(f), b = plan.border_rows(f);
@@ -143,15 +153,20 @@ Offset check_live_blocks(const SymbolicPlan& plan) {
       factors.emplace_back(plan.upper_begin[f], plan.upper_begin[f] + p * b);
     }
     expect_disjoint(factors, plan.factor_entries);
-    std::vector<Interval> live = factors;  // with the depth below, whose contribution blocks still live
-    for (Vertex f = plan.depth_begin[std::max(step - 1, 0)]; f < plan.depth_begin[step + 1]; ++f) {
-      const Offset b = plan.border_rows(f);
-      live.emplace_back(plan.contribution_begin[f], plan.contribution_begin[f] + b * plan.contribution_ld(f));
+    for (Vertex turn = 0; turn < turns.most; ++turn) {
+      std::vector<Interval> live = factors;
+      for (Vertex f = plan.depth_begin[step]; f < plan.depth_begin[step + 1]; ++f) {
+        EXPECT_LT(plan.assembly_turn[f], turns.most);
+        if (plan.assembly_turn[f] <= turn) live.push_back(contribution_of(plan, f));
+      }
+      for (Vertex f = plan.depth_begin[std::max(step - 1, 0)]; f < plan.depth_begin[step]; ++f) {
+        if (!is_done(f, turn)) live.push_back(contribution_of(plan, f));
+      }
+      expect_disjoint(live, plan.storage_entries);
+      Offset entries = 0;
+      for (const auto& [first, last] : live) entries += last - first;
+      most = std::max(most, entries);
     }
-    expect_disjoint(live, plan.storage_entries);
-    Offset entries = 0;
-    for (const auto& [first, last] : live) entries += last - first;
-    most = std::max(most, entries);
   }
   return most;
 }
@@ -159,6 +174,8 @@ Offset check_live_blocks(const SymbolicPlan& plan) {
 TEST(PlanCounts, NoTwoLiveBlocksOverlap) {
   for (const auto& shapes : {mixed_tree(), broom(), chain()})
     check_live_blocks(*artificial_problem(shapes, {1, 0.3, 64}).plan);
+  for (const AssemblyTurns turns : {AssemblyTurns{2, 0}, AssemblyTurns{4, 350}})
+    check_live_blocks(*artificial_problem(fork(), {1, 0.3, 64, turns}).plan, turns);
 }
 
 TEST(PlanCounts, TheRegionIsHardlyLargerThanWhatLivesInIt) {
@@ -174,6 +191,29 @@ TEST(PlanCounts, TheRegionIsHardlyLargerThanWhatLivesInIt) {
     EXPECT_GE(plan.storage_entries, live);
     EXPECT_LE(static_cast<double>(plan.storage_entries), limit * static_cast<double>(live));
   }
+}
+
+void expect_smaller_region(const SymbolicPlan& plan, const AssemblyTurns& turns,
+                           const SymbolicPlan& at_once) {
+  EXPECT_TRUE(plan.has_turns());
+  EXPECT_FALSE(at_once.has_turns());
+  EXPECT_LT(plan.storage_entries, at_once.storage_entries);
+  const Offset live = check_live_blocks(plan, turns);
+  EXPECT_LE(static_cast<double>(plan.storage_entries), 1.05 * static_cast<double>(live));
+}
+
+TEST(PlanCounts, TurnsMakeTheRegionSmaller) {
+  for (const SparseMatrix& matrix : {grid_2d(150, 140), grid_2d(90, 200)}) {
+    const Pattern pattern = pattern_of(matrix);
+    const SeparatorTree tree = order_matrix(pattern, MatchedScaling(), AnalysisOptions(), 1);
+    const SymbolicPlan at_once = make_symbolic_plan(pattern, {}, tree, 64, 1);
+    for (const AssemblyTurns& turns : {AssemblyTurns{2, 30}, AssemblyTurns{4, 60}})
+      expect_smaller_region(make_symbolic_plan(pattern, {}, tree, 64, 1, turns), turns, at_once);
+  }
+  // Here the first order of its blocks leaves gaps.
+  const AssemblyTurns turns{4, 0};
+  expect_smaller_region(*artificial_problem(fork(), {1, 0.1, 64, turns}).plan, turns,
+                        *artificial_problem(fork(), {1, 0.1}).plan);
 }
 
 TEST(PlanCounts, BlockWidthsAreAsEqualAsCanBe) {

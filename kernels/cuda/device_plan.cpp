@@ -345,12 +345,15 @@ class Builder {
     const Vertex most = most_solve_tiles(fronts);
     for (Vertex i = 0; i < most; ++i) {
       for (const Vertex f : fronts) {
-        if (i < solve_tiles(f)) add_part({f, i * kSolveTile, 0, i, true, 0, 0, {}});
+        if (i < solve_tiles(f)) add_part({f, i * kSolveTile, 0, i, true, 0, 0, {}, kSolveTile});
       }
     }
+    Vertex tiles = 0;
+    for (const Vertex f : fronts) tiles += steps_of_border(f);
     for (const Vertex f : fronts) {
-      for (Vertex i = 0; i < plan_.border_rows(f); i += kSolveTile)
-        add_part({f, plan_.pivots(f) + i, 0, solve_tiles(f), true, 0, 0, {}});
+      const Vertex height = tiles > cuts_.crowd && solve_tiles(f) == 1 ? kTallTile : kSolveTile;
+      for (Vertex i = 0; i < plan_.border_rows(f); i += height)
+        add_part({f, plan_.pivots(f) + i, 0, solve_tiles(f), true, 0, 0, {}, height});
     }
   }
 
@@ -382,7 +385,7 @@ class Builder {
     const Vertex parts = parts_of_border(f), steps = cuts_.solve_steps;
     for (Vertex i = 0; i < parts; ++i) {
       const Offset place = first_place + static_cast<Offset>(turn) * parts + i;
-      add_part({f, tile_of_turn(f, turn), i * steps, (i + 1) * steps, false, place, 0, {}});
+      add_part({f, tile_of_turn(f, turn), i * steps, (i + 1) * steps, false, place, 0, {}, kSolveTile});
     }
   }
   // The steps of the border that are left, and those of the pivot block, which wait for other tiles.
@@ -390,13 +393,14 @@ class Builder {
     if (turn >= solve_tiles(f)) return;
     const Vertex parts = parts_of_border(f), last = steps_of_border(f) + turn;
     const Offset place = first_place + static_cast<Offset>(turn) * parts;
-    add_part({f, tile_of_turn(f, turn), parts * cuts_.solve_steps, last, true, place, parts, {}});
+    add_part({f, tile_of_turn(f, turn), parts * cuts_.solve_steps, last, true, place, parts, {}, kSolveTile});
   }
 
   void add_part(SolvePart part) {
     const Vertex f = part.front;
     part.where = {plan_.lower_begin[f], plan_.upper_begin[f], plan_.border_begin[f], made_.row_begin[f],
                   plan_.pivot_begin[f], plan_.pivots(f),      plan_.border_rows(f),  plan_.lower_ld(f)};
+    part.rows = std::min(part.rows, (part.begin < plan_.pivots(f) ? plan_.pivots(f) : rows(f)) - part.begin);
     made_.solve.push_back(part);
   }
 

@@ -62,7 +62,9 @@ struct SolveFront {
 };
 
 /// Steps [first_step, last_step) of the tile of a front that begins at row `begin`, for the solve: a step is
-/// kSolveTile entries of the vector times what of the factor multiplies them. Backward, what a long border
+/// kSolveTile entries of the vector times what of the factor multiplies them. A tile has kSolveTile rows;
+/// forward, in a border where more tiles than the device can hold would have one step each, up to kTallTile.
+/// Backward, what a long border
 /// needs is cut in parts, so that few large fronts fill the device. All but the last leave their sums in
 /// places of their own; the last takes those from its first place on, does the last steps and finishes the
 /// tile.
@@ -73,6 +75,7 @@ struct SolvePart {
   Offset place;  // of 64 sums: its own, or of the first part
   Vertex parts;  // before the one that finishes
   SolveFront where;
+  Vertex rows;  // of the tile
 };
 
 struct Range {
@@ -159,11 +162,13 @@ constexpr AssemblyTurns kAssemblyTurns{4, 160};
 constexpr Vertex kAssembleEntries = 2048, kAssembleColumns = 4;
 /// Rows of a strip, of a tile of the solve.
 constexpr Vertex kStrip = 128;
-constexpr Vertex kSolveTile = 64;
+constexpr Vertex kSolveTile = 64, kTallTile = 256;
 /// The triangles of blocks of so many pivots are left inverted by what factors a diagonal tile.
 constexpr Vertex kInverted = 32;
 /// Steps of a part of a tile.
 constexpr Vertex kSolveSteps = 16;
+/// Tiles of one column that an H200 holds at once.
+constexpr Vertex kCrowd = 3 * 132;
 
 /// Fronts with at most kTinyPivots pivots and so many entries in L are solved with by one warp, in depths
 /// that have many of them: a warp takes longer than a block, which matters where the device is not full.
@@ -173,12 +178,13 @@ constexpr Vertex kTinyPivots = 32, kTinyEntries = 16384, kManyTiny = 1024;
 /// panels of `panel`, a multiple of `tile`, in slabs of `slab`, a multiple of that; `many_tiny` tiny fronts
 /// of a depth are solved with by warps; parts of a tile of the solve take `solve_steps` steps, and so many
 /// tiles may come before parts of theirs, which they wait for: the device must run one block more than that
-/// at once.
+/// at once. Where the border of a depth has more tiles than `crowd`, some are tall.
 struct PlanCuts {
   Vertex tile, small_rows;
   bool wide_products;
   Vertex panel = kPanel, slab = kSlab, panelled = kPanelled, many_tiny = kManyTiny, solve_steps = kSolveSteps;
   Vertex waiting_tiles = 0;
+  Vertex crowd = kCrowd;
 };
 
 DevicePlan make_device_plan(const SymbolicPlan& plan, const PlanCuts& cuts);

@@ -43,9 +43,8 @@ struct SolveTile {
 template <class S, class Value>
 __device__ SolveTile<S> solve_tile(const FrontStore<S, Value>& fronts, const SolvePart& part) {
   const SolveFront& at = part.where;
-  const bool has_pivots = part.begin < at.pivots;
-  const int width = min(kSolveTile, (has_pivots ? at.pivots : at.pivots + at.border) - part.begin);
-  return {fronts.storage + at.lower, fronts.storage + at.upper, at.ld, part.begin, width, has_pivots};
+  return {fronts.storage + at.lower, fronts.storage + at.upper, at.ld, part.begin, part.rows,
+          part.begin < at.pivots};
 }
 
 /// What a step multiplies: B(row, k), k < count <= 64, at base[row + k * ld], or base[k + row * ld] where the

@@ -13,7 +13,9 @@
 // no longer kUnset, which nothing computed is. They belong to blocks with smaller numbers; the parts of a
 // tile may come later, but never while so many tiles wait for theirs that these could fill the device
 // (PlanCuts::waiting_tiles). So none waits for one that cannot begin. Each sum is made in one order: the
-// parts' are added one by one.
+// parts' are added one by one. Forward, where a depth has more tiles of borders than the device can hold,
+// those with one step are up to 256 rows high: what a block needs before it can begin takes it longer than
+// what it then does.
 //
 // What multiplies the vector comes in steps of 64 columns, and at the end the diagonal tile, which is
 // inverted: for one column column_sweep.hpp does them, for 16 tile_sweep.hpp. From the last entries that a
@@ -59,10 +61,8 @@ __device__ int own_column() {
 }
 
 template <bool Transposed, int K, class S, class Value>
-__global__ void __launch_bounds__(kSolveThreads, kSolveBlocks<K>)
-    substitute_forward(DeviceStore<S, Value> store, DeviceVectors<S> vectors, Offset first) {
-  extern __shared__ __align__(16) unsigned char memory[];
-  const SolvePart part = store.solve[first + blockIdx.x];
+__device__ void solve_forward(const DeviceStore<S, Value>& store, const DeviceVectors<S>& vectors,
+                              const SolvePart& part, void* memory) {
   const SolveTile<S> tile = solve_tile(store.fronts, part);
   const SolveFront& front = part.where;
   const Offset pivots_at = front.pivots_at;
@@ -120,6 +120,71 @@ __global__ void __launch_bounds__(kSolveThreads, kSolveBlocks<K>)
     sweep.template solve_diagonal<false, !Transposed>(write);
   } else {
     sweep.write_rest(write);
+  }
+}
+
+// A tall tile of a border: a thread for each row, all of its pivots in one step.
+template <class S, class Value>
+__device__ void subtract_tall_tile(const DeviceStore<S, Value>& store, const DeviceVectors<S>& vectors,
+                                   const SolvePart& part, S* y) {
+  static_assert(kTallTile == kSolveThreads);
+  constexpr int kAhead = 16, kSums = 4;
+  const SolveFront& front = part.where;
+  const int row = part.begin + threadIdx.x, p = front.pivots;
+  const bool has_row = static_cast<int>(threadIdx.x) < part.rows;
+  const S* const from = store.fronts.storage + front.lower + row;
+  S entry[kAhead];
+  const auto load = [&](int k) {
+#pragma unroll
+    for (int j = 0; j < kAhead; ++j) entry[j] = has_row && k + j < p ? once(from + (k + j) * front.ld) : S(0);
+  };
+  load(0);
+  constexpr int kLine = 128 / static_cast<int>(sizeof(S));
+  if (has_row && threadIdx.x % kLine == 0) {
+    for (int k = kAhead; k < p; ++k) asm volatile("prefetch.global.L2 [%0];" ::"l"(from + k * front.ld));
+  }
+  S sum[1] = {S(0)};
+  Offset to = 0;
+  if (has_row) {
+    to = store.destination[front.border_at + row - p];
+    const Offset source = store.source_begin[front.rows_at + row];
+    const int children[1] = {static_cast<int>(store.source_begin[front.rows_at + row + 1] - source)};
+    add_when_set(
+        children, 1, [&](int, int child) { return vectors.border + source + child; }, sum);
+  }
+  if (threadIdx.x < kSolveTile) {
+    const S* const place = vectors.y + front.pivots_at + threadIdx.x;
+    y[threadIdx.x] = static_cast<int>(threadIdx.x) < p ? wait_for(place, peek(place), 1) : S(0);
+  }
+  __syncthreads();
+  S product[kSums];
+#pragma unroll
+  for (int j = 0; j < kSums; ++j) product[j] = S(0);
+  for (int k = 0; k < p; k += kAhead) {
+#pragma unroll
+    for (int j = 0; j < kAhead; ++j) product[j % kSums] += entry[j] * y[k + j];
+    load(k + kAhead);
+  }
+  if (has_row) vectors.border[to] = sum[0] - ((product[0] + product[1]) + (product[2] + product[3]));
+}
+
+template <bool Transposed, int K, class S, class Value>
+__global__ void __launch_bounds__(kSolveThreads, kSolveBlocks<K>)
+    substitute_forward(DeviceStore<S, Value> store, DeviceVectors<S> vectors, Offset first) {
+  extern __shared__ __align__(16) unsigned char memory[];
+  SolvePart part = store.solve[first + blockIdx.x];
+  if constexpr (K == 1 && !Transposed) {
+    if (part.rows > kSolveTile) {
+      subtract_tall_tile(store, vectors, part, reinterpret_cast<S*>(memory));
+    } else {
+      solve_forward<Transposed, K>(store, vectors, part, memory);
+    }
+  } else {
+    for (const int end = part.begin + part.rows; part.begin < end; part.begin += kSolveTile) {
+      part.rows = min(kSolveTile, end - part.begin);
+      solve_forward<Transposed, K>(store, vectors, part, memory);
+      __syncthreads();
+    }
   }
 }
 

@@ -189,6 +189,13 @@ std::vector<FrontShape> fork() {
   return shapes;
 }
 
+std::vector<FrontShape> crowd() {
+  std::vector<FrontShape> shapes;
+  for (Vertex k = 0; k < 130; ++k) shapes.push_back({1 + 11 * k % 90, 100 + 13 * k % 201, 130});
+  shapes.push_back({320, 0, -1});
+  return shapes;
+}
+
 std::vector<FrontShape> chain() {
   std::vector<FrontShape> shapes;
   for (Vertex k = 0; k < 12; ++k) shapes.push_back({1 + 3 * k, std::min(5 * k, 40), k + 1});

@@ -64,6 +64,8 @@ std::vector<FrontShape> broom();
 /// where factors will be: their assembly takes turns. Between the root and eight leaves is a front of at most
 /// 340 rows, three others there have 400.
 std::vector<FrontShape> fork();
+/// A root with 130 children of 1 to 90 pivots and borders of 100 to 300 rows.
+std::vector<FrontShape> crowd();
 /// A chain of fronts, each the only child of the next.
 std::vector<FrontShape> chain();
 

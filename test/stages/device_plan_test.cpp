@@ -13,7 +13,7 @@ constexpr double kTolerance = 4000 * std::numeric_limits<double>::epsilon();
 const std::vector<cuda::PlanCuts> kCuts{
     {128, 160, true, 512, 2048, 1024, 1, 16, 0},   // as for double
     {64, 96, false, 512, 2048, 1024, 10, 1, 131},  // as for complex<double>
-    {16, 10, true, 32, 96, 64, 1, 2, 1},           // slabs enough for look-ahead
+    {16, 10, true, 32, 96, 64, 1, 2, 1, 0},        // slabs enough for look-ahead, tall tiles
     {32, 0, false, 64, 64, 33, 1000, 3, 5}};
 
 /// The same pattern with each diagonal entry larger than the rest of its column: pivots stay where they are.
@@ -96,6 +96,32 @@ TEST(DevicePlan, BlocksAreAssembledInTurns) {
         column_dominant(artificial_problem(fork(), {12, 1.0, 64, {4, rows}}));
     ASSERT_TRUE(problem.plan->has_turns());
     check(problem, cut);
+  }
+}
+
+TEST(DevicePlan, TilesOfOneStepAreTallWhereBordersAreCrowded) {
+  const StageProblem<double> problem = artificial_problem(crowd(), {13, 0.2});
+  const SymbolicPlan& plan = *problem.plan;
+  Vertex tiles = 0;
+  for (Vertex f = 0; f + 1 < plan.num_fronts; ++f)
+    tiles += (plan.border_rows(f) + cuda::kSolveTile - 1) / cuda::kSolveTile;
+  for (const Vertex room : {tiles - 1, tiles}) {
+    cuda::PlanCuts cut = kCuts[0];
+    cut.many_tiny = cuda::kManyTiny;
+    cut.crowd = room;
+    const cuda::DevicePlan lists = cuda::make_device_plan(plan, cut);
+    std::vector<Vertex> covered(static_cast<std::size_t>(plan.num_fronts), 0);
+    for (const cuda::SolveLaunch& launch : lists.forward) {
+      for (Offset i = launch.tiles.begin; i < launch.tiles.end; ++i) {
+        const cuda::SolvePart& part = lists.solve[i];
+        const Vertex p = plan.pivots(part.front);
+        covered[part.front] += part.rows;
+        const bool tall = room < tiles && part.begin >= p && p <= cuda::kSolveTile;
+        const Vertex left = (part.begin < p ? p : p + plan.border_rows(part.front)) - part.begin;
+        EXPECT_EQ(part.rows, std::min(left, tall ? cuda::kTallTile : cuda::kSolveTile));
+      }
+    }
+    for (Vertex f = 0; f < plan.num_fronts; ++f) EXPECT_EQ(covered[f], plan.pivots(f) + plan.border_rows(f));
   }
 }
 

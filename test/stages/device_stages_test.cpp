@@ -62,7 +62,8 @@ std::vector<StageProblem<double>> trees() {
           artificial_problem(chain(), {4, 0.7}),
           artificial_problem(leaf_and_root(400, 450), {5}),
           artificial_problem(many_fronts(), {6, 0.3}),
-          artificial_problem(fork(), {12, 0.1, 64, cuda::kAssemblyTurns})};
+          artificial_problem(fork(), {12, 0.1, 64, cuda::kAssemblyTurns}),
+          artificial_problem(crowd(), {13, 0.2})};
 }
 
 /// Fronts whose tiles are cut into parts by the solve, with and without a step that is left over.

@@ -126,7 +126,7 @@ class ListInterpreter {
   static constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
   Vertex rows(Vertex f) const { return plan_.pivots(f) + plan_.border_rows(f); }
   // Everything from row `begin` of a front on, in one part of no steps.
-  static cuda::SolvePart whole(Vertex f, Vertex begin) { return {f, begin, 0, 0, true, 0, 0, {}}; }
+  static cuda::SolvePart whole(Vertex f, Vertex begin) { return {f, begin, 0, 0, true, 0, 0, {}, 0}; }
   // What warps solve with is waited for by launches, not by tiles.
   void expect_one_depth(const cuda::SolveLaunch& launch) const {
     const auto& begin = plan_.depth_begin;
@@ -161,8 +161,10 @@ class ListInterpreter {
         std::make_tuple(plan_.pivot_begin[f], plan_.pivots(f), plan_.border_rows(f), plan_.lower_ld(f)));
   }
   Vertex tile_end(const cuda::SolvePart& part) const {
-    const Vertex p = plan_.pivots(part.front);
-    return std::min(part.begin + cuda::kSolveTile, part.begin < p ? p : rows(part.front));
+    const Vertex p = plan_.pivots(part.front), left = (part.begin < p ? p : rows(part.front)) - part.begin;
+    const bool tall = part.begin >= p && part.last_step == 1 && part.rows > cuda::kSolveTile;
+    EXPECT_EQ(part.rows, std::min(left, tall ? cuda::kTallTile : cuda::kSolveTile));
+    return part.begin + part.rows;
   }
 
   // Entry (i, j) of front f, wherever it lies.

@@ -205,11 +205,11 @@ class Builder {
   }
 
   void place_tiles(const std::vector<StepTask>& tiles) {
-    const Offset begin = static_cast<Offset>(made_.steps.size());
     place_strips(tiles, Order::next);
-    depth().factor.insert(depth().factor.end() - 1, {Launch::Kind::diagonal,
-                                                     {begin, begin + static_cast<Offset>(tiles.size())},
-                                                     static_cast<Vertex>(tiles.size())});
+    Launch launch = depth().factor.back();
+    launch.kind = Launch::Kind::diagonal;
+    launch.blocks = static_cast<Vertex>(tiles.size());
+    depth().factor.insert(depth().factor.end() - 1, launch);
   }
 
   void place_strips(const std::vector<StepTask>& tiles, Order order) {
@@ -218,6 +218,7 @@ class Builder {
       task.first_strip = launch.blocks;
       const Vertex below = task.left ? rows(task.front) - tile_end(task.front, task.k) : 0;
       launch.blocks += tiles_of(below, kStrip) + tiles_of(task.end - task.begin, kStrip);
+      launch.width = std::max(launch.width, tile_end(task.front, task.k) - task.k);
       made_.steps.push_back(task);
     }
     launch.tasks.end = static_cast<Offset>(made_.steps.size());

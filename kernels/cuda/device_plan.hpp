@@ -91,6 +91,7 @@ struct Launch {
   Range tasks;
   Vertex blocks = 0;
   Order order = Order::next;
+  Vertex width = 0;  // pivots of the widest tile, for diagonal and strips
 };
 
 struct SmallLaunch {

@@ -120,7 +120,12 @@ DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& patter
   if constexpr (kMiddle > kUnasked)
     set_shared_memory(reinterpret_cast<const void*>(&factor_small_fronts<128, 4, S, V>), kMiddle);
   set_shared_memory(reinterpret_cast<const void*>(&factor_diagonal_tiles<S, V>), block_lu_bytes<S>());
-  set_shared_memory(reinterpret_cast<const void*>(&solve_strips<S, V>), strip_bytes<S>());
+  for (const Vertex pivots : {kInverted, 2 * kInverted, kTile<S>}) {
+    with_strip_blocks<S>(pivots, [](auto blocks) {
+      set_shared_memory(reinterpret_cast<const void*>(&solve_strips<blocks(), S, V>),
+                        strip_bytes<S>(blocks()));
+    });
+  }
   set_shared_memory(reinterpret_cast<const void*>(&invert_tiles<S, V>), sizeof(TileInverseWork<S>));
   set_shared_memory(reinterpret_cast<const void*>(&subtract_products<NarrowShape, S, V>),
                     NarrowShape::bytes<S>());
@@ -159,10 +164,11 @@ void DeviceStages<S, V>::launch(const Launch& what, const Stream& stream,
                                                                                          what.tasks.begin);
       break;
     case Launch::Kind::strips:
-      if (blocks > 0) {
-        solve_strips<<<blocks, kStripThreads, strip_bytes<S>(), stream.get()>>>(store_, what.tasks.begin,
-                                                                                count);
-      }
+      if (blocks == 0) break;
+      with_strip_blocks<S>(what.width, [&](auto wide) {
+        solve_strips<wide()><<<blocks, kStripThreads, strip_bytes<S>(wide()), stream.get()>>>(
+            store_, what.tasks.begin, count);
+      });
       break;
     case Launch::Kind::products:
       subtract_products<NarrowShape><<<blocks, NarrowShape::threads, NarrowShape::bytes<S>(), stream.get()>>>(

@@ -1,7 +1,8 @@
 // The triangular solves beside a diagonal tile T: strips of 128 rows of the block column, X := X U^-1, and of
 // 128 columns of the block row, X := L^-1 X, which is solved transposed, X^T := X^T L^-T. The 32 x 32 blocks
-// on T's diagonal are inverted already, so all is products, on the tensor cores. A strip lies in shared memory
-// and is read and written in rows of memory: what a strip costs is its instructions, most of all where few run.
+// on T's diagonal are inverted already, so all is products, on the tensor cores. A strip lies in shared
+// memory and is read and written in rows of memory: what a strip costs is its instructions, most of all where
+// few run.
 #pragma once
 
 #include "kernels/cuda/block_lu.hpp"
@@ -10,21 +11,21 @@ namespace mfs::cuda {
 
 constexpr int kStripThreads = kStrip / 16 * kWarp;
 
-/// A triangle in 32 x 32 blocks, as it lies in the tile: block (i, j), i <= j, of the upper one and block (j, i)
-/// of the lower one at j (j + 1) / 2 + i.
+/// A triangle in 32 x 32 blocks, as it lies in the tile: block (i, j), i <= j, of the upper one and block (j,
+/// i) of the lower one at j (j + 1) / 2 + i.
 constexpr int kBlockLd = tile_ld(kInverted);
 constexpr int kBlockEntries = kBlockLd * kInverted;
 __device__ inline int block_place(int i, int j) {
   return (j * (j + 1) / 2 + i) * kBlockEntries;
 }
 
-/// Calls work with the blocks of 32 columns that tiles of up to `pivots` pivots may have: beside narrow tiles,
-/// strips need less shared memory, so that a multiprocessor holds more of them.
+/// Calls work with the blocks of 32 columns that tiles of up to `pivots` pivots may have: beside narrow
+/// tiles, strips need less shared memory, so that a multiprocessor holds more of them.
 template <class S, class Work>
 void with_strip_blocks(Vertex pivots, const Work& work) {
   if (pivots <= kInverted) return work(std::integral_constant<int, 1>());
   if (pivots <= 2 * kInverted) return work(std::integral_constant<int, 2>());
-  if constexpr (kTile<S> > 2 * kInverted) work(std::integral_constant<int, 4>());
+  if constexpr (kTile < S >> 2 * kInverted) work(std::integral_constant<int, 4>());
 }
 __host__ __device__ constexpr int triangle_entries(int blocks) {
   return blocks * (blocks + 1) / 2 * kBlockEntries;
@@ -45,16 +46,20 @@ template <bool Upper, class S>
 __device__ void load_triangle(S* t, const S* diagonal, Offset ld, int s, int blocks) {
   const int lane = threadIdx.x % kWarp;
   for (int column = threadIdx.x / kWarp; column < blocks * kInverted; column += kStripThreads / kWarp) {
-    const int j = column / kInverted;
-    for (int i = Upper ? 0 : j; i < (Upper ? j + 1 : blocks); ++i) {
-      const int row = i * kInverted + lane;
-      S* const to = t + (Upper ? block_place(i, j) : block_place(j, i)) + lane + column % kInverted * kBlockLd;
-      if (!Upper && row == column) {
-        *to = S(1);
-      } else {
-        const bool inside = row < s && column < s && (Upper ? row <= column : row > column);
-        copy_async<sizeof(S)>(shared_address(to), inside ? diagonal + row + column * ld : diagonal, inside);
-      }
+    const int j = column / kInverted, c = column % kInverted, row = j * kInverted + lane;
+    const S* const from = diagonal + lane + column * ld;
+    S* const to = t + lane + c * kBlockLd;
+    for (int i = Upper ? 0 : j + 1; i < (Upper ? j : blocks); ++i) {
+      const bool inside = column < s && (Upper || i * kInverted + lane < s);
+      copy_async<sizeof(S)>(shared_address(to + (Upper ? block_place(i, j) : block_place(j, i))),
+                            inside ? from + i * kInverted : diagonal, inside);
+    }
+    if (!Upper && lane == c) {
+      to[block_place(j, j)] = S(1);
+    } else {
+      const bool inside = Upper ? lane <= c && column < s : lane > c && row < s;
+      copy_async<sizeof(S)>(shared_address(to + block_place(j, j)), inside ? from + j * kInverted : diagonal,
+                            inside);
     }
   }
 }
@@ -112,11 +117,14 @@ __device__ void solve_column_strip(const DeviceStore<S, Value>& store, const Ste
   S* const t = memory;
   const StripRows<Blocks, true, S> rows{memory + triangle_entries(Blocks) + warp_begin};
   S* const own = rows.x + row;
-  S* const column = front.lower + next + (there ? begin + row : 0) + k * ld;
+  S* const column = front.lower + next + begin + row + k * ld;
   const int blocks = (s + kInverted - 1) / kInverted;
-  for (int c = first; c < blocks * kInverted; c += 2) {
-    const bool inside = there && c < s;
-    copy_async<sizeof(S)>(shared_address(own + c * kStripLd), inside ? column + c * ld : column, inside);
+  if (there) {
+    const S* from = column + first * ld;
+#pragma unroll 8
+    for (int c = first; c < s; c += 2, from += 2 * ld)
+      copy_async<sizeof(S)>(shared_address(own + c * kStripLd), from);
+    for (int c = s + (s + first) % 2; c < blocks * kInverted; c += 2) own[c * kStripLd] = S(0);
   }
   load_triangle<true>(t, front.lower + k + k * ld, ld, s, blocks);
   commit_copies();
@@ -125,12 +133,13 @@ __device__ void solve_column_strip(const DeviceStore<S, Value>& store, const Ste
   if (begin >= length) return;
   rows.solve(t, blocks);
   if (!there || (strict && begin + row < rest)) return;
+  S* to = column + first * ld;
+#pragma unroll 8
+  for (int c = first; c < s; c += 2, to += 2 * ld) *to = own[c * kStripLd];
+  if (begin + row >= rest) return;
   double most = 0;
-  for (int c = first; c < s; c += 2) {
-    const S value = own[c * kStripLd];
-    if (begin + row < rest) most = fmax(most, magnitude(value));
-    column[c * ld] = value;
-  }
+#pragma unroll 4
+  for (int c = first; c < s; c += 2) most = fmax(most, magnitude(own[c * kStripLd]));
   if (most > kMostGrowth) store.make_strict(f);
 }
 
@@ -158,14 +167,16 @@ __device__ void solve_row_strip(const DeviceStore<S, Value>& store, const StepTa
 #pragma unroll
   for (int i = 0; i < Blocks; ++i) {
     const int c = lane + i * kInverted;
-    row_at[i] = strict || c >= s ? c : local_row[c] - k;
+    row_at[i] = c >= s ? 0 : strict ? c : local_row[c] - k;
   }
+#pragma unroll 4
   for (int r = 0; r < width; ++r) {
     const S* const from = block_row(r);
 #pragma unroll
     for (int i = 0; i < Blocks; ++i) {
-      const int c = lane + i * kInverted;
-      copy_async<sizeof(S)>(shared_address(rows.x + c + r * kLd), c < s ? from + row_at[i] : from, c < s);
+      const bool inside = lane + i * kInverted < s;
+      copy_async<sizeof(S)>(shared_address(rows.x + lane + i * kInverted + r * kLd), from + row_at[i],
+                            inside);
     }
   }
   load_triangle<false>(t, front.lower + k + k * ld, ld, s, blocks);
@@ -174,9 +185,14 @@ __device__ void solve_row_strip(const DeviceStore<S, Value>& store, const StepTa
   __syncthreads();
   if (width <= 0) return;
   rows.solve(t, blocks);
+#pragma unroll 4
   for (int r = 0; r < width; ++r) {
     S* const to = block_row(r);
-    for (int c = lane; c < s; c += kWarp) to[c] = rows.x[c + r * kLd];
+#pragma unroll
+    for (int i = 0; i < Blocks; ++i) {
+      const int c = lane + i * kInverted;
+      if (c < s) to[c] = rows.x[c + r * kLd];
+    }
   }
 }
 

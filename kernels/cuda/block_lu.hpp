@@ -27,7 +27,8 @@ __host__ __device__ constexpr int block_lu_entries(int pivots) {
 }
 template <class S>
 constexpr std::size_t block_lu_bytes(int pivots) {
-  return sizeof(TileWork<S>) + sizeof(S) * (block_lu_entries<S>(pivots) + kTile<S>)+sizeof(int) * kTile<S>;
+  constexpr int tile = kTile<S>;
+  return sizeof(TileWork<S>) + sizeof(S) * (block_lu_entries<S>(pivots) + tile) + sizeof(int) * tile;
 }
 
 // A tile that leaves out pivot rows below it does not decide about a small pivot: its front becomes strict,

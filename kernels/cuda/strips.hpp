@@ -25,7 +25,8 @@ template <class S, class Work>
 void with_strip_blocks(Vertex pivots, const Work& work) {
   if (pivots <= kInverted) return work(std::integral_constant<int, 1>());
   if (pivots <= 2 * kInverted) return work(std::integral_constant<int, 2>());
-  if constexpr (kTile < S >> 2 * kInverted) work(std::integral_constant<int, 4>());
+  constexpr int tile = kTile<S>;
+  if constexpr (tile > 2 * kInverted) work(std::integral_constant<int, tile / kInverted>());
 }
 __host__ __device__ constexpr int triangle_entries(int blocks) {
   return blocks * (blocks + 1) / 2 * kBlockEntries;

@@ -9,37 +9,77 @@
 
 namespace mfs::cuda {
 
-constexpr int kAssembleThreads = 256, kAssembleRows = 512;
+constexpr int kAssembleThreads = 256;
+/// What a warp makes at a time: one look at a child's row map serves all of its columns.
+constexpr int kPieceRows = 64, kPieceColumns = 4;
 
-// Rows [begin, end) of column j of a front go to to[row - begin].
+template <int N>
+__device__ bool any_of(const int (&places)[N]) {
+  bool any = false;
+#pragma unroll
+  for (int i = 0; i < N; ++i) any |= places[i] >= 0;
+  return any;
+}
+
+// Rows [begin, end) of columns [first, last) of a front, a piece at most; the entry in row i of column j goes
+// to to[i + j * ld].
 template <class S, class Value>
-__device__ void sum_children(const DeviceStore<S, Value>& store, Vertex f, int j, int begin, int end, S* to) {
-  constexpr int kBatch = 4;  // rows per lane that are under way together
+__device__ void sum_children(const DeviceStore<S, Value>& store, Vertex f, int first, int last, int begin,
+                             int end, S* to, Offset ld) {
+  constexpr int kRows = kPieceRows / kWarp;
   const FrontStore<S, Value>& at = store.fronts;
   const int lane = threadIdx.x % kWarp;
-  for (int first = begin + lane; first < end; first += kWarp * kBatch) {
-    S sum[kBatch];
+  S sum[kPieceColumns][kRows];
 #pragma unroll
-    for (int k = 0; k < kBatch; ++k) sum[k] = S(0);
-    for (Vertex c = at.child_begin[f]; c < at.child_begin[f + 1]; ++c) {
-      const Vertex* const rows = store.child_row + store.child_row_begin[c];
-      const int column = rows[j];
-      if (column < 0) continue;
-      const Vertex child = at.children[c];
-      const Vertex b = static_cast<Vertex>(at.border_begin[child + 1] - at.border_begin[child]);
-      const S* const from =
-          at.storage + at.contribution_begin[child] + column * static_cast<Offset>(leading_dimension(b));
-      int row[kBatch];
+  for (int k = 0; k < kPieceColumns; ++k) {
 #pragma unroll
-      for (int k = 0; k < kBatch; ++k) row[k] = first + k * kWarp < end ? rows[first + k * kWarp] : -1;
+    for (int r = 0; r < kRows; ++r) sum[k][r] = S(0);
+  }
+  const Vertex children_end = at.child_begin[f + 1];
+  for (Vertex c = at.child_begin[f]; c < children_end; c += kWarp) {
+    // Each lane looks for one child, so that the warp waits once.
+    const int count = min(kWarp, static_cast<int>(children_end - c));
+    Offset block = 0, map = 0;
+    int block_ld = 0;
+    if (lane < count) {
+      const Vertex child = at.children[c + lane];
+      block = at.contribution_begin[child];
+      block_ld = leading_dimension(static_cast<Vertex>(at.border_begin[child + 1] - at.border_begin[child]));
+      map = store.child_row_begin[c + lane];
+    }
+    for (int i = 0; i < count; ++i) {
+      const S* const from = at.storage + __shfl_sync(0xffffffffu, block, i);
+      const Vertex* const rows = store.child_row + __shfl_sync(0xffffffffu, map, i);
+      const Offset from_ld = __shfl_sync(0xffffffffu, block_ld, i);
+      int column[kPieceColumns], row[kRows];
 #pragma unroll
-      for (int k = 0; k < kBatch; ++k) {
-        if (row[k] >= 0) sum[k] += from[row[k]];
+      for (int k = 0; k < kPieceColumns; ++k) column[k] = first + k < last ? rows[first + k] : -1;
+#pragma unroll
+      for (int r = 0; r < kRows; ++r) {
+        const int place = begin + lane + r * kWarp;
+        row[r] = place < end ? rows[place] : -1;
+      }
+      if (!any_of(column) || !__any_sync(0xffffffffu, any_of(row))) continue;
+      S value[kPieceColumns][kRows];  // all are asked for before the first is added
+#pragma unroll
+      for (int k = 0; k < kPieceColumns; ++k) {
+#pragma unroll
+        for (int r = 0; r < kRows; ++r)
+          value[k][r] = column[k] >= 0 && row[r] >= 0 ? from[row[r] + column[k] * from_ld] : S(0);
+      }
+#pragma unroll
+      for (int k = 0; k < kPieceColumns; ++k) {
+#pragma unroll
+        for (int r = 0; r < kRows; ++r) sum[k][r] += value[k][r];
       }
     }
+  }
 #pragma unroll
-    for (int k = 0; k < kBatch; ++k) {
-      if (first + k * kWarp < end) to[first + k * kWarp - begin] = sum[k];
+  for (int k = 0; k < kPieceColumns; ++k) {
+#pragma unroll
+    for (int r = 0; r < kRows; ++r) {
+      const int place = begin + lane + r * kWarp;
+      if (first + k < last && place < end) to[place + (first + k) * ld] = sum[k][r];
     }
   }
 }
@@ -59,10 +99,12 @@ __global__ void __launch_bounds__(kAssembleThreads)
     ld = pivots ? p : front.contribution_ld;
     block = (pivots ? front.upper : front.contribution) - p * ld - part.first_row;
   }
-  const int pieces = (part.last_row - part.first_row + kAssembleRows - 1) / kAssembleRows;
-  for (int task = threadIdx.x / kWarp; task < columns * pieces; task += kAssembleThreads / kWarp) {
-    const int j = part.begin + task % columns, begin = part.first_row + task / columns * kAssembleRows;
-    sum_children(store, f, j, begin, min(begin + kAssembleRows, part.last_row), block + j * ld + begin);
+  const int down = (part.last_row - part.first_row + kPieceRows - 1) / kPieceRows;
+  const int pieces = down * ((columns + kPieceColumns - 1) / kPieceColumns);
+  for (int piece = threadIdx.x / kWarp; piece < pieces; piece += kAssembleThreads / kWarp) {
+    const int j = part.begin + piece / down * kPieceColumns, i = part.first_row + piece % down * kPieceRows;
+    sum_children(store, f, j, min(j + kPieceColumns, part.end), i, min(i + kPieceRows, part.last_row), block,
+                 ld);
   }
   __syncthreads();
   S* const first_column = block + part.begin * ld;

@@ -14,10 +14,21 @@ constexpr double kMostGrowth = 1 / kBorderThreshold;
 
 constexpr int kTileThreads = 256;
 
+/// A tile of up to so many pivots has half the threads, so that a multiprocessor holds more of them.
 template <class S>
-constexpr std::size_t block_lu_bytes() {
+constexpr int kNarrowTile = kTile<S> / 2;
+constexpr int kNarrowThreads = kTileThreads / 2;
+
+/// Of a tile, and of the panels of a strict front in its place.
+template <class S>
+__host__ __device__ constexpr int block_lu_entries(int pivots) {
+  const int tile = tile_ld(pivots) * ((pivots + 15) / 16 * 16), panels = kPanelColumns * (kTile<S> + pivots);
+  return tile > panels ? tile : panels;
+}
+template <class S>
+constexpr std::size_t block_lu_bytes(int pivots) {
   constexpr int tile = kTile<S>;
-  return sizeof(TileWork<S>) + sizeof(S) * tile_ld(tile) * tile + sizeof(int) * tile + sizeof(S) * tile;
+  return sizeof(TileWork<S>) + sizeof(S) * (block_lu_entries<S>(pivots) + tile) + sizeof(int) * tile;
 }
 
 // A tile that leaves out pivot rows below it does not decide about a small pivot: its front becomes strict,
@@ -64,9 +75,9 @@ __device__ void store_tile(const Tile<S>& tile, S* to, Offset ld) {
 // Leaves the block column in the front. Not inlined: the tiles of all other fronts would pay with registers.
 template <class S, class Value>
 __device__ __noinline__ void factor_strict(const DeviceStore<S, Value>& store, Vertex f,
-                                           const Front<S>& front, int k, int s, S* memory, S* column,
-                                           TileWork<S>& work) {
-  StrictPanels<S, Value>(store, f, front, k, s, memory, column, work).factor();
+                                           const Front<S>& front, int k, int s, S* memory, int entries,
+                                           S* column, TileWork<S>& work) {
+  StrictPanels<S, Value>(store, f, front, k, s, memory, entries, column, work).factor();
 }
 
 /// Fronts that became strict in the factorization before are it in this one.
@@ -75,9 +86,9 @@ __global__ inline void settle_strict_fronts(int* strict, int fronts) {
   if (f < fronts && strict[f] != 0) strict[f] = kStrict;
 }
 
-template <class S, class Value>
-__global__ void __launch_bounds__(kTileThreads)
-    factor_diagonal_tiles(DeviceStore<S, Value> store, Offset first) {
+/// Tiles of at most Pivots pivots.
+template <int Pivots, int Threads, class S, class Value>
+__global__ void __launch_bounds__(Threads) factor_diagonal_tiles(DeviceStore<S, Value> store, Offset first) {
   extern __shared__ __align__(16) unsigned char memory[];
   const StepTask task = store.steps[first + blockIdx.x];
   const Vertex f = task.front;
@@ -87,12 +98,13 @@ __global__ void __launch_bounds__(kTileThreads)
   S* const diagonal = front.lower + k + k * ld;
   TileWork<S>& work = *reinterpret_cast<TileWork<S>*>(memory);
   S* a = reinterpret_cast<S*>(memory + sizeof(TileWork<S>));
-  const Tile<S> tile{a, tile_ld(kTile<S>), s, s};
-  S* column_work = a + tile.ld * kTile<S>;
+  const Tile<S> tile{a, tile_ld(Pivots), s, s};
+  constexpr int entries = block_lu_entries<S>(Pivots);
+  S* column_work = a + entries;
   int* row_at = reinterpret_cast<int*>(column_work + kTile<S>);
   const Vertex begin = store.fronts.pivot_begin[f] + k;
   if (store.is_strict(f)) {
-    factor_strict(store, f, front, k, s, a, column_work, work);
+    factor_strict(store, f, front, k, s, a, entries, column_work, work);
     load_tile(tile, diagonal, ld);
     invert_panels(tile);
   } else {

@@ -26,7 +26,8 @@ constexpr int kMostPatience = 64;
 template <class S>
 constexpr bool fits_shared_memory() {
   return small_front_bytes<S>(kSmallRows<S>) <= kMostSharedMemory &&
-         block_lu_bytes<S>() <= kMostSharedMemory && strip_bytes<S>() <= kMostSharedMemory &&
+         block_lu_bytes<S>(kTile<S>) <= kMostSharedMemory &&
+         strip_bytes<S>(kTile<S> / kInverted) <= kMostSharedMemory &&
          NarrowShape::bytes<S>() <= kMostSharedMemory &&
          (!kWideProducts<S> || WideShape::bytes<S>() <= kMostSharedMemory) &&
          substitution_bytes<S, kSolveColumns>() <= kMostSharedMemory;

@@ -118,6 +118,7 @@ class Builder {
   void list_steps() {
     Vertex most = 0;
     for (const Vertex f : large_) most = std::max(most, plan_.pivots(f));
+    const bool by_panels = std::any_of(large_.begin(), large_.end(), [&](Vertex f) { return panelled(f); });
     for (Vertex k = 0; k < most; k += made_.tile) {
       std::vector<StepTask> tiles;
       std::vector<ProductTask> products;
@@ -127,15 +128,37 @@ class Builder {
         tiles.push_back({f, k, 1, 0, right, 0});
         add_products(f, k, next, {next, rows(f)}, {next, next + right}, products);
       }
-      place_tiles(tiles);
-      place_products(products, depth().factor, Order::next);
+      place_tiles(tiles, by_panels ? Order::next : Order::joined);
+      if (!by_panels && tiles_in(products, kNarrow) > cuts_.ahead_tiles) {
+        look_ahead(k);
+      } else {
+        place_products(products, depth().factor, Order::next);
+      }
       finish_panels(k);
     }
     list_exchanges();
   }
 
+  // The products of step k: what the next diagonal tiles need, then the others, beside those.
+  void look_ahead(Vertex k) {
+    std::vector<ProductTask> first, others;
+    for (const Vertex f : large_) {
+      const Vertex next = tile_end(f, k), end = tile_end(f, next), p = plan_.pivots(f);
+      if (next >= p) continue;
+      // The last tile looks at the border rows of its columns, too.
+      const Vertex down = end < p ? end : rows(f);
+      add_products(f, k, next, {next, down}, {next, end}, first);
+      add_products(f, k, next, {down, rows(f)}, {next, end}, others);
+      add_products(f, k, next, {next, rows(f)}, {end, rows(f)}, others);
+    }
+    place_products(first, depth().factor, Order::next);
+    place_products(others, depth().factor, Order::aside);
+  }
+
   Vertex tile_end(Vertex f, Vertex k) const { return std::min<Vertex>(k + made_.tile, plan_.pivots(f)); }
-  bool panelled(Vertex f) const { return plan_.pivots(f) >= cuts_.panelled; }
+  bool panelled(Vertex f) const {
+    return plan_.pivots(f) >= cuts_.panelled && rows(f) >= cuts_.panelled_rows;
+  }
   // Columns before this one are made together with the tile at k.
   Vertex panel_end(Vertex f, Vertex k) const {
     return panelled(f) ? std::min(k / cuts_.panel * cuts_.panel + cuts_.panel, plan_.pivots(f)) : rows(f);
@@ -214,12 +237,14 @@ class Builder {
     }
   }
 
-  void place_tiles(const std::vector<StepTask>& tiles) {
-    const Offset begin = static_cast<Offset>(made_.steps.size());
-    place_strips(tiles, Order::next);
-    depth().factor.insert(depth().factor.end() - 1, {Launch::Kind::diagonal,
-                                                     {begin, begin + static_cast<Offset>(tiles.size())},
-                                                     static_cast<Vertex>(tiles.size())});
+  // The strips wait for all products before them, the tiles do not.
+  void place_tiles(const std::vector<StepTask>& tiles, Order strips) {
+    place_strips(tiles, strips);
+    Launch launch = depth().factor.back();
+    launch.kind = Launch::Kind::diagonal;
+    launch.order = Order::next;
+    launch.blocks = static_cast<Vertex>(tiles.size());
+    depth().factor.insert(depth().factor.end() - 1, launch);
   }
 
   void place_strips(const std::vector<StepTask>& tiles, Order order) {
@@ -228,6 +253,7 @@ class Builder {
       task.first_strip = launch.blocks;
       const Vertex below = task.left ? rows(task.front) - tile_end(task.front, task.k) : 0;
       launch.blocks += tiles_of(below, kStrip) + tiles_of(task.end - task.begin, kStrip);
+      launch.width = std::max(launch.width, tile_end(task.front, task.k) - task.k);
       made_.steps.push_back(task);
     }
     launch.tasks.end = static_cast<Offset>(made_.steps.size());
@@ -257,27 +283,36 @@ class Builder {
     place_products(products, depth().update, Order::next);
   }
 
-  // The largest products one by one to the library, the others in one launch; larger tiles use the card
-  // better once there are enough of them.
-  void place_products(const std::vector<ProductTask>& products, std::vector<Launch>& launches, Order order) {
-    constexpr Vertex kNarrow = 64, kWide = 128, kEnough = 2 * 132;
+  static constexpr Vertex kNarrow = 64, kWide = 128;  // rows of a tile of a product
+  static Offset tiles_in(const ProductTask& task, Vertex rows) {
+    return static_cast<Offset>(tiles_of(task.m, rows)) * tiles_of(task.n, kNarrow);
+  }
+  static Offset tiles_in(const std::vector<ProductTask>& products, Vertex rows) {
+    Offset tiles = 0;
+    for (const ProductTask& task : products) tiles += for_library(task) ? 0 : tiles_in(task, rows);
+    return tiles;
+  }
+  static constexpr Vertex kDeep = 256;
+  static bool for_library(const ProductTask& task) {
     constexpr Offset kLibraryEntries = Offset(1) << 20;
-    constexpr Vertex kLibraryDepth = 256;
-    const auto tiles = [](const ProductTask& task, Vertex rows) {
-      return static_cast<Offset>(tiles_of(task.m, rows)) * tiles_of(task.n, kNarrow);
-    };
-    const auto for_library = [](const ProductTask& task) {
-      return static_cast<Offset>(task.m) * task.n >= kLibraryEntries && task.k >= kLibraryDepth;
-    };
-    Offset wide = 0;
-    for (const ProductTask& task : products) wide += for_library(task) ? 0 : tiles(task, kWide);
-    const bool use_wide = cuts_.wide_products && wide >= kEnough;
+    return static_cast<Offset>(task.m) * task.n >= kLibraryEntries && task.k >= kDeep;
+  }
+
+  // The largest products one by one to the library, the others in one launch; larger tiles use the card
+  // better once there are enough of them and they are deep: else what counts is how many begin and end at
+  // different times.
+  void place_products(const std::vector<ProductTask>& products, std::vector<Launch>& launches, Order order) {
+    constexpr Offset kEnough = 2 * 132;
+    const bool deep = std::any_of(products.begin(), products.end(), [](const ProductTask& task) {
+      return task.k >= kDeep && !for_library(task);
+    });
+    const bool use_wide = cuts_.wide_products && deep && tiles_in(products, kWide) >= kEnough;
     Launch launch{use_wide ? Launch::Kind::wide_products : Launch::Kind::products, {}, 0, order};
     launch.tasks.begin = static_cast<Offset>(made_.products.size());
     for (ProductTask task : products) {
       if (for_library(task)) continue;
       task.first_tile = launch.blocks;
-      launch.blocks += static_cast<Vertex>(tiles(task, use_wide ? kWide : kNarrow));
+      launch.blocks += static_cast<Vertex>(tiles_in(task, use_wide ? kWide : kNarrow));
       made_.products.push_back(task);
     }
     launch.tasks.end = static_cast<Offset>(made_.products.size());

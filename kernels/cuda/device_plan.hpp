@@ -16,7 +16,8 @@
 // which is then solved for and updated at once; and of a slab, in the same way, kPanel pivots: products of
 // such depth run faster by half. The largest go to the library. What the next slab needs comes first; the
 // rest is updated beside the next slab's tiles, whose chain of short launches cannot fill the device
-// (look-ahead).
+// (look-ahead). Where a depth has no front with so many, what its next diagonal tiles need comes first in the
+// same way.
 #pragma once
 
 #include <vector>
@@ -94,6 +95,7 @@ struct Launch {
   Range tasks;
   Vertex blocks = 0;
   Order order = Order::next;
+  Vertex width = 0;  // pivots of the widest tile, for diagonal and strips
 };
 
 struct SmallLaunch {
@@ -150,16 +152,21 @@ struct DevicePlan {
   Offset border_places = 0;
 };
 
-/// In fronts that have at least kPanelled pivots, kPanel are factored before the rest of their slab, and
-/// kSlab before what is right of that.
-constexpr Vertex kPanel = 512, kSlab = 2048, kPanelled = 1024;
+/// In fronts that have at least kPanelled pivots and kPanelledRows rows, kPanel are factored before the rest
+/// of their slab, and kSlab before what is right of that. In smaller ones the launches that this takes cost
+/// more than deeper products save.
+constexpr Vertex kPanel = 512, kSlab = 2048, kPanelled = 1024, kPanelledRows = 4096;
+
+/// Products of a step that are more tiles than the device runs at once are made beside the next diagonal
+/// tile.
+constexpr Offset kAheadTiles = 4 * 132;
 
 /// Later turns begin once P, L and U of the depth are assembled. More turns make no region smaller (tried:
 /// 8).
 constexpr AssemblyTurns kAssemblyTurns{4, 160};
 
 /// Entries that a block assembles, if that is more than kAssembleColumns columns.
-constexpr Vertex kAssembleEntries = 2048, kAssembleColumns = 4;
+constexpr Vertex kAssembleEntries = 4096, kAssembleColumns = 4;
 /// Rows of a strip, of a tile of the solve.
 constexpr Vertex kStrip = 128;
 constexpr Vertex kSolveTile = 64, kTallTile = 256;
@@ -174,16 +181,20 @@ constexpr Vertex kCrowd = 3 * 132;
 /// that have many of them: a warp takes longer than a block, which matters where the device is not full.
 constexpr Vertex kTinyPivots = 32, kTinyEntries = 16384, kManyTiny = 1024;
 
-/// How the work is cut. Products may be cut into wide tiles; fronts of `panelled` pivots are factored by
-/// panels of `panel`, a multiple of `tile`, in slabs of `slab`, a multiple of that; `many_tiny` tiny fronts
-/// of a depth are solved with by warps; parts of a tile of the solve take `solve_steps` steps, and so many
-/// tiles may come before parts of theirs, which they wait for: the device must run one block more than that
-/// at once. Where the border of a depth has more tiles than `crowd`, some are tall.
+/// How the work is cut. Products may be cut into wide tiles; fronts of `panelled` pivots and `panelled_rows`
+/// rows are factored by panels of `panel`, a multiple of `tile`, in slabs of `slab`, a multiple of that;
+/// where a depth has none of those, products of more than `ahead_tiles` tiles are made beside the next
+/// diagonal tile; `many_tiny` tiny fronts of a depth are solved with by warps; parts of a tile of the solve
+/// take `solve_steps` steps, and so many tiles may come before parts of theirs, which they wait for: the
+/// device must run one block more than that at once. Where the border of a depth has more tiles than `crowd`,
+/// some are tall.
 struct PlanCuts {
   Vertex tile, small_rows;
   bool wide_products;
   Vertex panel = kPanel, slab = kSlab, panelled = kPanelled, many_tiny = kManyTiny, solve_steps = kSolveSteps;
   Vertex waiting_tiles = 0;
+  Vertex panelled_rows = kPanelledRows;
+  Offset ahead_tiles = kAheadTiles;
   Vertex crowd = kCrowd;
 };
 

@@ -122,8 +122,17 @@ DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& patter
   constexpr std::size_t kUnasked = 48 * 1024, kMiddle = small_front_bytes<S>(64);  // what needs no attribute
   if constexpr (kMiddle > kUnasked)
     set_shared_memory(reinterpret_cast<const void*>(&factor_small_fronts<128, 4, S, V>), kMiddle);
-  set_shared_memory(reinterpret_cast<const void*>(&factor_diagonal_tiles<S, V>), block_lu_bytes<S>());
-  set_shared_memory(reinterpret_cast<const void*>(&solve_strips<S, V>), strip_bytes<S>());
+  constexpr int kWide = kTile<S>, kNarrow = kNarrowTile<S>;
+  set_shared_memory(reinterpret_cast<const void*>(&factor_diagonal_tiles<kWide, kTileThreads, S, V>),
+                    block_lu_bytes<S>(kWide));
+  set_shared_memory(reinterpret_cast<const void*>(&factor_diagonal_tiles<kNarrow, kNarrowThreads, S, V>),
+                    block_lu_bytes<S>(kNarrow));
+  for (const Vertex pivots : {kInverted, 2 * kInverted, kTile<S>}) {
+    with_strip_blocks<S>(pivots, [](auto blocks) {
+      set_shared_memory(reinterpret_cast<const void*>(&solve_strips<blocks(), S, V>),
+                        strip_bytes<S>(blocks()));
+    });
+  }
   set_shared_memory(reinterpret_cast<const void*>(&invert_tiles<S, V>), sizeof(TileInverseWork<S>));
   set_shared_memory(reinterpret_cast<const void*>(&subtract_products<NarrowShape, S, V>),
                     NarrowShape::bytes<S>());
@@ -156,16 +165,23 @@ void DeviceStages<S, V>::launch(const Launch& what, const Stream& stream,
                                 const std::optional<DeviceBlas>& blas) {
   const unsigned blocks = static_cast<unsigned>(what.blocks);
   const int count = static_cast<int>(what.tasks.count());
+  constexpr int kWide = kTile<S>, kNarrow = kNarrowTile<S>;
   switch (what.kind) {
     case Launch::Kind::diagonal:
-      factor_diagonal_tiles<<<blocks, kTileThreads, block_lu_bytes<S>(), stream.get()>>>(store_,
-                                                                                         what.tasks.begin);
+      if (what.width <= kNarrow) {
+        factor_diagonal_tiles<kNarrow, kNarrowThreads>
+            <<<blocks, kNarrowThreads, block_lu_bytes<S>(kNarrow), stream.get()>>>(store_, what.tasks.begin);
+      } else {
+        factor_diagonal_tiles<kWide, kTileThreads>
+            <<<blocks, kTileThreads, block_lu_bytes<S>(kWide), stream.get()>>>(store_, what.tasks.begin);
+      }
       break;
     case Launch::Kind::strips:
-      if (blocks > 0) {
-        solve_strips<<<blocks, kStripThreads, strip_bytes<S>(), stream.get()>>>(store_, what.tasks.begin,
-                                                                                count);
-      }
+      if (blocks == 0) break;
+      with_strip_blocks<S>(what.width, [&](auto wide) {
+        solve_strips<wide()><<<blocks, kStripThreads, strip_bytes<S>(wide()), stream.get()>>>(
+            store_, what.tasks.begin, count);
+      });
       break;
     case Launch::Kind::products:
       subtract_products<NarrowShape><<<blocks, NarrowShape::threads, NarrowShape::bytes<S>(), stream.get()>>>(

@@ -72,11 +72,9 @@ __device__ void solve_panel_column(const S* lower, int ld, int width, S* x) {
 template <class S, class Value>
 class StrictPanels {
  public:
-  static constexpr int kEntries = tile_ld(kTile<S>) * kTile<S>;  // of `memory`
-
-  /// `memory` and `column` (kTile entries) are shared memory.
+  /// `memory` (`entries` of them) and `column` (kTile entries) are shared memory.
   __device__ StrictPanels(const DeviceStore<S, Value>& store, Vertex f, const Front<S>& front, int k, int s,
-                          S* memory, S* column, TileWork<S>& work)
+                          S* memory, int entries, S* column, TileWork<S>& work)
       : store_(store),
         front_(front),
         rule_(store.rule()),
@@ -86,6 +84,7 @@ class StrictPanels {
         a_(front.lower + k + k * ld_),
         right_(memory),
         copy_(memory + kPanelColumns * kTile<S>),
+        copy_entries_(entries - kPanelColumns * kTile<S>),
         column_(column),
         work_(work),
         begin_(store.fronts.pivot_begin[f]) {}
@@ -93,7 +92,7 @@ class StrictPanels {
   __device__ void factor() {
     const int m = front_.pivots - k_;
     // Wide panels in the memory of the device are better than very narrow ones in shared memory.
-    const int columns = min(kPanelColumns, (kEntries - kPanelColumns * kTile<S>) / m);
+    const int columns = min(kPanelColumns, copy_entries_ / m);
     copied_ = columns >= 4;
     if (k_ == 0) {
       for (int i = threadIdx.x; i < m; i += blockDim.x) store_.fronts.local_row[begin_ + i] = i;
@@ -242,7 +241,9 @@ class StrictPanels {
   const int k_, s_;
   const Offset ld_;
   S* const a_;  // of the block column: its diagonal
-  S *const right_, *const copy_, *const column_;
+  S *const right_, *const copy_;
+  const int copy_entries_;
+  S* const column_;
   TileWork<S>& work_;
   const Vertex begin_;
   bool copied_ = false;

@@ -1,5 +1,6 @@
 // The lists by which the device works, done by plain loops, give the factors and solutions of the plain
 // reference, and name every tile, pivot and border row once.
+#include <algorithm>
 #include <set>
 #include <string>
 
@@ -10,11 +11,12 @@ namespace {
 
 constexpr double kTolerance = 4000 * std::numeric_limits<double>::epsilon();
 
+using cuda::kPanelledRows;
 const std::vector<cuda::PlanCuts> kCuts{
-    {128, 160, true, 512, 2048, 1024, 1, 16, 0},   // as for double
-    {64, 96, false, 512, 2048, 1024, 10, 1, 131},  // as for complex<double>
-    {16, 10, true, 32, 96, 64, 1, 2, 1, 0},        // slabs enough for look-ahead, tall tiles
-    {32, 0, false, 64, 64, 33, 1000, 3, 5}};
+    {128, 160, true, 512, 2048, 1024, 1, 16, 0},                     // as for double
+    {64, 96, false, 512, 2048, 1024, 10, 1, 131, kPanelledRows, 0},  // as for complex<double>, tiles ahead
+    {16, 10, true, 32, 96, 64, 1, 2, 1, 0, 0, 0},  // slabs enough for look-ahead, tall tiles
+    {32, 0, false, 64, 64, 33, 1000, 3, 5, 200, 2}};
 
 /// The same pattern with each diagonal entry larger than the rest of its column: pivots stay where they are.
 StageProblem<double> column_dominant(StageProblem<double> problem) {
@@ -128,7 +130,7 @@ TEST(DevicePlan, TilesOfOneStepAreTallWhereBordersAreCrowded) {
 // Many enough for wide tiles, and deep enough for the library.
 TEST(DevicePlan, ListsGiveTheFactorsOfLargeFronts) {
   const StageProblem<double> problem = column_dominant(artificial_problem(leaf_and_root(270, 1030), {5}));
-  for (const cuda::PlanCuts& cut : {kCuts[0], cuda::PlanCuts{64, 96, true, 256, 256, 256, 1, 4, 3}}) {
+  for (const cuda::PlanCuts& cut : {kCuts[0], cuda::PlanCuts{64, 96, true, 256, 256, 256, 1, 4, 3, 0}}) {
     const cuda::DevicePlan lists = cuda::make_device_plan(*problem.plan, cut);
     std::set<cuda::Launch::Kind> kinds;
     for (const auto& depth : lists.depths) {
@@ -141,13 +143,35 @@ TEST(DevicePlan, ListsGiveTheFactorsOfLargeFronts) {
   }
 }
 
-TEST(DevicePlan, CutsManyProductsWide) {
-  const StageProblem<double> problem = artificial_problem(leaf_and_root(130, 1600), {5, 0.01});
-  const auto kind = [&](bool wide) {
+TEST(DevicePlan, CutsManyDeepProductsWide) {
+  const auto kind = [&](Vertex pivots, bool wide) {
+    const StageProblem<double> problem =
+        artificial_problem({{pivots, 900, 3}, {pivots, 900, 3}, {pivots, 900, 3}, {1000, 0, -1}}, {5, 0.01});
     return cuda::make_device_plan(*problem.plan, {128, 160, wide}).depths[0].update[0].kind;
   };
-  EXPECT_EQ(kind(true), cuda::Launch::Kind::wide_products);
-  EXPECT_EQ(kind(false), cuda::Launch::Kind::products);
+  EXPECT_EQ(kind(260, true), cuda::Launch::Kind::wide_products);
+  EXPECT_EQ(kind(250, true), cuda::Launch::Kind::products);
+  EXPECT_EQ(kind(260, false), cuda::Launch::Kind::products);
+}
+
+// What runs beside diagonal tiles: nothing in small steps, and nothing in fronts with panels, which have
+// their own.
+TEST(DevicePlan, LooksAheadWhereStepsAreLargeAndThereAreNoPanels) {
+  const StageProblem<double> problem = artificial_problem(leaf_and_root(200, 300), {5, 0.01});
+  const auto asides = [&](Offset ahead_tiles, Vertex panelled_rows) {
+    cuda::PlanCuts cuts{64, 96, false, 128, 256, 128};
+    cuts.ahead_tiles = ahead_tiles;
+    cuts.panelled_rows = panelled_rows;
+    const cuda::DevicePlan lists = cuda::make_device_plan(*problem.plan, cuts);
+    const auto& launches = lists.depths[0].factor;
+    return std::count_if(launches.begin(), launches.end(),
+                         [](const cuda::Launch& launch) { return launch.order == cuda::Order::aside; });
+  };
+  EXPECT_EQ(asides(0, 501), 3);  // all but the last of four steps
+  // The steps have 8 x 8 - 5 x 5, 7 x 7 - 5 x 5 and 6 x 6 - 5 x 5 tiles, those of L and of U apart.
+  EXPECT_EQ(asides(30, 501), 1);
+  EXPECT_EQ(asides(1000, 501), 0);
+  EXPECT_EQ(asides(0, 500), asides(1000, 500));
 }
 
 // Rows of a block that are exchanged later must be exchanged in all blocks left of it.

@@ -311,12 +311,12 @@ TYPED_TEST(DevicePivotsTest, JudgesSuspectPivotsByTheirBorder) {
 }
 
 // Too large for the plain reference: the solution tells.
-TEST(DeviceStages, FactorsFrontsInSlabs) {
+void check_large_front(Vertex pivots, Vertex border) {
   if (!cuda::device_found()) GTEST_SKIP() << "no CUDA device";
   in_engine(1, [&] {
     Engine::use_cuda();
     const StageProblem<double> problem =
-        artificial_problem({{150, 170, 1}, {cuda::kSlab + 130, 400, 2}, {500, 0, -1}}, {41, 0.02});
+        artificial_problem({{150, 170, 1}, {pivots, border, 2}, {border + 100, 0, -1}}, {41, 0.02});
     const Vertex n = problem.plan->n;
     DeviceBench<double> bench(problem);
     bench.factor(1.5e-8);
@@ -343,6 +343,14 @@ TEST(DeviceStages, FactorsFrontsInSlabs) {
       EXPECT_LT(worst, 1e-12) << (transposed ? "transposed" : "plain");
     }
   });
+}
+
+TEST(DeviceStages, FactorsFrontsInSlabs) {
+  check_large_front(cuda::kSlab + 130, cuda::kPanelledRows - cuda::kSlab);
+}
+
+TEST(DeviceStages, FactorsLargeStepsBesideTheNextTile) {
+  check_large_front(cuda::kSlab + 130, 400);
 }
 
 }  // namespace

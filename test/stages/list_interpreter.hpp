@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -271,11 +272,18 @@ class ListInterpreter {
       for (Offset i = launch.tasks.begin; i < launch.tasks.end; ++i) {
         const cuda::StepTask& task = lists_.steps[i];
         const Vertex next = std::min(task.k + lists_.tile, plan_.pivots(task.front));
+        EXPECT_LE(next - task.k, launch.width);
         eliminate(task.front, task.k, next, next);
+        if (next == plan_.pivots(task.front)) border_seen_[task.front] = border_below(task);
       }
     } else if (launch.kind == Kind::strips) {
       for (Vertex block = 0; block < launch.blocks; ++block) {
         const cuda::StepTask& task = task_of(lists_.steps, launch.tasks, &cuda::StepTask::first_strip, block);
+        const auto seen = border_seen_.find(task.front);
+        if (block == task.first_strip && seen != border_seen_.end()) {
+          EXPECT_EQ(seen->second, border_below(task)) << "the last tile looks at what is not made yet";
+          border_seen_.erase(seen);
+        }
         solve_strip(task, block - task.first_strip);
       }
     } else {
@@ -296,6 +304,16 @@ class ListInterpreter {
         }
       }
     }
+  }
+
+  // The border rows of the columns of a tile.
+  std::vector<double> border_below(const cuda::StepTask& task) const {
+    const Vertex f = task.front, p = plan_.pivots(f);
+    std::vector<double> border;
+    for (Vertex j = task.k; j < std::min(task.k + lists_.tile, p); ++j) {
+      for (Vertex i = p; i < rows(f); ++i) border.push_back(at(f, i, j));
+    }
+    return border;
   }
 
   void solve_strip(const cuda::StepTask& task, Vertex strip) {
@@ -408,6 +426,7 @@ class ListInterpreter {
   const cuda::DevicePlan& lists_;
   std::vector<double> storage_;
   Aside aside_;
+  std::map<Vertex, std::vector<double>> border_seen_;  // by the last tile of a front
   std::size_t waiting_tiles_;
   std::set<std::tuple<Vertex, Vertex, Vertex>> assembled_;  // fronts, their columns and first rows
 };

@@ -183,14 +183,15 @@ class Correction {
   }
 
   // |A x| <= kSingular | |A| |x| | in scaled rows proves that the scaled A has a reciprocal condition number
-  // of at most kSingular (maximum norm). True if x comes to that. Refinement gains less than the condition of
+  // of at most kSingular (maximum norm). True if x comes to that; a refined x must come to rounding, because
+  // other scales may give a somewhat better condition. Refinement gains less than the condition of
   // A', so A is regular beyond doubt where x is above kDoubt.
   template <class Inverse, class InverseOfTransposed>
   bool refine_null_vector(const ScaledRows<Scalar>& a, const Inverse& inverse,
                           const InverseOfTransposed& inverse_of_transposed,
                           const std::vector<std::vector<Scalar>>& found, std::vector<Scalar>& x) {
     constexpr double kEpsilon = std::numeric_limits<RealOf<Scalar>>::epsilon();
-    constexpr double kSingular = 45 * kEpsilon;  // double: 1e-14
+    constexpr double kSingular = 45 * kEpsilon, kRefined = kSingular / 10;  // double: 1e-14, 1e-15
     constexpr int kSteps = 3;
     const double kDoubt = std::sqrt(kEpsilon);
     std::vector<Scalar> d(x.size());
@@ -199,7 +200,7 @@ class Correction {
       for (const std::vector<Scalar>& other : found) subtract_projection(other, x);
       if (!(normalize(x) > kDoubt)) return false;  // rounding of what was found before
       const double smallness = scaled_residual(a, {}, x, d);
-      if (smallness <= kSingular) return true;
+      if (smallness <= (step == 0 ? kSingular : kRefined)) return true;
       if (!(smallness <= kDoubt)) return false;
       doubtful_ = nullity_ == 0;
       solve_scaled(a, inverse, d);

@@ -11,6 +11,11 @@
 // scaled down to the identity's 1, so that they mean something. C is a difference of nearly equal numbers
 // where A is singular, so the residuals that refine Z are summed in extended precision. For A^T the two ends
 // of each perturbation change places.
+//
+// Z q is only as good as what cancels in the sum of Z's columns leaves, and where A is singular but for
+// rounding, as good as the part that the null vector has of the perturbed unknowns. So it is made better on A
+// itself before it is judged, which proves no less for that: by x - A^-1 A x, where C q is zero but for
+// rounding, and where it is more (then that leaves nothing of x), by inverse iteration.
 #pragma once
 
 #include <algorithm>
@@ -21,8 +26,7 @@
 
 #include "kernels/blas.hpp"
 #include "kernels/factorization.hpp"
-#include "kernels/residual.hpp"
-#include "kernels/vector_ops.hpp"
+#include "kernels/null_vectors.hpp"
 
 namespace mfs {
 
@@ -55,34 +59,31 @@ Vertex largest_unknown(Vertex n, const Scalar* x, const double* scale) {
   return best;
 }
 
-/// What a residual is summed in where cancellation must leave digits.
-template <class Scalar>
-using Extended =
-    std::conditional_t<std::is_same_v<Scalar, RealOf<Scalar>>, long double, std::complex<long double>>;
-
 template <class Scalar>
 class Correction {
  public:
-  /// `scale[u]` is the scale of unknown u, `row_scale[i]` that of row i; `inverse(x, columns)` puts A'^-1 X
-  /// in the place of X, at most kSolveColumns at once; `rows` are those of A.
-  template <class Inverse>
-  Correction(Vertex n, std::vector<Perturbation<Scalar>> perturbations, const double* scale,
-             const double* row_scale, const Inverse& inverse, const RowAccess<Scalar>& rows)
+  /// `inverse(x, columns)` puts A'^-1 X in the place of X, at most kSolveColumns at once,
+  /// `inverse_of_transposed(x)` A'^-T x in the place of x.
+  template <class Inverse, class InverseOfTransposed>
+  Correction(Vertex n, std::vector<Perturbation<Scalar>> perturbations, const ScaledRows<Scalar>& a,
+             const Inverse& inverse, const InverseOfTransposed& inverse_of_transposed)
       : n_(n), perturbations_(std::move(perturbations)) {
     const std::size_t k = perturbations_.size();
     for (const Perturbation<Scalar>& p : perturbations_)
-      scale_.push_back(static_cast<RealOf<Scalar>>(scale[p.column]));
+      scale_.push_back(static_cast<RealOf<Scalar>>(a.scale[p.column]));
     z_.assign(static_cast<std::size_t>(n) * k, Scalar(0));
     for (std::size_t first = 0; first < k; first += kSolveColumns) {
-      solve_columns(first, std::min<std::size_t>(kSolveColumns, k - first), inverse, rows);
+      solve_columns(first, std::min<std::size_t>(kSolveColumns, k - first), inverse, a.rows);
     }
-    decompose(scale);
-    while (usable_ && nullity_ < static_cast<Vertex>(k) && is_null(nullity_, rows, row_scale)) ++nullity_;
+    decompose(a.scale);
+    if (usable_) find_null_vectors(a, inverse, inverse_of_transposed);
   }
 
   /// False where the numbers ran out of range: then there is no correction.
   bool usable() const { return usable_; }
   Vertex nullity() const { return nullity_; }
+  /// No null vector was found, but one that A makes so small that there may be.
+  bool doubtful() const { return doubtful_; }
   int rank() const { return static_cast<int>(perturbations_.size()); }
 
   /// det C = phase * exp(log_abs): det A = det A' det C.
@@ -111,74 +112,147 @@ class Correction {
   }
 
   /// x := A^-1 b, given x = A'^-1 b.
-  void apply(Scalar* x) {
-    const std::size_t k = perturbations_.size();
-    for (std::size_t i = 0; i < k; ++i)
-      at_columns_[i] = x[perturbations_[i].column] / scale_[i] * down_rows_[i];
-    // C^-1 = columns V diag(1 / singular) U^H rows
-    for (std::size_t i = 0; i < k; ++i) {
-      Wide<Scalar> sum = 0;
-      for (std::size_t j = 0; j < k; ++j)
-        sum += Wide<Scalar>(conjugated(left_[j + i * k])) * Wide<Scalar>(at_columns_[j]);
-      rotated_[i] = sum / singular_[i];
-    }
-    for (std::size_t i = 0; i < k; ++i) {
-      Wide<Scalar> sum = 0;
-      for (std::size_t j = 0; j < k; ++j) sum += Wide<Scalar>(conjugated(right_[j + i * k])) * rotated_[j];
-      const Scalar factor = static_cast<Scalar>(sum) * (down_columns_[i] * scale_[i]);
-      const Scalar* z = z_.data() + i * static_cast<std::size_t>(n_);
-      for (Vertex row = 0; row < n_; ++row) x[row] += factor * z[row];
-    }
-  }
+  void apply(Scalar* x) { correct(x, singular_, perturbations_.size()); }
 
-  /// The unknown with the largest entry, in scaled unknowns, of the null vector that belongs to the smallest
-  /// singular value.
-  Vertex dependent_unknown(const double* scale) const {
-    return largest_unknown(n_, null_vector(0).data(), scale);
-  }
+  /// The unknown with the largest entry, in scaled unknowns, of the first null vector.
+  Vertex dependent_unknown() const { return dependent_unknown_; }
 
   /// V p with C^T p = 0: A'^-T of it is the null vector of A^T.
-  void left_null_source(Scalar* out) const {
-    const std::size_t k = perturbations_.size();
-    std::fill(out, out + n_, Scalar(0));
-    for (std::size_t i = 0; i < k; ++i)
-      out[perturbations_[i].column] = conjugated(left_[i + (k - 1) * k]) * (down_rows_[i] / scale_[i]);
-  }
+  void left_null_source(Scalar* out) const { left_null_source(0, out); }
 
   std::size_t bytes() const { return z_.size() * sizeof(Scalar); }
 
  private:
-  // Z q for the singular vector q of the smallest singular value (order 0), the next one, ...
-  std::vector<Scalar> null_vector(Vertex order) const {
-    const std::size_t k = perturbations_.size(), place = k - 1 - static_cast<std::size_t>(order);
-    std::vector<Scalar> vector(static_cast<std::size_t>(n_), Scalar(0));
-    for (std::size_t i = 0; i < k; ++i) {
-      const Scalar factor = conjugated(right_[place + i * k]) * (down_columns_[i] * scale_[i]);
-      const Scalar* z = z_.data() + i * static_cast<std::size_t>(n_);
-      for (Vertex row = 0; row < n_; ++row) vector[row] += factor * z[row];
+  // x += Z C^-1 V^T x, of C^-1 the part that belongs to so many of the largest singular values.
+  void correct(Scalar* x, const std::vector<double>& singular, std::size_t count) {
+    const std::size_t k = perturbations_.size();
+    for (std::size_t i = 0; i < k; ++i)
+      at_columns_[i] = x[perturbations_[i].column] / scale_[i] * down_rows_[i];
+    // C^-1 = columns V diag(1 / singular) U^H rows
+    for (std::size_t i = 0; i < count; ++i) {
+      Wide<Scalar> sum = 0;
+      for (std::size_t j = 0; j < k; ++j)
+        sum += Wide<Scalar>(conjugated(left_[j + i * k])) * Wide<Scalar>(at_columns_[j]);
+      rotated_[i] = sum / singular[i];
     }
-    return vector;
+    for (std::size_t i = 0; i < k; ++i) {
+      Wide<Scalar> sum = 0;
+      for (std::size_t j = 0; j < count; ++j)
+        sum += Wide<Scalar>(conjugated(right_[j + i * k])) * rotated_[j];
+      add_column(i, static_cast<Scalar>(sum), x);
+    }
+  }
+
+  // x += part of the column i of Z, as it is scaled in C.
+  void add_column(std::size_t i, Scalar part, Scalar* x) const {
+    const Scalar factor = part * (down_columns_[i] * scale_[i]);
+    const Scalar* z = z_.data() + i * static_cast<std::size_t>(n_);
+    for (Vertex row = 0; row < n_; ++row) x[row] += factor * z[row];
+  }
+
+  std::size_t place(Vertex order) const {
+    return perturbations_.size() - 1 - static_cast<std::size_t>(order);
+  }
+
+  // One vector after another, each orthogonal to those before, so that each shows one dependent row more.
+  template <class Inverse, class InverseOfTransposed>
+  void find_null_vectors(const ScaledRows<Scalar>& a, const Inverse& inverse,
+                         const InverseOfTransposed& inverse_of_transposed) {
+    std::vector<std::vector<Scalar>> found;
+    while (nullity_ < rank()) {
+      std::vector<Scalar> x = null_candidate(a);
+      if (!refine_null_vector(a, inverse, inverse_of_transposed, found, x)) return;
+      const auto smaller = [](const Scalar& one, const Scalar& other) {
+        return std::abs(one) < std::abs(other);
+      };
+      if (nullity_ == 0)
+        dependent_unknown_ = static_cast<Vertex>(std::max_element(x.begin(), x.end(), smaller) - x.begin());
+      doubtful_ = false;
+      found.push_back(std::move(x));
+      ++nullity_;
+    }
+  }
+
+  // Z q for the singular vector q of the smallest singular value whose null vector has not been found.
+  std::vector<Scalar> null_candidate(const ScaledRows<Scalar>& a) const {
+    const std::size_t k = perturbations_.size();
+    std::vector<Scalar> x(static_cast<std::size_t>(n_), Scalar(0));
+    for (std::size_t i = 0; i < k; ++i) add_column(i, conjugated(right_[place(nullity_) + i * k]), x.data());
+    for (std::size_t u = 0; u < x.size(); ++u) x[u] /= static_cast<RealOf<Scalar>>(a.scale[u]);
+    return x;
   }
 
   // |A x| <= kSingular | |A| |x| | in scaled rows proves that the scaled A has a reciprocal condition number
-  // of at most kSingular (maximum norm).
-  bool is_null(Vertex order, const RowAccess<Scalar>& rows, const double* row_scale) const {
-    constexpr double kSingular = 45 * std::numeric_limits<RealOf<Scalar>>::epsilon();  // double: 1e-14
-    const std::vector<Scalar> x = null_vector(order);
-    double product = 0, size = 0;
-    for (Vertex i = 0; i < n_; ++i) {
-      Extended<Scalar> sum = 0;
-      double sizes = 0;
-      for (Offset k = rows.offsets[i]; k < rows.offsets[i + 1]; ++k) {
-        const Extended<Scalar> term = Extended<Scalar>(rows.values[rows.slots ? rows.slots[k] : k]) *
-                                      Extended<Scalar>(x[rows.columns[k]]);
-        sum += term;
-        sizes += static_cast<double>(std::abs(term));
+  // of at most kSingular (maximum norm). True if x comes to that; a refined x must come to rounding, because
+  // other scales may give a somewhat better condition. Refinement gains less than the condition of
+  // A', so A is regular beyond doubt where x is above kDoubt.
+  template <class Inverse, class InverseOfTransposed>
+  bool refine_null_vector(const ScaledRows<Scalar>& a, const Inverse& inverse,
+                          const InverseOfTransposed& inverse_of_transposed,
+                          const std::vector<std::vector<Scalar>>& found, std::vector<Scalar>& x) {
+    constexpr double kEpsilon = std::numeric_limits<RealOf<Scalar>>::epsilon();
+    constexpr double kSingular = 45 * kEpsilon, kRefined = kSingular / 10;  // double: 1e-14, 1e-15
+    constexpr int kSteps = 3;
+    const double kDoubt = std::sqrt(kEpsilon);
+    std::vector<Scalar> d(x.size());
+    for (int step = 0; step <= kSteps; ++step) {
+      normalize(x);
+      for (const std::vector<Scalar>& other : found) subtract_projection(other, x);
+      if (!(normalize(x) > kDoubt)) return false;  // rounding of what was found before
+      const double smallness = scaled_residual(a, {}, x, d);
+      if (smallness <= (step == 0 ? kSingular : kRefined)) return true;
+      if (!(smallness <= kDoubt)) return false;
+      doubtful_ = nullity_ == 0;
+      solve_scaled(a, inverse, d);
+      if (largest_size(d) <= 0.5 * largest_size(x)) {
+        add(d, x);
+      } else {
+        x = inverse_iterate(a, inverse, inverse_of_transposed);
       }
-      product = std::max(product, static_cast<double>(std::abs(sum)) * row_scale[i]);
-      size = std::max(size, sizes * row_scale[i]);
     }
-    return size > 0 && product <= kSingular * size;
+    return false;
+  }
+
+  // A^-1 l, refined once, for the left null vector l: a vector of the other space that is as orthogonal to
+  // A's image as can be had.
+  template <class Inverse, class InverseOfTransposed>
+  std::vector<Scalar> inverse_iterate(const ScaledRows<Scalar>& a, const Inverse& inverse,
+                                      const InverseOfTransposed& inverse_of_transposed) {
+    std::vector<Scalar> left(static_cast<std::size_t>(n_)), r(left.size());
+    left_null_source(nullity_, left.data());
+    inverse_of_transposed(left.data());
+    for (Scalar& entry : left) entry = conjugated(entry);
+    const auto unscale_rows = [&] {
+      for (std::size_t i = 0; i < left.size(); ++i) left[i] /= static_cast<RealOf<Scalar>>(a.row_scale[i]);
+    };
+    unscale_rows();  // l of scaled rows,
+    normalize(left);
+    unscale_rows();  // and the same as a right-hand side of A
+    std::vector<Scalar> x = left;
+    solve_scaled(a, inverse, x);
+    scaled_residual(a, left, x, r);
+    solve_scaled(a, inverse, r);
+    add(r, x);
+    return x;
+  }
+
+  // x := A^-1 x in scaled unknowns, without the null vectors that were found.
+  template <class Inverse>
+  void solve_scaled(const ScaledRows<Scalar>& a, const Inverse& inverse, std::vector<Scalar>& x) {
+    inverse(x.data(), 1);
+    correct(x.data(), bounded_, place(nullity_) + 1);
+    for (std::size_t u = 0; u < x.size(); ++u) x[u] /= static_cast<RealOf<Scalar>>(a.scale[u]);
+  }
+
+  static void add(const std::vector<Scalar>& d, std::vector<Scalar>& x) {
+    for (std::size_t i = 0; i < x.size(); ++i) x[i] += d[i];
+  }
+
+  void left_null_source(Vertex order, Scalar* out) const {
+    const std::size_t k = perturbations_.size();
+    std::fill(out, out + n_, Scalar(0));
+    for (std::size_t i = 0; i < k; ++i)
+      out[perturbations_[i].column] = conjugated(left_[i + place(order) * k]) * (down_rows_[i] / scale_[i]);
   }
 
   // Columns of Z, refined.
@@ -238,6 +312,21 @@ class Correction {
     const int info = blas::singular_values(static_cast<Vertex>(k), c.data(), singular_.data(), left_.data(),
                                            right_.data());
     usable_ = info == 0;
+    if (usable_) bound_singular_values();
+  }
+
+  // From below by their rounding, which is that of the columns of C, scaled to entries of at most 1: the
+  // inverse of anything smaller is noise.
+  void bound_singular_values() {
+    constexpr double kEpsilon = std::numeric_limits<RealOf<Scalar>>::epsilon();
+    const std::size_t k = perturbations_.size();
+    bounded_ = singular_;
+    for (std::size_t j = 0; j < k; ++j) {
+      double sum = 0;
+      for (std::size_t i = 0; i < k; ++i)
+        sum += std::norm(std::complex<double>(left_[i + j * k]) * double(down_rows_[i]));
+      bounded_[j] = std::max(singular_[j], static_cast<double>(k) * kEpsilon * std::sqrt(sum));
+    }
   }
 
   // Rows, then columns, whose largest entry is above 1 are brought down to it, columns with that of Z (both
@@ -272,11 +361,12 @@ class Correction {
   std::vector<Scalar> capacitance_;                       // C between scaled unknowns, k x k
   std::vector<RealOf<Scalar>> down_rows_, down_columns_;  // of C, k each
   std::vector<double> singular_;                          // of C as scaled down; k, descending
+  std::vector<double> bounded_;                           // the same, at least their rounding
   std::vector<Scalar> left_, right_;                      // U and V^H of C, k x k
   std::vector<Scalar> at_columns_;                        // work
   std::vector<Wide<Scalar>> rotated_;                     // work
-  Vertex nullity_ = 0;
-  bool usable_ = false;
+  Vertex nullity_ = 0, dependent_unknown_ = -1;
+  bool usable_ = false, doubtful_ = false;
 };
 
 }  // namespace mfs

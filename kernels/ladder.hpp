@@ -109,7 +109,7 @@ class AccuracyLadder : public Factorization<Value> {
       correction_[0]->determinant(factor, log_factor);
       product *= factor;
       log_abs += log_factor;
-      if (correction_[0]->nullity() > 0) {
+      if (dependent_rows(nullptr) > 0) {
         product = 0;
         log_abs = -std::numeric_limits<double>::infinity();
       }
@@ -199,22 +199,27 @@ class AccuracyLadder : public Factorization<Value> {
   bool regular_by_correction(const TransposedPattern* transposed, SolveOutcome& outcome) {
     const Stopwatch watch;
     if (!make_correction(transposed)) return true;
-    const Correction<Value>& correction = *correction_[transposed != nullptr];
-    outcome.time_ladder = watch.seconds();
-    if (correction.nullity() > 0) {
-      name_dependent(correction, transposed != nullptr, outcome);
-      outcome.dependent_rows = std::max(outcome.dependent_rows, nullity_of_other(transposed));
-      return false;
+    outcome.dependent_rows = dependent_rows(transposed);
+    if (outcome.dependent_rows > 0) {
+      name_dependent(transposed != nullptr, outcome);
+    } else {
+      outcome.corrected_pivots = correction_[transposed != nullptr]->rank();
     }
-    outcome.corrected_pivots = correction.rank();
-    return true;
+    outcome.time_ladder = watch.seconds();
+    return outcome.dependent_rows == 0;
   }
 
-  // A and A^T have the same nullity, and each finds null vectors that may not be accurate enough to be
-  // counted.
-  Vertex nullity_of_other(const TransposedPattern* transposed) {
-    const TransposedPattern other = transposed ? TransposedPattern() : transpose(*pattern_, 1);
-    return make_correction(transposed ? nullptr : &other) ? correction_[transposed == nullptr]->nullity() : 0;
+  // By the null vectors of A and of A^T (of the one whose correction there is first, of the other where that
+  // leaves doubt): of both there are as many, and either may be too inaccurate to be counted.
+  Vertex dependent_rows(const TransposedPattern* transposed) {
+    const bool own = transposed != nullptr, other = !own;
+    const Vertex nullity = correction_[own]->nullity();
+    if (nullity == 0 && !correction_[own]->doubtful()) return 0;
+    if (!correction_[other]) {
+      const TransposedPattern other_pattern = other ? transpose(*pattern_, 1) : TransposedPattern();
+      make_correction(other ? &other_pattern : nullptr);
+    }
+    return std::max(nullity, correction_[other] ? correction_[other]->nullity() : 0);
   }
 
   // The same where more pivots were perturbed than the exact correction takes.
@@ -316,9 +321,11 @@ class AccuracyLadder : public Factorization<Value> {
     if (perturbations.empty() || perturbations.size() > most_corrected(*plan_)) return false;
     rhs(kSolveColumns);  // room for the vectors of a full block
     const auto inverse = [&](Value* x, Vertex count) { apply_inverse(x, x, count, flip); };
-    correction_[flip] = std::make_unique<Correction<Value>>(
-        plan_->n, std::move(perturbations), flip ? matrix_.row_scale : matrix_.column_scale,
-        flip ? matrix_.column_scale : matrix_.row_scale, inverse, matrix_rows(transposed));
+    const auto inverse_of_transposed = [&](Value* x) { apply_inverse(x, x, 1, !flip); };
+    const ScaledRows<Value> rows{matrix_rows(transposed), flip ? matrix_.column_scale : matrix_.row_scale,
+                                 flip ? matrix_.row_scale : matrix_.column_scale};
+    correction_[flip] = std::make_unique<Correction<Value>>(plan_->n, std::move(perturbations), rows, inverse,
+                                                            inverse_of_transposed);
     if (!correction_[flip]->usable()) correction_[flip].reset();
     return correction_[flip] != nullptr;
   }
@@ -356,19 +363,19 @@ class AccuracyLadder : public Factorization<Value> {
     }
   }
 
-  // A row and a column of A that depend on the others, from the null vectors of A and A^T.
-  void name_dependent(const Correction<Value>& correction, bool transposed, SolveOutcome& outcome) {
-    const double* own_scale = transposed ? matrix_.row_scale : matrix_.column_scale;
-    const double* other_scale = transposed ? matrix_.column_scale : matrix_.row_scale;
+  // A row and a column of A that depend on the others, from the null vectors of A and A^T, of which the
+  // correction for the one (that of this solve, if it can) gives both.
+  void name_dependent(bool transposed, SolveOutcome& outcome) {
+    const bool by = correction_[transposed]->nullity() > 0 ? transposed : !transposed;
     Value* null_vector = at_.d;
-    correction.left_null_source(null_vector);
-    apply_inverse(null_vector, null_vector, 1, !transposed);
-    const Vertex own = correction.dependent_unknown(own_scale);
-    const Vertex other = largest_unknown(plan_->n, null_vector, other_scale);
+    correction_[by]->left_null_source(null_vector);
+    apply_inverse(null_vector, null_vector, 1, !by);
+    const Vertex own = correction_[by]->dependent_unknown();
+    const Vertex other =
+        largest_unknown(plan_->n, null_vector, by ? matrix_.column_scale : matrix_.row_scale);
     outcome.backward_error = std::numeric_limits<double>::infinity();
-    outcome.dependent_rows = correction.nullity();
-    outcome.row = transposed ? own : other;
-    outcome.column = transposed ? other : own;
+    outcome.row = by ? own : other;
+    outcome.column = by ? other : own;
   }
 
   RowAccess<Value> matrix_rows(const TransposedPattern* transposed) const {

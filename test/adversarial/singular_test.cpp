@@ -104,18 +104,100 @@ TEST(Singular, RoundingThatLooksLikeAPivot) {
   expect_true_refusal(hard_matrix(1008862).matrix);
 }
 
+SparseMatrix several_dependent_rows(std::uint64_t seed) {
+  Random random(seed);
+  std::vector<SparseMatrix> blocks;
+  const std::int64_t count = random.integer(2, 6);
+  for (std::int64_t k = 0; k < count; ++k) {
+    blocks.push_back(
+        hard_matrix(static_cast<std::uint64_t>(20 * random.integer(0, 1000) + random.integer(0, 4))).matrix);
+  }
+  return joined(blocks, seed % 2 == 1, random);
+}
+
 TEST(Singular, SeveralDependentRows) {
   for (std::uint64_t seed = 0; seed < 25; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
-    Random random(seed);
-    std::vector<SparseMatrix> blocks;
-    const std::int64_t count = random.integer(2, 6);
-    for (std::int64_t k = 0; k < count; ++k) {
-      blocks.push_back(
-          hard_matrix(static_cast<std::uint64_t>(20 * random.integer(0, 1000) + random.integer(0, 4)))
-              .matrix);
+    expect_true_refusal(several_dependent_rows(seed));
+  }
+}
+
+// Null vectors are small sums of large columns of Z, whatever kernels OpenBLAS has for the processor: the
+// rounding of those leaves |A z| at up to 1e-13 of |A| |z|.
+TEST(Singular, NullVectorsThatCancel) {
+  for (const std::uint64_t seed : {109, 115, 135, 180}) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    expect_true_refusal(several_dependent_rows(seed));
+  }
+}
+
+/// Rows of small integers, as many as `dependent` of them copies of others, then rows and columns renumbered
+/// and times powers of ten that are no doubles: the copies differ by rounding.
+SparseMatrix rounded_copies(std::int64_t n, std::int64_t dependent, std::uint64_t seed) {
+  Random random(seed);
+  std::vector<std::vector<Entry>> rows;
+  for (std::int64_t i = 0; i + dependent < n; ++i) {
+    rows.push_back({{i, i, 20.0}});
+    for (int k = 0; k < 4; ++k) {
+      rows[i].push_back({i, random.integer(0, n), static_cast<double>(random.integer(1, 5))});
     }
-    expect_true_refusal(joined(blocks, seed % 2 == 1, random));
+  }
+  for (std::int64_t k = 0; k < dependent; ++k) rows.push_back(rows[random.integer(0, n - 2 * dependent)]);
+  std::vector<double> row_size, column_size;
+  for (std::int64_t i = 0; i < n; ++i) {
+    row_size.push_back(std::pow(10.0, 12 * random.unit() - 6));
+    column_size.push_back(std::pow(10.0, 12 * random.unit() - 6));
+  }
+  const std::vector<std::int64_t> row_place = random.permutation(n), column_place = random.permutation(n);
+  std::vector<Entry> entries;
+  for (std::int64_t i = 0; i < n; ++i) {
+    for (const Entry& e : rows[i]) {
+      entries.push_back(
+          {row_place[i], column_place[e.column], e.value * row_size[i] * column_size[e.column]});
+    }
+  }
+  return from_entries_summed(n, entries);
+}
+
+// No null vector of the capacitance matrix is there to start from, only one of a singular value that is
+// larger than that of A by what the null vector has of the perturbed unknown.
+TEST(Singular, CopiesThatDifferByRounding) {
+  for (const std::int64_t dependent : {1, 3, 8}) {
+    for (std::uint64_t seed = 0; seed < 16; ++seed) {
+      for (const bool transposed : {false, true}) {
+        SCOPED_TRACE(std::to_string(dependent) + " dependent, seed " + std::to_string(seed) +
+                     (transposed ? ", transposed" : ""));
+        const SparseMatrix a = rounded_copies(static_cast<std::int64_t>(100 + 5 * seed), dependent, seed);
+        const SingularMatrix error = refusal(a, Backend::serial, transposed);
+        if (error.kind() == Kind::structural) continue;
+        EXPECT_EQ(error.dependent_rows(), dependent);
+      }
+    }
+  }
+}
+
+// Rows that are nearly copies: the reciprocal condition number is a quarter of what they differ by.
+TEST(Singular, NearlyIsNot) {
+  for (const double difference : {0x1p-33, 0x1p-40, 0x1p-43}) {  // 1e-10, 1e-12, 1e-13
+    std::vector<SparseMatrix> blocks;
+    for (int k = 0; k < 30; ++k) {
+      blocks.push_back(from_entries(2, {{0, 0, 1.0}, {0, 1, 1.0}, {1, 0, 1.0}, {1, 1, 1 + difference}}));
+    }
+    for (const int most : {0, 30}) {
+      SCOPED_TRACE("difference 2^" + std::to_string(std::ilogb(difference)) + ", graded by 2^" +
+                   std::to_string(most));
+      Random random(5);
+      const SparseMatrix a = graded_by_powers(joined(blocks, false, random), most, random);
+      const SparseMatrix at = transposed(a);
+      const std::vector<double> b = Random(9).vector(a.n);
+      std::vector<double> x(b.size());
+      Solver solver;
+      solver.factor(a.view());
+      solver.solve(b.data(), x.data());
+      EXPECT_LE(backward_error(a, b, x), 1e-12);
+      solver.solve_transpose(b.data(), x.data());
+      EXPECT_LE(backward_error(at, b, x), 1e-12);
+    }
   }
 }
 

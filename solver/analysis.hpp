@@ -33,10 +33,11 @@ struct Analysis {
 /// Receives the name of a phase and the fraction of it that is done.
 using PhaseProgress = std::function<void(const char*, double)>;
 
-/// Check at the door, matching and scaling, ordering, symbolic plan. Throws as BasicSolver::analyze does.
+/// Check at the door, matching and scaling, ordering, symbolic plan. `checked` is called behind the door.
+/// Throws as BasicSolver::analyze does.
 template <class Scalar>
 Analysis analyze_matrix(const CsrView<Scalar>& matrix, const AnalysisOptions& options, int threads,
-                        const PhaseProgress& progress);
+                        const PhaseProgress& progress, const std::function<void(const Pattern&)>& checked);
 
 /// Matching, scaling, ordering and plan anew for other values (one per slot of the pattern); the pattern
 /// stays.

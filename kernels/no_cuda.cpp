@@ -16,6 +16,11 @@ std::size_t available_device_memory() {
 }
 
 template <class Value>
+std::future<void> load_library(bool, Offset) {
+  return {};
+}
+
+template <class Value>
 std::unique_ptr<Factorization<Value>> make_cuda_factorization(bool, std::shared_ptr<const SymbolicPlan>,
                                                               std::shared_ptr<const Pattern>) {
   require_device();
@@ -23,6 +28,7 @@ std::unique_ptr<Factorization<Value>> make_cuda_factorization(bool, std::shared_
 }
 
 #define MFS_INSTANTIATE(Value)                                                   \
+  template std::future<void> load_library<Value>(bool, Offset);                  \
   template std::unique_ptr<Factorization<Value>> make_cuda_factorization<Value>( \
       bool, std::shared_ptr<const SymbolicPlan>, std::shared_ptr<const Pattern>);
 MFS_INSTANTIATE(float)

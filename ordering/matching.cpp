@@ -22,7 +22,7 @@ constexpr int kLargestEntry = 2;   // exponent that a scaled entry may have unde
 constexpr int kFarBelowOne = -20;  // exponent of a matched entry only where scales had to be clamped
 
 /// True where some diagonal entry is missing, zero, or small beside the largest of its row and of its column.
-bool diagonal_is_weak(const Pattern& pattern, const std::vector<Exponent>& exponents,
+bool diagonal_is_weak(const Pattern& pattern, const RawVector<Exponent>& exponents,
                       const PowerScaling& scaling, const LargestEntries& largest) {
   for (Vertex i = 0; i < pattern.n; ++i) {
     const std::int32_t diagonal = scaled_exponent(pattern, exponents, scaling, i, i);
@@ -89,7 +89,7 @@ void add_duals(const ProductMatching& matching, PowerScaling& scaling) {
 
 /// The geometric mean of row and column scale for both, where no entry grows above 2^kLargestEntry by it: a
 /// symmetric matrix stays symmetric.
-void symmetrise(const Pattern& pattern, const std::vector<Exponent>& exponents, int threads,
+void symmetrise(const Pattern& pattern, const RawVector<Exponent>& exponents, int threads,
                 PowerScaling& scaling) {
   PowerScaling mean(pattern.n);
   for (Vertex i = 0; i < pattern.n; ++i) {
@@ -114,9 +114,9 @@ void symmetrise(const Pattern& pattern, const std::vector<Exponent>& exponents, 
 /// The matched rows by column, with `scaling` improved where values are given.
 template <class Scalar>
 std::vector<Vertex> matched_rows(const Pattern& pattern, const Scalar* values,
-                                 const std::vector<Exponent>& exponents, int threads, PowerScaling& scaling) {
-  ProductMatching matching =
-      maximum_product_matching(pattern, matching_costs(pattern, values, exponents, scaling, threads));
+                                 const RawVector<Exponent>& exponents, int threads, PowerScaling& scaling) {
+  ProductMatching matching = maximum_product_matching(
+      pattern, matching_costs(pattern, values, exponents, scaling, threads), threads);
   if (matching.unmatched > 0) throw_structurally_singular(matching);
   if (values != nullptr) {
     add_duals(matching, scaling);
@@ -126,7 +126,7 @@ std::vector<Vertex> matched_rows(const Pattern& pattern, const Scalar* values,
 }
 
 /// True where clamped scales leave a matched entry far below 1.
-bool clamped_far(const Pattern& pattern, const std::vector<Exponent>& exponents, const PowerScaling& scaling,
+bool clamped_far(const Pattern& pattern, const RawVector<Exponent>& exponents, const PowerScaling& scaling,
                  const std::vector<Vertex>& row_of_column) {
   for (Vertex j = 0; j < pattern.n; ++j) {
     if (scaled_exponent(pattern, exponents, scaling, row_of_column[j], j) < kFarBelowOne) return true;
@@ -148,7 +148,7 @@ MatchedScaling match_and_scale(const Pattern& pattern, const Scalar* slot_values
                                const AnalysisOptions& options, int threads) {
   const bool has_values = slot_values != nullptr;
   const auto exponents = has_values ? exponents_of(slot_values, pattern.nnz(), threads)
-                                    : std::vector<Exponent>(static_cast<std::size_t>(pattern.nnz()), 0);
+                                    : RawVector<Exponent>(static_cast<std::size_t>(pattern.nnz()), 0);
   PowerScaling scaling(pattern.n);
   const LargestEntries largest = has_values ? equilibrate(pattern, exponents, threads, scaling)
                                             : largest_entries(pattern, exponents, scaling, threads);

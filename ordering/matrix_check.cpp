@@ -89,9 +89,12 @@ template <class OffsetInt, class ColumnInt>
 }
 
 template <class OffsetInt, class ColumnInt>
-void copy_pattern(const OffsetInt* offsets, const ColumnInt* columns, Pattern& pattern) {
+void copy_pattern(const OffsetInt* offsets, const ColumnInt* columns, Pattern& pattern, int threads) {
   pattern.offsets.assign(offsets, offsets + pattern.n + 1);
-  pattern.columns.assign(columns, columns + offsets[pattern.n]);
+  const Offset entries = offsets[pattern.n];
+  pattern.columns.resize(static_cast<std::size_t>(entries));
+#pragma omp parallel for num_threads(threads) schedule(static)
+  for (Offset k = 0; k < entries; ++k) pattern.columns[k] = static_cast<Vertex>(columns[k]);
 }
 
 /// Sorts each row by (column, entry) and gives equal columns one slot, counted within the row for now.
@@ -223,7 +226,7 @@ Pattern check_pattern(const CsrView<Scalar>& matrix, int threads) {
       const RowScan scan = scan_rows(pattern.n, offsets, columns, threads);
       if (scan.bad_row != kNone) throw_bad_column(pattern.n, offsets, columns, scan.bad_row);
       if (scan.strictly_ascending) {
-        copy_pattern(offsets, columns, pattern);
+        copy_pattern(offsets, columns, pattern, threads);
       } else {
         sort_pattern(offsets, columns, pattern, threads);
       }

@@ -12,7 +12,7 @@ constexpr double kPoorShare = 0.1;
 
 class Pairing {
  public:
-  Pairing(const Pattern& pattern, const std::vector<Exponent>& exponents, const PowerScaling& scaling)
+  Pairing(const Pattern& pattern, const RawVector<Exponent>& exponents, const PowerScaling& scaling)
       : pattern_(pattern), exponents_(exponents), scaling_(scaling), pair_(pattern.n) {
     for (Vertex i = 0; i < pattern.n; ++i) pair_[i] = i;
   }
@@ -123,7 +123,7 @@ class Pairing {
   }
 
   const Pattern& pattern_;
-  const std::vector<Exponent>& exponents_;
+  const RawVector<Exponent>& exponents_;
   const PowerScaling& scaling_;
   std::vector<Vertex> pair_;
   std::vector<int> diagonal_, edge_;
@@ -132,8 +132,8 @@ class Pairing {
 
 }  // namespace
 
-Pairs pair_unknowns(const Pattern& pattern, const std::vector<Exponent>& exponents,
-                    const PowerScaling& scaling, const std::vector<Vertex>& row_of_column) {
+Pairs pair_unknowns(const Pattern& pattern, const RawVector<Exponent>& exponents, const PowerScaling& scaling,
+                    const std::vector<Vertex>& row_of_column) {
   Pairing pairing(pattern, exponents, scaling);
   std::vector<bool> seen(pattern.n, false);
   std::vector<Vertex> cycle;

@@ -32,7 +32,7 @@ struct Pairs {
 /// The pairs for the matching `row_of_column` of a matrix scaled so that matched entries are
 /// about 1. Empty where pairs would be poor (values far from symmetric): then rows should be permuted
 /// instead.
-Pairs pair_unknowns(const Pattern& pattern, const std::vector<Exponent>& exponents,
-                    const PowerScaling& scaling, const std::vector<Vertex>& row_of_column);
+Pairs pair_unknowns(const Pattern& pattern, const RawVector<Exponent>& exponents, const PowerScaling& scaling,
+                    const std::vector<Vertex>& row_of_column);
 
 }  // namespace mfs

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <cstring>
 #include <limits>
 #include <utility>
 
@@ -12,11 +13,20 @@ namespace {
 using Distance = std::int64_t;
 constexpr Distance kFar = std::numeric_limits<Distance>::max();
 
+/// target = min(target, value) while other threads do the same: the result does not depend on their order.
+void lower_to(Distance& target, Distance value) {
+  Distance now = __atomic_load_n(&target, __ATOMIC_RELAXED);
+  while (value < now &&
+         !__atomic_compare_exchange_n(&target, &now, value, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
+  }
+}
+
 class Matcher {
  public:
-  Matcher(const Pattern& pattern, const std::vector<Cost>& costs)
+  Matcher(const Pattern& pattern, const RawVector<Cost>& costs, int threads)
       : pattern_(pattern),
         costs_(costs),
+        threads_(threads),
         dead_(pattern.n, false),
         distance_(pattern.n, kFar),
         reached_from_(pattern.n) {
@@ -56,12 +66,11 @@ class Matcher {
 
   /// The largest feasible column duals, then the largest row duals: every row gets a tight entry.
   void start_duals() {
-    for (Vertex i = 0; i < pattern_.n; ++i) {
-      for_entries(i, [&](Offset k, Vertex j) {
-        matching_.column_dual[j] = std::min<Distance>(matching_.column_dual[j], costs_[k]);
-      });
-    }
+#pragma omp parallel for num_threads(threads_) schedule(static)
+    for (Vertex i = 0; i < pattern_.n; ++i)
+      for_entries(i, [&](Offset k, Vertex j) { lower_to(matching_.column_dual[j], costs_[k]); });
     for (Distance& dual : matching_.column_dual) dual = dual == kFar ? 0 : dual;
+#pragma omp parallel for num_threads(threads_) schedule(static)
     for (Vertex i = 0; i < pattern_.n; ++i) {
       Distance least = kFar;
       for_entries(i, [&](Offset k, Vertex) { least = std::min(least, slack(i, k)); });
@@ -70,6 +79,7 @@ class Matcher {
   }
 
   void match_diagonal() {
+#pragma omp parallel for num_threads(threads_) schedule(static)
     for (Vertex i = 0; i < pattern_.n; ++i) {
       const Offset k = find_slot(pattern_, i, i);
       if (k >= 0 && costs_[k] != kNoEdge && slack(i, k) == 0) match(i, i);
@@ -200,7 +210,8 @@ class Matcher {
   }
 
   const Pattern& pattern_;
-  const std::vector<Cost>& costs_;
+  const RawVector<Cost>& costs_;
+  const int threads_;
   ProductMatching matching_;
   std::vector<bool> dead_;
   std::vector<Distance> distance_;    // by column, kFar where not reached
@@ -222,14 +233,22 @@ double magnitude(const std::complex<Real>& value) {
   return std::hypot(static_cast<double>(value.real()), static_cast<double>(value.imag()));
 }
 
+/// 2^exponent, -1022 ... 1023, without a call: one for each entry.
+double power_of_two(int exponent) {
+  const std::uint64_t bits = static_cast<std::uint64_t>(exponent + 1023) << 52;
+  double power;
+  std::memcpy(&power, &bits, sizeof power);
+  return power;
+}
+
 }  // namespace
 
 template <class Scalar>
-std::vector<Cost> matching_costs(const Pattern& pattern, const Scalar* values,
-                                 const std::vector<Exponent>& exponents, const PowerScaling& scaling,
-                                 int threads) {
-  std::vector<Cost> costs(pattern.columns.size(), 0);
-  if (values == nullptr) return costs;
+RawVector<Cost> matching_costs(const Pattern& pattern, const Scalar* values,
+                               const RawVector<Exponent>& exponents, const PowerScaling& scaling,
+                               int threads) {
+  if (values == nullptr) return RawVector<Cost>(pattern.columns.size(), 0);
+  RawVector<Cost> costs(pattern.columns.size());
 #pragma omp parallel for num_threads(threads) schedule(static)
   for (Vertex i = 0; i < pattern.n; ++i) {
     for (Offset k = pattern.offsets[i]; k < pattern.offsets[i + 1]; ++k) {
@@ -237,9 +256,10 @@ std::vector<Cost> matching_costs(const Pattern& pattern, const Scalar* values,
         costs[k] = kNoEdge;
         continue;
       }
-      // The entry is halved first: hypot of two huge parts would overflow.
-      const double near_one =
-          std::ldexp(magnitude(values[k] * static_cast<decltype(std::abs(values[k]))>(0.5)), -exponents[k]);
+      // The entry is halved first: hypot of two huge parts would overflow. In two steps: 2^-1023 is denormal.
+      const int half = exponents[k] / 2;
+      const double near_one = magnitude(values[k] * static_cast<decltype(std::abs(values[k]))>(0.5)) *
+                              power_of_two(-half) * power_of_two(half - exponents[k]);
       const int exponent =
           std::clamp(exponents[k] + scaling.row[i] + scaling.column[pattern.columns[k]], -1024, 1024);
       const double logarithm = exponent + 1 + std::log2(std::clamp(near_one, 0.25, 1.0));
@@ -249,16 +269,16 @@ std::vector<Cost> matching_costs(const Pattern& pattern, const Scalar* values,
   return costs;
 }
 
-#define MFS_INSTANTIATE(Scalar)                                                                          \
-  template std::vector<Cost> matching_costs(const Pattern&, const Scalar*, const std::vector<Exponent>&, \
-                                            const PowerScaling&, int);
+#define MFS_INSTANTIATE(Scalar)                                                                      \
+  template RawVector<Cost> matching_costs(const Pattern&, const Scalar*, const RawVector<Exponent>&, \
+                                          const PowerScaling&, int);
 MFS_INSTANTIATE(float)
 MFS_INSTANTIATE(double)
 MFS_INSTANTIATE(std::complex<float>)
 MFS_INSTANTIATE(std::complex<double>)
 
-ProductMatching maximum_product_matching(const Pattern& pattern, const std::vector<Cost>& costs) {
-  return Matcher(pattern, costs).run();
+ProductMatching maximum_product_matching(const Pattern& pattern, const RawVector<Cost>& costs, int threads) {
+  return Matcher(pattern, costs, threads).run();
 }
 
 }  // namespace mfs

@@ -28,9 +28,9 @@ constexpr Cost kNoEdge = INT32_MAX;
 
 /// -log2 of the scaled entries, by slot; 0 for all of them where only the pattern is known (`values` null).
 template <class Scalar>
-std::vector<Cost> matching_costs(const Pattern& pattern, const Scalar* values,
-                                 const std::vector<Exponent>& exponents, const PowerScaling& scaling,
-                                 int threads);
+RawVector<Cost> matching_costs(const Pattern& pattern, const Scalar* values,
+                               const RawVector<Exponent>& exponents, const PowerScaling& scaling,
+                               int threads);
 
 struct ProductMatching {
   std::vector<Vertex> row_of_column;                // n: -1 where the column is unmatched
@@ -40,7 +40,8 @@ struct ProductMatching {
 };
 
 /// `costs` [pattern.nnz()], by slot. Where no full matching exists the result is a largest one (its duals
-/// mean nothing then). Time: nearly linear for most matrices; n times the entries at worst.
-ProductMatching maximum_product_matching(const Pattern& pattern, const std::vector<Cost>& costs);
+/// mean nothing then). The same for any number of threads. Time: nearly linear for most matrices; n times the
+/// entries at worst.
+ProductMatching maximum_product_matching(const Pattern& pattern, const RawVector<Cost>& costs, int threads);
 
 }  // namespace mfs

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <complex>
 #include <cstdlib>
+#include <cstring>
 
 namespace mfs {
 namespace {
@@ -21,9 +22,12 @@ double magnitude(const std::complex<Real>& value) {
   return std::max(magnitude(value.real()), magnitude(value.imag()));
 }
 
+/// Read from the bits: std::ilogb is a call for each entry. Denormal numbers end up at the smallest.
 Exponent exponent_of(double magnitude) {
   if (magnitude == 0.0) return kZeroEntry;
-  return static_cast<Exponent>(std::max(std::ilogb(magnitude), kSmallest));
+  std::uint64_t bits;
+  std::memcpy(&bits, &magnitude, sizeof bits);
+  return static_cast<Exponent>(std::max(static_cast<int>(bits >> 52) - 1023, kSmallest));
 }
 
 /// target = max(target, value) while other threads do the same: the result does not depend on their order.
@@ -49,8 +53,8 @@ bool shift_half(const std::vector<std::int32_t>& largest, std::vector<std::int32
 }  // namespace
 
 template <class Scalar>
-std::vector<Exponent> exponents_of(const Scalar* values, Offset count, int threads) {
-  std::vector<Exponent> exponents(static_cast<std::size_t>(count));
+RawVector<Exponent> exponents_of(const Scalar* values, Offset count, int threads) {
+  RawVector<Exponent> exponents(static_cast<std::size_t>(count));
 #pragma omp parallel for num_threads(threads) schedule(static)
   for (Offset k = 0; k < count; ++k) exponents[k] = exponent_of(magnitude(values[k]));
   return exponents;
@@ -63,7 +67,7 @@ std::vector<double> powers_of_two(const std::vector<std::int32_t>& exponents) {
   return scales;
 }
 
-LargestEntries largest_entries(const Pattern& pattern, const std::vector<Exponent>& exponents,
+LargestEntries largest_entries(const Pattern& pattern, const RawVector<Exponent>& exponents,
                                const PowerScaling& scaling, int threads) {
   LargestEntries largest;
   largest.row.assign(pattern.n, kZeroEntry);
@@ -83,7 +87,7 @@ LargestEntries largest_entries(const Pattern& pattern, const std::vector<Exponen
   return largest;
 }
 
-LargestEntries equilibrate(const Pattern& pattern, const std::vector<Exponent>& exponents, int threads,
+LargestEntries equilibrate(const Pattern& pattern, const RawVector<Exponent>& exponents, int threads,
                            PowerScaling& scaling) {
   LargestEntries largest = largest_entries(pattern, exponents, scaling, threads);
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
@@ -102,16 +106,16 @@ Offset find_slot(const Pattern& pattern, Vertex row, Vertex column) {
   return found != end && *found == column ? found - pattern.columns.begin() : -1;
 }
 
-std::int32_t scaled_exponent(const Pattern& pattern, const std::vector<Exponent>& exponents,
+std::int32_t scaled_exponent(const Pattern& pattern, const RawVector<Exponent>& exponents,
                              const PowerScaling& scaling, Vertex row, Vertex column) {
   const Offset slot = find_slot(pattern, row, column);
   if (slot < 0 || exponents[slot] == kZeroEntry) return kZeroEntry;
   return exponents[slot] + scaling.row[row] + scaling.column[column];
 }
 
-template std::vector<Exponent> exponents_of(const float*, Offset, int);
-template std::vector<Exponent> exponents_of(const double*, Offset, int);
-template std::vector<Exponent> exponents_of(const std::complex<float>*, Offset, int);
-template std::vector<Exponent> exponents_of(const std::complex<double>*, Offset, int);
+template RawVector<Exponent> exponents_of(const float*, Offset, int);
+template RawVector<Exponent> exponents_of(const double*, Offset, int);
+template RawVector<Exponent> exponents_of(const std::complex<float>*, Offset, int);
+template RawVector<Exponent> exponents_of(const std::complex<double>*, Offset, int);
 
 }  // namespace mfs

@@ -17,7 +17,7 @@ using Exponent = std::int16_t;
 constexpr Exponent kZeroEntry = INT16_MIN;  // of an explicit zero
 
 template <class Scalar>
-std::vector<Exponent> exponents_of(const Scalar* values, Offset count, int threads);
+RawVector<Exponent> exponents_of(const Scalar* values, Offset count, int threads);
 
 /// Row i is multiplied by 2^row[i], column j by 2^column[j].
 struct PowerScaling {
@@ -32,20 +32,20 @@ std::vector<double> powers_of_two(const std::vector<std::int32_t>& exponents);
 struct LargestEntries {
   std::vector<std::int32_t> row, column;
 };
-LargestEntries largest_entries(const Pattern& pattern, const std::vector<Exponent>& exponents,
+LargestEntries largest_entries(const Pattern& pattern, const RawVector<Exponent>& exponents,
                                const PowerScaling& scaling, int threads);
 
 /// Improves `scaling` until the largest entry of every row and column lies in [1/2, 4), as far as a few
 /// sweeps go (Ruiz 2001 in the maximum norm). Rows and columns without a nonzero keep their scale. Returns
 /// the largest entries that are reached.
-LargestEntries equilibrate(const Pattern& pattern, const std::vector<Exponent>& exponents, int threads,
+LargestEntries equilibrate(const Pattern& pattern, const RawVector<Exponent>& exponents, int threads,
                            PowerScaling& scaling);
 
 /// The slot of entry (row, column); -1 where the pattern has none.
 Offset find_slot(const Pattern& pattern, Vertex row, Vertex column);
 
 /// Exponent of the scaled entry (row, column); kZeroEntry where it is zero or not there.
-std::int32_t scaled_exponent(const Pattern& pattern, const std::vector<Exponent>& exponents,
+std::int32_t scaled_exponent(const Pattern& pattern, const RawVector<Exponent>& exponents,
                              const PowerScaling& scaling, Vertex row, Vertex column);
 
 }  // namespace mfs

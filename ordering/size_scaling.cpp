@@ -29,7 +29,7 @@ struct Equations {
 };
 
 /// The size of each equation beside its dual, from that of its right-hand side alone (kNothing: zero).
-std::vector<Distance> spread(const Equations& in, const std::vector<Cost>& costs,
+std::vector<Distance> spread(const Equations& in, const RawVector<Cost>& costs,
                              const std::vector<Distance>& right_hand_side) {
   using Reached = std::pair<Distance, Vertex>;
   std::priority_queue<Reached, std::vector<Reached>, std::greater<>> queue;  // the largest size on top
@@ -58,11 +58,10 @@ std::vector<Distance> spread(const Equations& in, const std::vector<Cost>& costs
 /// want of a matching.
 template <class Scalar>
 std::vector<std::int32_t> by_size_of_equations(const Pattern& pattern, const Scalar* values,
-                                               const std::vector<Exponent>& exponents, const Scalar* b,
+                                               const RawVector<Exponent>& exponents, const Scalar* b,
                                                bool transposed, int threads) {
-  const std::vector<Cost> costs =
-      matching_costs(pattern, values, exponents, PowerScaling(pattern.n), threads);
-  const ProductMatching matching = maximum_product_matching(pattern, costs);
+  const RawVector<Cost> costs = matching_costs(pattern, values, exponents, PowerScaling(pattern.n), threads);
+  const ProductMatching matching = maximum_product_matching(pattern, costs, threads);
   std::vector<std::int32_t> result(static_cast<std::size_t>(pattern.n), kZeroEntry);
   if (matching.unmatched > 0) return result;
   const std::vector<Distance>& dual = transposed ? matching.column_dual : matching.row_dual;
@@ -98,7 +97,7 @@ std::int32_t bringing_to_one(std::int32_t exponent) {
 template <class Scalar>
 PowerScaling scaling_by_size(const Pattern& pattern, const Scalar* values, const Scalar* b, bool transposed,
                              int threads) {
-  const std::vector<Exponent> exponents = exponents_of(values, pattern.nnz(), threads);
+  const RawVector<Exponent> exponents = exponents_of(values, pattern.nnz(), threads);
   const std::vector<std::int32_t> known =
       by_size_of_equations(pattern, values, exponents, b, transposed, threads);
   PowerScaling scaling(pattern.n);

@@ -26,6 +26,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "ordering/raw_vector.hpp"
+
 namespace mfs {
 
 using Vertex = std::int32_t;  // vertices, unknowns, positions, fronts: at most 2^31 - 1
@@ -35,7 +37,7 @@ using Offset = std::int64_t;  // everything that counts entries
 struct Pattern {
   Vertex n = 0;
   std::vector<Offset> offsets;  // n + 1
-  std::vector<Vertex> columns;  // offsets[n]
+  RawVector<Vertex> columns;    // offsets[n]
   /// Where entry k of the caller's matrix went: slot_of_entry[k] indexes `columns`. Empty when the caller's
   /// rows were sorted and unique already (then entry k is slot k).
   std::vector<Offset> slot_of_entry;

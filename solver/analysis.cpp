@@ -51,27 +51,33 @@ void reanalyze(Analysis& analysis, const Scalar* slot_values, const AnalysisOpti
 
 template <class Scalar>
 Analysis analyze_matrix(const CsrView<Scalar>& matrix, const AnalysisOptions& options,
-                        const AssemblyTurns& turns, int threads, const PhaseProgress& progress) {
+                        const AssemblyTurns& turns, int threads, const PhaseProgress& progress,
+                        const std::function<void(const Pattern&)>& checked) {
   Analysis analysis;
   const Stopwatch door_watch;
   progress("matching", 0.0);
   analysis.pattern = std::make_shared<Pattern>(check_pattern(matrix, threads));
   keep_caller_order(matrix, *analysis.pattern, analysis);
-  std::vector<Scalar> slot_values;
+  RawVector<Scalar> summed;
+  const Scalar* slot_values = matrix.values;
   if (matrix.values) {
     check_values(matrix, threads);
-    slot_values.resize(static_cast<std::size_t>(analysis.pattern->nnz()));
-    sum_into_slots(*analysis.pattern, matrix, slot_values.data(), threads);
+    if (!analysis.pattern->slot_of_entry.empty()) {
+      summed.resize(static_cast<std::size_t>(analysis.pattern->nnz()));
+      sum_into_slots(*analysis.pattern, matrix, summed.data(), threads);
+      slot_values = summed.data();
+    }
   }
+  checked(*analysis.pattern);
   const double time_door = door_watch.seconds();
-  reanalyze(analysis, matrix.values ? slot_values.data() : nullptr, options, turns, threads, progress);
+  reanalyze(analysis, slot_values, options, turns, threads, progress);
   analysis.time_order += time_door;
   return analysis;
 }
 
 #define MFS_INSTANTIATE(S)                                                                                  \
   template Analysis analyze_matrix<S>(const CsrView<S>&, const AnalysisOptions&, const AssemblyTurns&, int, \
-                                      const PhaseProgress&);                                                \
+                                      const PhaseProgress&, const std::function<void(const Pattern&)>&);    \
   template void reanalyze<S>(Analysis&, const S*, const AnalysisOptions&, const AssemblyTurns&, int,        \
                              const PhaseProgress&);
 MFS_INSTANTIATE(float)

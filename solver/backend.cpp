@@ -41,6 +41,12 @@ std::size_t available_memory(Backend backend) {
 }
 
 template <class Scalar>
+std::future<void> load_beside(Backend backend, bool single_precision, Offset entries) {
+  if (backend != Backend::cuda) return {};
+  return cuda::load_library<Scalar>(single_precision, entries);
+}
+
+template <class Scalar>
 std::unique_ptr<Factorization<Scalar>> make_numeric_factorization(Backend backend, bool single_precision,
                                                                   std::shared_ptr<const SymbolicPlan> plan,
                                                                   std::shared_ptr<const Pattern> pattern,
@@ -53,6 +59,7 @@ std::unique_ptr<Factorization<Scalar>> make_numeric_factorization(Backend backen
 }
 
 #define MFS_INSTANTIATE(Scalar)                                                       \
+  template std::future<void> load_beside<Scalar>(Backend, bool, Offset);              \
   template std::unique_ptr<Factorization<Scalar>> make_numeric_factorization<Scalar>( \
       Backend, bool, std::shared_ptr<const SymbolicPlan>, std::shared_ptr<const Pattern>, int);
 MFS_INSTANTIATE(float)

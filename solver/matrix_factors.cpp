@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <complex>
+#include <future>
 #include <string>
 #include <vector>
 
@@ -24,9 +25,13 @@ MatrixFactors<Scalar>::MatrixFactors(const Options& options, Phases& phases, Rep
 template <class Scalar>
 void MatrixFactors<Scalar>::analyze(const CsrView<Scalar>& a) {
   forget();
-  phases_.run("matching", [&] {
-    analysis_ =
-        analyze_matrix(a, options_.analysis, assembly_turns(options_.backend), phases_.threads(), progress());
+  std::future<void> loading;
+  const auto begin_loading = [&](const Pattern& pattern) {
+    loading = load_beside<Scalar>(options_.backend, report_.single_precision, pattern.nnz());
+  };
+  phases_.run_analysis("matching", [&] {
+    analysis_ = analyze_matrix(a, options_.analysis, assembly_turns(options_.backend),
+                               phases_.analysis_threads(), progress(), begin_loading);
   });
   analyzed_with_values_ = a.values != nullptr;
   report_analysis();
@@ -363,9 +368,9 @@ template <class Scalar>
 void MatrixFactors<Scalar>::rematch() {
   refactored_ = drifted_ = false;
   ++rematches_;
-  phases_.run("ordering", [&] {
+  phases_.run_analysis("ordering", [&] {
     reanalyze(*analysis_, numeric_->matrix_values(), options_.analysis, assembly_turns(options_.backend),
-              phases_.threads(), progress());
+              phases_.analysis_threads(), progress());
   });
   ++report_.reanalyses;
   replace_numeric();

@@ -1,6 +1,7 @@
 #include "solver/option_checks.hpp"
 
 #include <string>
+#include <utility>
 
 #include <mfs/error.hpp>
 
@@ -16,8 +17,11 @@ void check_options(const Options& options) {
   if (options.analysis.separator_trials < 1) refuse("separator_trials", "must be at least 1");
   if (options.analysis.separator_refinement < 1) refuse("separator_refinement", "must be at least 1");
   if (!(options.analysis.dense_row > 0)) refuse("dense_row", "must be positive");
-  if (options.threads < 0) refuse("threads", "must not be negative");
-  if (options.threads > kMostThreads) refuse("threads", "must be at most " + std::to_string(kMostThreads));
+  for (const auto& [name, threads] :
+       {std::pair{"threads", options.threads}, {"analysis.threads", options.analysis.threads}}) {
+    if (threads < 0) refuse(name, "must not be negative");
+    if (threads > kMostThreads) refuse(name, "must be at most " + std::to_string(kMostThreads));
+  }
   if (!(options.factor.pivot_tolerance >= 0 && options.factor.pivot_tolerance < 1)) {
     refuse("pivot_tolerance", "must be in [0, 1)");
   }
@@ -32,6 +36,11 @@ void check_options(const Options& options) {
 int threads_of(const Options& options) {
   if (options.backend == Backend::serial) return 1;
   return options.threads ? options.threads : available_threads();
+}
+
+int analysis_threads_of(const Options& options) {
+  const bool own = options.analysis.threads > 0 && options.backend != Backend::serial;
+  return own ? options.analysis.threads : threads_of(options);
 }
 
 }  // namespace mfs

@@ -14,8 +14,9 @@ namespace mfs {
 /// is not there.
 void check_options(const Options& options);
 
-/// Number of threads of every phase.
+/// Number of threads of every phase but the analysis.
 int threads_of(const Options& options);
+int analysis_threads_of(const Options& options);
 
 template <class Scalar>
 double tolerance_of(const SolveOptions& options) {

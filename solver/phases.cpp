@@ -10,15 +10,15 @@
 
 namespace mfs {
 
-void Phases::run_in_engine(const char* phase, const std::function<void()>& work) {
+void Phases::run_in_engine(const char* phase, int threads, const std::function<void()>& work) {
   tell(phase, 0.0);
   log(1, phase);
   try {
     if (options_.progress) {
-      Engine::instance().run(threads_, work, [this] { report_progress(); });
+      Engine::instance().run(threads, work, [this] { report_progress(); });
       report_progress();
     } else {
-      Engine::instance().run(threads_, work);
+      Engine::instance().run(threads, work);
     }
   } catch (const std::bad_alloc&) {
     throw OutOfMemory(MemorySpace::host, 0, available_host_memory());

@@ -14,14 +14,21 @@ namespace mfs {
 class Phases {
  public:
   /// `options` must outlive this.
-  Phases(const Options& options, int threads) : options_(options), threads_(threads) {}
+  Phases(const Options& options, int threads, int analysis_threads)
+      : options_(options), threads_(threads), analysis_threads_(analysis_threads) {}
 
   int threads() const { return threads_; }
+  int analysis_threads() const { return analysis_threads_; }
 
   /// Runs `work` with all threads. Throws what it throws, OutOfMemory for std::bad_alloc.
   template <class Work>
   void run(const char* phase, Work&& work) {
-    run_in_engine(phase, std::ref(work));  // a reference: nothing is allocated
+    run_in_engine(phase, threads_, std::ref(work));  // a reference: nothing is allocated
+  }
+  /// The same with the threads of the analysis.
+  template <class Work>
+  void run_analysis(const char* phase, Work&& work) {
+    run_in_engine(phase, analysis_threads_, std::ref(work));
   }
 
   /// Where the running phase is; from any thread.
@@ -33,11 +40,11 @@ class Phases {
   }
 
  private:
-  void run_in_engine(const char* phase, const std::function<void()>& work);
+  void run_in_engine(const char* phase, int threads, const std::function<void()>& work);
   void report_progress() const { options_.progress(Progress{phase_, fraction_}); }
 
   const Options& options_;
-  int threads_;
+  int threads_, analysis_threads_;
   // Written by the engine's thread, told to the caller's callback by the caller's thread.
   std::atomic<const char*> phase_{nullptr};
   std::atomic<double> fraction_{0};

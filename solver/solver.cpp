@@ -60,7 +60,7 @@ struct BasicSolver<Scalar>::Impl {
 
   const Options options;
   Report report;
-  Phases phases{options, threads_of(options)};
+  Phases phases{options, threads_of(options), analysis_threads_of(options)};
   MatrixFactors<Scalar> factors{options, phases, report};
   BlockSolve<Scalar> solves{options, phases, factors, report};
 };

@@ -73,6 +73,8 @@ Teuchos::RCP<ParameterList> valid_parameters() {
   set_choice(*list, "Backend", defaults.backend, kBackends, "Where the numeric phases run");
   list->set("Threads", defaults.threads,
             "Threads of every phase; 0 takes what the machine offers this process");
+  list->set("AnalysisThreads", defaults.analysis.threads,
+            "Threads of the analysis alone; 0 takes as many as every phase has");
   set_choice(*list, "Matching", defaults.analysis.matching, kMatchings,
              "When rows are matched to columns so that large entries come to the diagonal");
   list->set("Scaling", defaults.analysis.scaling, "Whether rows and columns are scaled");
@@ -110,6 +112,7 @@ Parameters read_parameters(const ParameterList& list) {
   Options& options = parameters.options;
   options.backend = get_choice(all, "Backend", kBackends);
   options.threads = in_range(all, "Threads", 0, kAny);
+  options.analysis.threads = in_range(all, "AnalysisThreads", 0, kAny);
   options.analysis.matching = get_choice(all, "Matching", kMatchings);
   options.analysis.scaling = all.get<bool>("Scaling");
   options.analysis.max_block_size = in_range(all, "MaxBlockSize", 1, kAny);

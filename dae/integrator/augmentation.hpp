@@ -33,6 +33,8 @@ class Augmentation {
  private:
   template <class Visit>
   void for_each_product(int row, const Visit& visit) const;
+  template <class Visit>
+  void for_rows(const Visit& visit) const;
 
   const Pattern& gradient_;
   const TransposedPattern& transposed_;

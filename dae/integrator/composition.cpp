@@ -55,8 +55,42 @@ void Composition::make_groups() {
   }
 }
 
+/// Those of the matrix that a row of the term's block reaches, ascending.
+void Composition::list_columns(const Term& term, int row, std::vector<int>& columns) {
+  const Pattern& block = *term.block;
+  const int begin = block.row_start[row], end = block.row_start[row + 1];
+  columns.resize(static_cast<std::size_t>(end - begin));
+  bool ascending = true;
+  int last = -1;
+  for (int k = begin; k < end; ++k) {
+    const int column = columns[k - begin] = term.column[block.column[k]];
+    ascending &= column > last;
+    last = column;
+  }
+  if (ascending) return;
+  std::sort(columns.begin(), columns.end());
+  columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
+}
+
+/// Rows are merged twice, to be counted and to be written: that takes less time than memory for all of them.
 void Composition::make_pattern() {
-  std::vector<std::vector<int>> rows(pattern_.rows);
+  std::vector<std::int64_t> start(static_cast<std::size_t>(pattern_.rows) + 1, 0);
+  for_merged_rows([&](int row, const std::vector<int>& columns) {
+    start[row + 1] = static_cast<std::int64_t>(columns.size());
+  });
+  std::partial_sum(start.begin(), start.end(), start.begin());
+  if (start.back() > std::numeric_limits<int>::max())
+    throw InvalidInput("system", "the matrix of Newton's method has 2^31 entries or more");
+  pattern_.row_start.assign(start.begin(), start.end());
+  pattern_.column.resize(static_cast<std::size_t>(start.back()));
+  for_merged_rows([&](int row, const std::vector<int>& columns) {
+    std::copy(columns.begin(), columns.end(), pattern_.column.begin() + pattern_.row_start[row]);
+  });
+}
+
+/// visit(row, columns) for each row of the matrix, by all threads.
+template <class Visit>
+void Composition::for_merged_rows(const Visit& visit) const {
   for (const Group& group : groups_) {
 #pragma omp parallel num_threads(threads_)
     {
@@ -65,33 +99,21 @@ void Composition::make_pattern() {
       for (int row = 0; row < group.rows; ++row) {
         columns.clear();
         for (const std::size_t t : group.terms) {
-          const Pattern& block = *terms_[t].block;
-          of_term.clear();
-          for (int k = block.row_start[row]; k < block.row_start[row + 1]; ++k)
-            of_term.push_back(terms_[t].column[block.column[k]]);
-          if (!std::is_sorted(of_term.begin(), of_term.end())) std::sort(of_term.begin(), of_term.end());
-          of_term.erase(std::unique(of_term.begin(), of_term.end()), of_term.end());
+          list_columns(terms_[t], row, of_term);
+          if (of_term == columns) continue;
+          if (columns.empty()) {
+            columns.swap(of_term);
+            continue;
+          }
           both.clear();
           std::set_union(columns.begin(), columns.end(), of_term.begin(), of_term.end(),
                          std::back_inserter(both));
           columns.swap(both);
         }
-        rows[group.first_row + row] = columns;
+        visit(group.first_row + row, columns);
       }
     }
   }
-  std::int64_t entries = 0;
-  pattern_.row_start.assign(1, 0);
-  for (const auto& columns : rows) {
-    entries += static_cast<std::int64_t>(columns.size());
-    if (entries > std::numeric_limits<int>::max())
-      throw InvalidInput("system", "the matrix of Newton's method has 2^31 entries or more");
-    pattern_.row_start.push_back(static_cast<int>(entries));
-  }
-  pattern_.column.resize(static_cast<std::size_t>(entries));
-#pragma omp parallel for num_threads(threads_) schedule(static)
-  for (int row = 0; row < pattern_.rows; ++row)
-    std::copy(rows[row].begin(), rows[row].end(), pattern_.column.begin() + pattern_.row_start[row]);
 }
 
 void Composition::make_targets() {
@@ -126,15 +148,26 @@ void Composition::find_own() {
   for (std::size_t t = 0; t < terms_.size(); ++t)
     if (!terms_[t].elsewhere)
       for (const int entry : target_[t]) number[entry] = 0;
-  for (int row = 0; row < pattern_.rows; ++row) {
-    own_start_.push_back(static_cast<int>(own_.size()));
+  const auto rows = static_cast<std::size_t>(pattern_.rows);
+  own_start_.assign(rows + 1, 0);
+  const auto first = [&](std::size_t row) { return number.begin() + pattern_.row_start[row]; };
+  parallel_for(
+      rows, threads_,
+      [&](std::size_t row) {
+        own_start_[row + 1] = static_cast<int>(std::count(first(row), first(row + 1), 0));
+      },
+      number.size());
+  std::partial_sum(own_start_.begin(), own_start_.end(), own_start_.begin());
+  own_.resize(static_cast<std::size_t>(own_start_.back()));
+  const auto number_row = [&](std::size_t row) {
+    int next = own_start_[row];
     for (int entry = pattern_.row_start[row]; entry < pattern_.row_start[row + 1]; ++entry)
       if (number[entry] == 0) {
-        number[entry] = static_cast<int>(own_.size());
-        own_.push_back(entry);
+        own_[next] = entry;
+        number[entry] = next++;
       }
-  }
-  own_start_.push_back(static_cast<int>(own_.size()));
+  };
+  parallel_for(rows, threads_, number_row, number.size());
   for (std::size_t t = 0; t < terms_.size(); ++t)
     if (!terms_[t].elsewhere)
       parallel_for(target_[t].size(), threads_,

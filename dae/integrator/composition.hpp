@@ -61,7 +61,10 @@ class Composition {
     std::vector<std::size_t> terms;
   };
   void make_groups();
+  static void list_columns(const Term& term, int row, std::vector<int>& columns);
   void make_pattern();
+  template <class Visit>
+  void for_merged_rows(const Visit& visit) const;
   void make_targets();
   void find_own();
 

@@ -17,7 +17,8 @@ namespace {
 constexpr int kMostIterations = 20;
 
 Pattern diagonal(int n) {
-  return {n, n, consecutive(0, n + 1), consecutive(0, n)};
+  const std::vector<int> columns = consecutive(0, n);
+  return {n, n, consecutive(0, n + 1), RawVector<int>(columns.begin(), columns.end())};
 }
 
 double largest(const std::vector<double>& values) {

@@ -54,6 +54,7 @@ void check_options(const IntegratorOptions& o) {
   check(o.newton_iterations >= 1, "newton_iterations", "must be at least 1");
   check(o.krylov_steps >= 0, "krylov_steps", "must be zero or positive");
   check(o.threads >= 0, "threads", "must be zero or positive");
+  check(o.analysis_threads >= 0, "analysis_threads", "must be zero or positive");
 }
 
 void check_vector(const std::vector<double>& values, int n, const char* name) {

@@ -70,6 +70,7 @@ struct IntegratorOptions {
 
   Backend backend = Backend::openmp;  ///< of the linear solver
   int threads = 0;                    ///< of the linear solver and of the assembly; 0: all
+  int analysis_threads = 0;           ///< of the linear solver's analysis; 0: as many
 };
 
 /// What the system is in at a time.

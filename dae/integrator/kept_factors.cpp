@@ -61,6 +61,7 @@ RCP<Factory> make_mfs(const IntegratorOptions& options) {
   Teuchos::ParameterList parameters;
   parameters.set("Backend", std::string(backend_name(options.backend)));
   parameters.set("Threads", options.threads);
+  parameters.set("AnalysisThreads", options.analysis_threads);
   parameters.set("RowFloor", kRowFloor);
   return make_strategy("MFS", parameters);
 }

@@ -36,7 +36,7 @@ struct Pivots {
 };
 
 /// Those of a matrix in compressed columns, by UMFPACK, which takes them by size.
-Pivots find_pivots(int rows, const std::vector<int>& starts, const std::vector<int>& index,
+Pivots find_pivots(int rows, const std::vector<int>& starts, const RawVector<int>& index,
                    const std::vector<double>& values) {
   double controls[UMFPACK_CONTROL];
   umfpack_di_defaults(controls);
@@ -138,7 +138,8 @@ std::vector<double> scaled(const Pattern& pattern, const std::vector<double>& va
 
 /// The rows of `pattern` in `kept`, with values.
 struct Rows {
-  std::vector<int> starts{0}, column;
+  std::vector<int> starts{0};
+  RawVector<int> column;
   std::vector<double> values;
 };
 Rows take_rows(const Pattern& pattern, const std::vector<double>& values, const std::vector<int>& kept) {

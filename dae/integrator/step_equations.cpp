@@ -32,7 +32,7 @@ std::vector<int> find_diagonal(const Pattern& pattern) {
 
 Pattern make_selection(const std::vector<int>& members, int columns) {
   return {static_cast<int>(members.size()), columns, consecutive(0, static_cast<int>(members.size()) + 1),
-          members};
+          RawVector<int>(members.begin(), members.end())};
 }
 
 }  // namespace

@@ -19,6 +19,8 @@
 #include <string>
 #include <vector>
 
+#include "ordering/raw_vector.hpp"
+
 namespace mfs::dae {
 
 /// Where the system is. Borrowed arrays of n coordinates, velocities, accelerations and m multipliers.
@@ -73,7 +75,7 @@ class BlockSet {
 struct Pattern {
   int rows = 0, columns = 0;
   std::vector<int> row_start;  ///< rows + 1
-  std::vector<int> column;     ///< row_start[rows]
+  RawVector<int> column;       ///< row_start[rows]
   std::size_t entries() const { return column.size(); }
 };
 

@@ -30,7 +30,9 @@ MultibodyModel load(const Command& command) {
   Json json = read_json(command.model);
   if (command.refine > 0) refine_meshes(json, command.refine);
   const std::string folder = std::filesystem::path(command.model).parent_path().string();
-  return make_model(json, folder, threads, command.backend);
+  MultibodyModel model = make_model(json, folder, threads, command.backend);
+  model.integrator.analysis_threads = analysis_threads(command.threads, command.backend, omp_get_num_procs());
+  return model;
 }
 
 Integrator make_integrator(const MultibodyModel& model) {

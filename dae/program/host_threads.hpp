@@ -19,4 +19,10 @@ inline int host_threads(int asked, Backend backend, int processors) {
   return asked > 0 ? std::min(asked, most) : most;
 }
 
+/// For the analysis of a matrix, while which the integrator's team has nothing to do; 0: as many as above.
+inline int analysis_threads(int asked, Backend backend, int processors) {
+  if (backend != Backend::cuda) return 0;
+  return asked > 0 ? std::min(asked, processors) : processors;
+}
+
 }  // namespace mfs::dae

@@ -2,7 +2,12 @@
 
 #include <mfs/error.hpp>
 
+#include <atomic>
+#include <system_error>
+
 #include "kernels/cuda/device.hpp"
+#include "kernels/cuda/device_blas.hpp"
+#include "kernels/cuda/device_scalar.hpp"
 #include "kernels/cuda/factors.hpp"
 #include "kernels/engine.hpp"
 
@@ -15,6 +20,36 @@ std::unique_ptr<Factorization<Value>> make(std::shared_ptr<const SymbolicPlan> p
                                            std::shared_ptr<const Pattern> pattern) {
   Engine::use_cuda();
   return make_factors<Value, Scalar>(std::move(plan), std::move(pattern));
+}
+
+/// A product that the plans of devices give to the library (place_products), with the numbers S.
+template <class S>
+void make_product() {
+  constexpr int kRows = 1024, kDepth = 256;
+  constexpr Offset kPanel = Offset{kRows} * kDepth, kSum = Offset{kRows} * kRows;
+  const Stream stream;
+  const DeviceBlas blas(stream);
+  const DeviceArena arena((2 * kPanel + kSum) * static_cast<Offset>(sizeof(S)));
+  stream.clear(arena.at<S>(0), arena.bytes());
+  S *const a = arena.at<S>(0), *const b = a + kPanel, *const c = b + kPanel;
+  blas.gemm_minus<S>(kRows, kRows, kDepth, a, kRows, b, kDepth, c, kRows);
+  stream.synchronize();
+}
+
+template <class Scalar>
+std::future<void> load_library_once() {
+  static std::atomic<bool> begun{false};
+  if (begun.exchange(true)) return {};
+  try {
+    return std::async(std::launch::async, [] {
+      try {
+        make_product<DeviceScalar<Scalar>>();
+      } catch (...) {  // the factorization will meet it, too
+      }
+    });
+  } catch (const std::system_error&) {  // no thread: then later
+    return {};
+  }
 }
 
 }  // namespace
@@ -34,6 +69,13 @@ std::size_t available_device_memory() {
 }
 
 template <class Value>
+std::future<void> load_library(bool single_precision, Offset entries) {
+  constexpr Offset kLarge = 1000000;
+  if (entries < kLarge) return {};
+  return single_precision ? load_library_once<Narrow<Value>>() : load_library_once<Value>();
+}
+
+template <class Value>
 std::unique_ptr<Factorization<Value>> make_cuda_factorization(bool single_precision,
                                                               std::shared_ptr<const SymbolicPlan> plan,
                                                               std::shared_ptr<const Pattern> pattern) {
@@ -42,6 +84,7 @@ std::unique_ptr<Factorization<Value>> make_cuda_factorization(bool single_precis
 }
 
 #define MFS_INSTANTIATE(Value)                                                   \
+  template std::future<void> load_library<Value>(bool, Offset);                  \
   template std::unique_ptr<Factorization<Value>> make_cuda_factorization<Value>( \
       bool, std::shared_ptr<const SymbolicPlan>, std::shared_ptr<const Pattern>);
 MFS_INSTANTIATE(float)

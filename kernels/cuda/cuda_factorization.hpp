@@ -3,6 +3,8 @@
 // itself: in a build without it, kernels/no_cuda.cpp stands in.
 #pragma once
 
+#include <cstddef>
+#include <future>
 #include <memory>
 
 #include "kernels/factorization.hpp"
@@ -14,6 +16,12 @@ bool device_found();
 void require_device();
 /// Bytes free on the device; inside Engine::run.
 std::size_t available_device_memory();
+
+/// The first large product of a process takes the library tens of milliseconds, in which it finds and loads
+/// its kernels. This makes one by another thread, beside the analysis of a matrix that is large enough to
+/// need the library; what fails is left to the factorization to find. The future's end waits for it.
+template <class Value>
+std::future<void> load_library(bool single_precision, Offset entries);
 
 /// As make_factorization; throws OutOfMemory(device) and BackendError as well.
 template <class Value>

@@ -103,9 +103,23 @@ class Builder {
     for (Vertex begin = right.begin; begin < right.end; begin += columns) {
       const Vertex end = std::min(begin + columns, right.end);
       const Offset first = entry;
-      while (entry < plan_.entry_begin[f + 1] && column_of_entry(f, entry) < end) ++entry;
+      entry = first_entry_from(f, entry, end);
       made_.assemble.push_back({f, begin, end, down.begin, down.end, first, entry});
     }
+  }
+
+  // The first entry of f from `entry` on in column `end` or right of it.
+  Offset first_entry_from(Vertex f, Offset entry, Vertex end) const {
+    Offset past = plan_.entry_begin[f + 1];
+    while (entry < past) {
+      const Offset middle = entry + (past - entry) / 2;
+      if (column_of_entry(f, middle) < end) {
+        entry = middle + 1;
+      } else {
+        past = middle;
+      }
+    }
+    return entry;
   }
 
   // Of the front; the entries of a front ascend by it.

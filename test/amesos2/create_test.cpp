@@ -277,6 +277,7 @@ TEST(Amesos2Parameters, WrongOnesAreRefused) {
   refused([](auto& list) { list.set("RowFloor", 2.0); });
   refused([](auto& list) { list.set("Threads", -1); });
   refused([](auto& list) { list.set("Threads", 2.0); });
+  refused([](auto& list) { list.set("AnalysisThreads", -1); });
   refused([](auto& list) { list.set("MaxBlockSize", 0); });
   refused([](auto& list) { list.set("MaxRefinementSteps", -1); });
   refused([](auto& list) { list.set("Backend", "gpu"); });

@@ -193,6 +193,8 @@ TEST(Input, OptionsOutOfRange) {
     refused("dense_row", [=](Options& o) { o.analysis.dense_row = rows; });
   refused("threads", [](Options& o) { o.threads = -1; });
   refused("threads", [](Options& o) { o.threads = 513; });
+  refused("analysis.threads", [](Options& o) { o.analysis.threads = -1; });
+  refused("analysis.threads", [](Options& o) { o.analysis.threads = 513; });
   for (const double tolerance : {-1e-9, 1.0, kNan}) {
     refused("pivot_tolerance", [=](Options& o) { o.factor.pivot_tolerance = tolerance; });
   }

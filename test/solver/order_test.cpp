@@ -1,4 +1,6 @@
 // The caller's own elimination order and tree, and the options of the ordering.
+#include <filesystem>
+#include <iterator>
 #include <numeric>
 #include <string>
 
@@ -109,6 +111,27 @@ TEST(Order, SingleUnknownsBesideDenseRows) {
   solver.factor(a.view());
   expect_solves(solver, a);
   EXPECT_LT(solver.report().nnz_factor, 40 * n);
+}
+
+/// Of this process, those included that wait for the next parallel region.
+std::ptrdiff_t threads_of_process() {
+  const std::filesystem::directory_iterator tasks("/proc/self/task");
+  return std::distance(begin(tasks), end(tasks));
+}
+
+TEST(Order, TheAnalysisMayHaveThreadsOfItsOwn) {
+  const SparseMatrix a = grid_2d(80, 80);
+  Solver few(with_threads(2));
+  few.factor(a.view());
+  const std::ptrdiff_t before = threads_of_process();
+  Options options = with_threads(2);
+  options.analysis.threads = 7;
+  Solver solver(options);
+  solver.analyze(a.view());
+  EXPECT_EQ(threads_of_process(), before + 5);
+  solver.factor(a.view());
+  expect_solves(solver, a, 2);
+  EXPECT_EQ(solver.report().threads, 2);
 }
 
 }  // namespace

@@ -22,7 +22,7 @@ std::vector<StageProblem<double>> problems() {
     Pattern pattern;
     pattern.n = static_cast<Vertex>(matrix.n);
     pattern.offsets = matrix.offsets;
-    pattern.columns = matrix.columns;
+    pattern.columns.assign(matrix.columns.begin(), matrix.columns.end());
     pattern.num_entries = matrix.entries();
     made.push_back(matrix_problem(matrix, order_matrix(pattern, MatchedScaling(), AnalysisOptions(), 1), 64));
   }

@@ -21,7 +21,7 @@ Pattern pattern_of(const SparseMatrix& matrix) {
   Pattern pattern;
   pattern.n = static_cast<Vertex>(matrix.n);
   pattern.offsets = matrix.offsets;
-  pattern.columns = matrix.columns;
+  pattern.columns.assign(matrix.columns.begin(), matrix.columns.end());
   pattern.num_entries = matrix.entries();
   return pattern;
 }

@@ -332,10 +332,14 @@ TEST(Matching, LargestProductAgainstTrying) {
     if (std::isinf(best)) continue;
     const Matrix<double> a = matrix_of(n, entries);
     const Pattern p = check_pattern(a.view(), 1);
-    std::vector<Cost> costs;
+    RawVector<Cost> costs;
     for (const double value : a.values)
       costs.push_back(static_cast<Cost>(-std::lround(std::log2(value) * kCostOfTwo)));
-    const ProductMatching matching = maximum_product_matching(p, costs);
+    const ProductMatching matching = maximum_product_matching(p, costs, 1);
+    const ProductMatching shared = maximum_product_matching(p, costs, 3);
+    EXPECT_EQ(shared.row_of_column, matching.row_of_column);
+    EXPECT_EQ(shared.row_dual, matching.row_dual);
+    EXPECT_EQ(shared.column_dual, matching.column_dual);
     ASSERT_EQ(matching.unmatched, 0);
     expect_permutation(matching.row_of_column, n);
     double product = 0;
@@ -501,6 +505,30 @@ TEST(Matching, TheSameForAnyNumberOfThreads) {
       EXPECT_EQ(many.row_scale, one.row_scale);
       EXPECT_EQ(many.column_scale, one.column_scale);
     }
+  }
+}
+
+TEST(Matching, CostsOfNumbersOfAnySize) {
+  const std::vector<double> values{1.0,    -3.0,   0.7,      1.7e308, -8.9e307, 2.3e-308,
+                                   1e-310, 5e-324, 4.5e-308, 1e-5,    0.0,      12345.678};
+  const auto n = static_cast<Vertex>(values.size());
+  Entries entries;
+  for (Vertex i = 0; i < n; ++i) entries[{i, i}] = values[i];
+  const Matrix<double> a = matrix_of(n, entries);
+  const Pattern p = check_pattern(a.view(), 1);
+  const RawVector<Exponent> exponents = exponents_of(a.values.data(), p.nnz(), 1);
+  PowerScaling scaling(n);
+  for (Vertex i = 0; i < n; ++i) scaling.column[i] = 3 * i - 10;
+  const RawVector<Cost> costs = matching_costs(p, a.values.data(), exponents, scaling, 2);
+  for (Vertex i = 0; i < n; ++i) {
+    SCOPED_TRACE(values[i]);
+    if (values[i] == 0.0) {
+      EXPECT_EQ(costs[i], kNoEdge);
+      continue;
+    }
+    // A quarter of the smallest power counts where the number is still smaller.
+    const double size = std::max(std::log2(std::abs(values[i])), -1021.0);
+    EXPECT_NEAR(costs[i], -(size + scaling.column[i]) * kCostOfTwo, 1.0);
   }
 }
 

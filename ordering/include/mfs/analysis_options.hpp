@@ -24,6 +24,10 @@ struct AnalysisOptions {
   Matching matching = Matching::automatic;
   bool scaling = true;
 
+  /// Threads of the analysis alone; 0: as many as every other phase (Options::threads). Pays where the other
+  /// phases get few, because their work is done on a device.
+  int threads = 0;
+
   /// Widest block into which a pivot block is divided (rows and columns).
   std::int32_t max_block_size = 1024;
   /// Sub-graphs of at most this many unknowns are ordered by CAMD instead of being dissected.

@@ -12,7 +12,7 @@ TEST(Composition, RowsAscendWhateverTheOrderOfColumns) {
   const Composition composition(5, {{&block, 1, {0, 1, 2}}, {&block, 1, {4, 1, 1}}}, 2);
   const Pattern& pattern = composition.pattern();
   EXPECT_EQ(pattern.row_start, (std::vector<int>{0, 0, 4, 8, 8, 8}));
-  EXPECT_EQ(pattern.column, (std::vector<int>{0, 1, 2, 4, 0, 1, 2, 4}));
+  EXPECT_EQ(pattern.column, (RawVector<int>{0, 1, 2, 4, 0, 1, 2, 4}));
 
   const std::vector<double> first{1, 2, 3, 4, 5}, second{10, 20, 30, 40, 50};
   std::vector<double> values(pattern.entries());

@@ -21,5 +21,14 @@ TEST(HostThreads, AreAllThatAreAskedForOnTheHost) {
   }
 }
 
+TEST(HostThreads, OfTheAnalysisAreAllWithADevice) {
+  EXPECT_EQ(analysis_threads(0, Backend::cuda, 16), 16);
+  EXPECT_EQ(analysis_threads(16, Backend::cuda, 16), 16);
+  EXPECT_EQ(analysis_threads(32, Backend::cuda, 16), 16);
+  EXPECT_EQ(analysis_threads(3, Backend::cuda, 16), 3);
+  for (const Backend backend : {Backend::serial, Backend::openmp})
+    EXPECT_EQ(analysis_threads(16, backend, 16), 0);
+}
+
 }  // namespace
 }  // namespace mfs::dae

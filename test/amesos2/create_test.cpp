@@ -235,6 +235,7 @@ TEST(Amesos2Parameters, EveryNameOfTheDocumentation) {
     list.set("IsContiguous", false);
     list.set("Backend", "serial");
     list.set("Threads", 1);
+    list.set("AnalysisThreads", 1);
     list.set("Matching", "never");
     list.set("Scaling", false);
     list.set("MaxBlockSize", 128);

@@ -110,7 +110,9 @@ double floored_error(const SparseMatrix& a, const double* b, const double* x, do
 // With factors of single precision and no refinement there is an error to be seen.
 TEST(Factorization, MeasuresRowsByTheirFloor) {
   for (const StageProblem<double>& problem : problems()) {
-    const SparseMatrix a{problem.plan->n, problem.pattern->offsets, problem.pattern->columns, problem.values};
+    const auto& columns = problem.pattern->columns;
+    const SparseMatrix a{
+        problem.plan->n, problem.pattern->offsets, {columns.begin(), columns.end()}, problem.values};
     in_engine(2, [&] {
       const auto numeric = factorization(problem, HostSpace::openmp, 2, true);
       numeric->factor(1e-4, {});

@@ -8,9 +8,10 @@
 
 namespace mfs::cuda {
 
-/// A multiplier beyond this, of a row that the pivot search left out, makes its front strict: the growth that
-/// kBorderThreshold allows.
-constexpr double kMostGrowth = 1 / kBorderThreshold;
+/// A multiplier beyond this, of a row that the pivot search left out, makes its front strict. Ten times what
+/// kBorderThreshold allows: strict fronts cost up to as much as the factorization, and what such growth takes
+/// from the accuracy of a solve is seen, and mended by refinement.
+constexpr double kMostGrowth = 10 / kBorderThreshold;
 
 constexpr int kTileThreads = 256;
 

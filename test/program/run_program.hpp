@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "test/program/temporary_folder.hpp"
+#include "test_paths.hpp"
 
 struct ProgramRun {
   int code = -1;  ///< exit code; 1000 + signal if it was killed

@@ -184,7 +184,10 @@ class Placer {
                    [](const auto& front) { return front.second; });
   }
 
-  Offset entries(Vertex f) const { return contribution_entries(plan_, f); }
+  // That the block of a front takes.
+  Offset entries(Vertex f) const {
+    return aligned(static_cast<Offset>(plan_.border_rows(f)) * plan_.contribution_ld(f));
+  }
   Offset entries_of(Vertex step) const {
     Offset sum = 0;
     for (Vertex f = plan_.depth_begin[step]; f < plan_.depth_begin[step + 1]; ++f) sum += entries(f);
@@ -200,10 +203,6 @@ class Placer {
 };
 
 }  // namespace
-
-Offset contribution_entries(const SymbolicPlan& plan, Vertex front) {
-  return aligned(static_cast<Offset>(plan.border_rows(front)) * plan.contribution_ld(front));
-}
 
 void place_contributions(SymbolicPlan& plan, const std::vector<Offset>& factors_end,
                          const AssemblyTurns& turns) {

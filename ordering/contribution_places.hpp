@@ -8,9 +8,6 @@
 
 namespace mfs {
 
-/// Entries that the contribution block of a front takes.
-Offset contribution_entries(const SymbolicPlan& plan, Vertex front);
-
 /// Sets contribution_begin, assembly_turn and storage_entries of a plan whose factors have their places.
 /// `factors_end`: where those of each step end.
 void place_contributions(SymbolicPlan& plan, const std::vector<Offset>& factors_end,

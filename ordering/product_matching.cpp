@@ -4,22 +4,17 @@
 #include <cmath>
 #include <complex>
 #include <cstring>
+#include <functional>
 #include <limits>
 #include <utility>
+
+#include "ordering/shared_extremes.hpp"
 
 namespace mfs {
 namespace {
 
 using Distance = std::int64_t;
 constexpr Distance kFar = std::numeric_limits<Distance>::max();
-
-/// target = min(target, value) while other threads do the same: the result does not depend on their order.
-void lower_to(Distance& target, Distance value) {
-  Distance now = __atomic_load_n(&target, __ATOMIC_RELAXED);
-  while (value < now &&
-         !__atomic_compare_exchange_n(&target, &now, value, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
-  }
-}
 
 class Matcher {
  public:
@@ -68,7 +63,9 @@ class Matcher {
   void start_duals() {
 #pragma omp parallel for num_threads(threads_) schedule(static)
     for (Vertex i = 0; i < pattern_.n; ++i)
-      for_entries(i, [&](Offset k, Vertex j) { lower_to(matching_.column_dual[j], costs_[k]); });
+      for_entries(i, [&](Offset k, Vertex j) {
+        improve<Distance>(matching_.column_dual[j], costs_[k], std::less<>());
+      });
     for (Distance& dual : matching_.column_dual) dual = dual == kFar ? 0 : dual;
 #pragma omp parallel for num_threads(threads_) schedule(static)
     for (Vertex i = 0; i < pattern_.n; ++i) {

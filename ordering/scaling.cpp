@@ -5,6 +5,9 @@
 #include <complex>
 #include <cstdlib>
 #include <cstring>
+#include <functional>
+
+#include "ordering/shared_extremes.hpp"
 
 namespace mfs {
 namespace {
@@ -28,14 +31,6 @@ Exponent exponent_of(double magnitude) {
   std::uint64_t bits;
   std::memcpy(&bits, &magnitude, sizeof bits);
   return static_cast<Exponent>(std::max(static_cast<int>(bits >> 52) - 1023, kSmallest));
-}
-
-/// target = max(target, value) while other threads do the same: the result does not depend on their order.
-void raise_to(std::int32_t& target, std::int32_t value) {
-  std::int32_t now = __atomic_load_n(&target, __ATOMIC_RELAXED);
-  while (now < value &&
-         !__atomic_compare_exchange_n(&target, &now, value, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
-  }
 }
 
 /// Moves the scales against half of the excess; tells whether any scale changed.
@@ -80,7 +75,7 @@ LargestEntries largest_entries(const Pattern& pattern, const RawVector<Exponent>
       const Vertex j = pattern.columns[k];
       const std::int32_t scaled = exponents[k] + scaling.row[i] + scaling.column[j];
       row_largest = std::max(row_largest, scaled);
-      raise_to(largest.column[j], scaled);
+      improve(largest.column[j], scaled, std::greater<>());
     }
     largest.row[i] = row_largest;
   }

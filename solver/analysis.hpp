@@ -36,9 +36,10 @@ using PhaseProgress = std::function<void(const char*, double)>;
 /// Check at the door, matching and scaling, ordering, symbolic plan, for a backend that assembles in such
 /// turns. `checked` is called behind the door. Throws as BasicSolver::analyze does.
 template <class Scalar>
-Analysis analyze_matrix(const CsrView<Scalar>& matrix, const AnalysisOptions& options,
-                        const AssemblyTurns& turns, int threads, const PhaseProgress& progress,
-                        const std::function<void(const Pattern&)>& checked);
+Analysis analyze_matrix(
+    const CsrView<Scalar>& matrix, const AnalysisOptions& options, const AssemblyTurns& turns, int threads,
+    const PhaseProgress& progress,
+    const std::function<void(const Pattern&)>& checked = [](const Pattern&) {});
 
 /// Matching, scaling, ordering and plan anew for other values (one per slot of the pattern); the pattern
 /// stays.

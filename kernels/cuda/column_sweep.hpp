@@ -127,8 +127,7 @@ class ColumnSweep {
     constexpr int kLines = kSolveTile / kLine;
     for (int i = threadIdx.x; i < kSolveTile * kLines; i += kSolveThreads) {
       const int entry = i % kLines * kLine, column = i / kLines;
-      if (entry < along && column < apart)
-        asm volatile("prefetch.global.L2 [%0];" ::"l"(panel.base + entry + column * panel.ld));
+      if (entry < along && column < apart) prefetch_line(panel.base + entry + column * panel.ld);
     }
   }
 

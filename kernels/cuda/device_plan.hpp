@@ -65,10 +65,9 @@ struct SolveFront {
 /// Steps [first_step, last_step) of the tile of a front that begins at row `begin`, for the solve: a step is
 /// kSolveTile entries of the vector times what of the factor multiplies them. A tile has kSolveTile rows;
 /// forward, in a border where more tiles than the device can hold would have one step each, up to kTallTile.
-/// Backward, what a long border
-/// needs is cut in parts, so that few large fronts fill the device. All but the last leave their sums in
-/// places of their own; the last takes those from its first place on, does the last steps and finishes the
-/// tile.
+/// Backward, what a long border needs is cut in parts, so that few large fronts fill the device. All but the
+/// last leave their sums in places of their own; the last takes those from its first place on, does the last
+/// steps and finishes the tile.
 struct SolvePart {
   Vertex front, begin;
   Vertex first_step, last_step;

@@ -141,7 +141,7 @@ __device__ void subtract_tall_tile(const DeviceStore<S, Value>& store, const Dev
   load(0);
   constexpr int kLine = 128 / static_cast<int>(sizeof(S));
   if (has_row && threadIdx.x % kLine == 0) {
-    for (int k = kAhead; k < p; ++k) asm volatile("prefetch.global.L2 [%0];" ::"l"(from + k * front.ld));
+    for (int k = kAhead; k < p; ++k) prefetch_line(from + k * front.ld);
   }
   S sum[1] = {S(0)};
   Offset to = 0;

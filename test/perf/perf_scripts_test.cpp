@@ -1,6 +1,10 @@
 // The scripts of perf: the folder that is carried, and the table of depths.
 #include <gmock/gmock.h>
 
+#include <regex>
+#include <string>
+#include <utility>
+
 #include "test/perf/shell.hpp"
 
 namespace {
@@ -63,6 +67,30 @@ TEST(PlotDepths, Plot) {
       shell(kScripts + "plot_depths --png " + png + " " + folder.write("depths.jsonl", kDepths));
   ASSERT_EQ(run.code, 0) << run.err;
   EXPECT_EQ(text_of(png).substr(1, 3), "PNG");
+}
+
+// Of all matrices of a run: a fifth case comes below the first, instead of making the picture wider.
+TEST(PlotDepths, PlotOfManyCases) {
+  if (shell("/usr/bin/python3 -c 'import matplotlib'").code != 0)
+    GTEST_SKIP() << "python3-matplotlib is not there";
+  const TemporaryFolder folder;
+  const auto size_of_plot = [&](int cases) {
+    std::string lines;
+    for (int i = 1; i <= cases; ++i)
+      lines += std::regex_replace(kDepths, std::regex("a:1"), "a:" + std::to_string(i));
+    const std::string png = folder.path("depths.png");
+    const ProgramRun run =
+        shell(kScripts + "plot_depths --png " + png + " " + folder.write("depths.jsonl", lines));
+    EXPECT_EQ(run.code, 0) << run.err;
+    // The header: width and height, four bytes each, the first of them for sizes that no plot has.
+    const std::string header = text_of(png).substr(16, 8);
+    const auto byte = [&](int i) { return static_cast<unsigned char>(header[i]); };
+    return std::pair{byte(2) * 256 + byte(3), byte(6) * 256 + byte(7)};
+  };
+  const auto [width_of_4, height_of_4] = size_of_plot(4);
+  const auto [width_of_5, height_of_5] = size_of_plot(5);
+  EXPECT_EQ(width_of_5, width_of_4);
+  EXPECT_EQ(height_of_5, 2 * height_of_4);
 }
 
 TEST(DeviceTable, RowsOfSolversRatioAndFailure) {

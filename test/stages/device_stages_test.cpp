@@ -270,6 +270,42 @@ TYPED_TEST(DeviceStagesTest, SearchesFurtherWhereTheTileHasNoPivots) {
   });
 }
 
+/// A front whose first column has 1 in its tile and `growth` in the last row of the pivot block.
+StageProblem<double> growth_below_the_tile(double growth) {
+  constexpr Vertex p = 300, b = 50, last = p - 1;
+  Random random(32);
+  std::vector<Entry> entries;
+  for (Vertex i = 0; i < p; ++i) {
+    for (Vertex j = 0; j < p; ++j) {
+      const bool of_the_pair = (i == 0 || i == last) && (j == 0 || j == last);
+      const double entry = i == last && j == 0 ? growth : of_the_pair ? 1.0 : i == j ? 80.0 : 0.0;
+      entries.push_back({i, j, entry});
+    }
+    for (Vertex j = p; j < p + b; ++j) {
+      entries.push_back({i, j, random.entry()});
+      entries.push_back({j, i, random.entry()});
+    }
+  }
+  for (Vertex j = p; j < p + b; ++j) entries.push_back({j, j, 80.0});
+  return two_fronts(p, b, entries, 64);
+}
+
+// Just below and just above 1000, kMostGrowth of kernels/cuda/block_lu.hpp.
+TYPED_TEST(DeviceStagesTest, SearchesFurtherOnlyWhereMultipliersGrowTooMuch) {
+  this->on_device([&] {
+    for (const auto& [growth, strict] : {std::pair<double, int>{999, 0}, {1001, 1}}) {
+      SCOPED_TRACE("growth " + std::to_string(growth));
+      const StageProblem<TypeParam> problem = turned<TypeParam>(growth_below_the_tile(growth));
+      DeviceBench<TypeParam> bench(problem);
+      const FactorStatus status = bench.factor(default_tolerance<TypeParam>());
+      EXPECT_EQ(bench.passes(), 1 + strict);
+      EXPECT_EQ(bench.strict()[0], strict);
+      EXPECT_EQ(status.perturbed, 0u);
+      expect_reference(problem, bench, followed(problem, bench, default_tolerance<TypeParam>()));
+    }
+  });
+}
+
 /// In single precision, what rounding leaves of a weak pivot is not far enough from what is replaced.
 template <class Scalar>
 class DevicePivotsTest : public DeviceStagesTest<Scalar> {};

@@ -15,8 +15,9 @@ namespace mfs::test {
 constexpr double kRuleSlack = 0.5;
 /// Pivots are compared by their leading bits only.
 constexpr double kAsLarge = 1.001;
-/// What rows that were not searched may have as multipliers: 1 / border_threshold.
-constexpr double kMostMultiplier = 100 * kAsLarge;
+/// What rows that were not searched may have as multipliers: kMostGrowth of kernels/cuda/block_lu.hpp, beyond
+/// which the device searches all rows of the front.
+constexpr double kMostMultiplier = 1000 * kAsLarge;
 
 /// Whether `shift` was to be added to pivot k of the front, all columns before being eliminated.
 template <class Scalar>

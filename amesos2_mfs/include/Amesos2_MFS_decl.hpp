@@ -55,6 +55,10 @@ class MFS : public SolverCore<Amesos2::MFS, Matrix, Vector> {
   /// On one rank, with "Backend" "cuda", once a matrix has been factored: matching needs its values on the
   /// host.
   bool takesDeviceValues() const;
+  /// Solves A x = b with both in memory of the CUDA device, one number for each row and for the unknown of
+  /// the same global id, in the order of the rows. `stream`, a cudaStream_t, is where b becomes what it is; x
+  /// is there when the call returns. Throws mfs::StateError unless takesDeviceValues(), and as solve() does.
+  void solveDevice(const double* b, double* x, void* stream = nullptr) const;
 
   /// Throws std::invalid_argument where lengths or numbers of columns do not fit, on all ranks.
   void solve(const Teuchos::Ptr<Vector> X, const Teuchos::Ptr<const Vector> B) const override;

@@ -358,6 +358,11 @@ void RootedSolver::solve(const VectorLayout& b_layout, LocalColumns<const double
   }
 }
 
+void RootedSolver::solve_device(const double* b, double* x, void* stream) {
+  const std::int64_t n = row_gather_.total();
+  on_root([&](Solver& solver) { solver.solve_device(b, x, 1, n, n, stream); }, &row_ids_);
+}
+
 const Report& RootedSolver::report() const {
   static const Report none;
   return solver_ ? solver_->report() : none;

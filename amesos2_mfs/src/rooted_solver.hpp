@@ -123,6 +123,10 @@ class RootedSolver {
   void solve(const VectorLayout& b_layout, LocalColumns<const double> b, const VectorLayout& x_layout,
              LocalColumns<double> x, std::int64_t columns, bool transpose);
 
+  /// One right-hand side on the device, in the order of the rows; `stream` is the caller's. Where
+  /// takes_device_arrays() holds.
+  void solve_device(const double* b, double* x, void* stream);
+
   /// Figures and tree of rank 0; empty on the others.
   const Report& report() const;
   std::vector<DepthSummary> depths() const;

@@ -183,6 +183,14 @@ bool MFS<Matrix, Vector>::takesDeviceValues() const {
 }
 
 template <class Matrix, class Vector>
+void MFS<Matrix, Vector>::solveDevice(const double* b, double* x, void* stream) const {
+  impl_->solver.require_factorization();
+  if (!takesDeviceValues()) throw mfs::StateError("solveDevice: only on one rank, with Backend cuda");
+  MFS_AMESOS2_TIME(solveTime_);
+  impl_->solver.solve_device(b, x, stream);
+}
+
+template <class Matrix, class Vector>
 bool MFS<Matrix, Vector>::loadA_impl(EPhase current_phase) {
   MFS_AMESOS2_TIME(mtxRedistTime_);
   if (current_phase == SYMBFACT) {

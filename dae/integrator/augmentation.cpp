@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <numeric>
 
-#include "dae/integrator/vector_loops.hpp"
+#include "dae/vectors/host_loops.hpp"
 
 namespace mfs::dae {
 

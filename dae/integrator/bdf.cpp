@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
-#include "dae/integrator/formula.hpp"
-#include "dae/integrator/vector_loops.hpp"
+#include "dae/vectors/loops.hpp"
 
 namespace mfs::dae {
 namespace {
@@ -17,12 +17,86 @@ double step_factor(double error, int order) {
   return std::pow(2.0 * error + 1e-4, -1.0 / (order + 1));
 }
 
+struct Clear {
+  double* y;
+  MFS_HOST_DEVICE void operator()(std::size_t i) const { y[i] = 0.0; }
+};
+
+struct Scale {
+  double* y;
+  double factor;
+  MFS_HOST_DEVICE void operator()(std::size_t i) const { y[i] *= factor; }
+};
+
+/// Of all differences, and what each is multiplied by.
+constexpr int kMost = Bdf::kMostOrder + 2;
+
+/// y = phi_0 + sum beta_j phi_j, y' = sum gamma_j beta_j phi_j.
+struct Predict {
+  double *value, *rate;
+  const double* phi[kMost];
+  double beta[kMost], gamma[kMost];
+  int order;
+  MFS_HOST_DEVICE void operator()(std::size_t begin, std::size_t end) const {
+    for (std::size_t i = begin; i < end; ++i) value[i] = phi[0][i];
+    for (std::size_t i = begin; i < end; ++i) rate[i] = 0.0;
+    for (int j = 1; j <= order; ++j)
+      for (std::size_t i = begin; i < end; ++i) {
+        const double difference = beta[j] * phi[j][i];
+        value[i] += difference;
+        rate[i] += gamma[j] * difference;
+      }
+  }
+};
+
+/// The differences of the new time from those of the old one and the correction.
+struct Shift {
+  const double* e;
+  double* above;  ///< phi of order + 1; null: not kept
+  double* phi[kMost];
+  double beta[kMost];
+  int order;
+  MFS_HOST_DEVICE void operator()(std::size_t begin, std::size_t end) const {
+    if (above != nullptr)
+      for (std::size_t i = begin; i < end; ++i) above[i] = e[i];
+    const double* sum = e;
+    for (int j = order; j >= 0; --j) {
+      for (std::size_t i = begin; i < end; ++i) phi[j][i] = sum[i] + beta[j] * phi[j][i];
+      sum = phi[j];
+    }
+  }
+};
+
+/// e and what it would be at one and two orders less.
+struct ThreeErrors {
+  const double *e, *last, *before;
+  double beta_last, beta_before;
+  MFS_HOST_DEVICE Numbers<3> operator()(std::size_t i) const {
+    const double below = e[i] + beta_last * last[i];
+    return {{e[i], below, below + beta_before * before[i]}};
+  }
+};
+
+struct OneError {
+  const double* e;
+  MFS_HOST_DEVICE Numbers<1> operator()(std::size_t i) const { return {{e[i]}}; }
+};
+
+struct ErrorAbove {
+  const double *e, *above;
+  MFS_HOST_DEVICE Numbers<1> operator()(std::size_t i) const { return {{e[i] - above[i]}}; }
+};
+
 }  // namespace
 
-void Bdf::start(const std::vector<double>& y, const std::vector<double>& dy, double h) {
-  phi_.assign(static_cast<std::size_t>(max_order_) + 2, std::vector<double>(y.size(), 0.0));
-  phi_[0] = y;
-  phi_[1] = dy;  // y', until restart_with multiplies it by the first step
+void Bdf::start(Array<double> y, Array<double> dy, double h) {
+  const std::size_t n = y.size();
+  phi_[0] = std::move(y);
+  phi_[1] = std::move(dy);  // y', until restart_with multiplies it by the first step
+  for (int j = 2; j <= max_order_ + 1; ++j) {
+    phi_[j].resize(executor_, n);
+    for_each(executor_, n, Clear{phi_[j].data()});
+  }
   order_ = 1;
   rising_ = true;
   steps_ = last_order_ = unchanged_ = 0;
@@ -33,8 +107,7 @@ void Bdf::start(const std::vector<double>& y, const std::vector<double>& dy, dou
 
 // Nothing but y and y' is known: the first difference is that of the step about to be tried.
 void Bdf::restart_with(double h) {
-  const double factor = step_ > 0.0 ? h / step_ : h;
-  parallel_for(phi_[1].size(), threads_, [&](std::size_t i) { phi_[1][i] *= factor; });
+  for_each(executor_, phi_[1].size(), Scale{phi_[1].data(), step_ > 0.0 ? h / step_ : h});
   step_ = psi_[0] = h;
 }
 
@@ -67,52 +140,37 @@ void Bdf::set_coefficients(double h) {
   error_factor_ = std::max(std::abs(alpha_[k] + leading - sum), alpha_[k]);
 }
 
-void Bdf::predict(double h, std::vector<double>& y, std::vector<double>& dy) {
+void Bdf::predict(double h, Array<double>& y, Array<double>& dy) {
   if (steps_ == 0 && h != step_) restart_with(h);
   step_ = h;
   set_coefficients(h);
-  const auto k = static_cast<std::size_t>(order_);
-  y.resize(phi_[0].size());
-  dy.resize(y.size());
-  parallel_for_parts(y.size(), threads_, [&](std::size_t begin, std::size_t end) {
-    double *const value = y.data(), *const rate = dy.data();
-    std::copy(phi_[0].begin() + begin, phi_[0].begin() + end, value + begin);
-    std::fill(rate + begin, rate + end, 0.0);
-    for (std::size_t j = 1; j <= k; ++j) {
-      const double* const phi = phi_[j].data();
-      const double beta = beta_[j], gamma = gamma_[j];
-      for (std::size_t i = begin; i < end; ++i) {
-        const double difference = beta * phi[i];
-        value[i] += difference;
-        rate[i] += gamma * difference;
-      }
-    }
-  });
+  y.resize(executor_, phi_[0].size());
+  dy.resize(executor_, y.size());
+  Predict predict{y.data(), dy.data(), {}, {}, {}, order_};
+  for (int j = 0; j <= order_; ++j) {
+    predict.phi[j] = phi_[j].data();
+    predict.beta[j] = beta_[j];
+    predict.gamma[j] = gamma_[j];
+  }
+  for_parts(executor_, y.size(), predict);
 }
 
-// Of e and what it would be at one and two orders less.
-Bdf::Sizes Bdf::sizes(const std::vector<double>& e, const std::vector<double>& weights) const {
-  const auto k = static_cast<std::size_t>(order_);
-  const double *const last = phi_[k].data(), *const before = phi_[k - 1].data();
-  const double beta_last = beta_[k], beta_before = beta_[k - 1];
-  return weighted_rms_of<3>(
-      [&](std::size_t i) {
-        const double below = e[i] + beta_last * last[i];
-        return Sizes{e[i], below, below + beta_before * before[i]};
-      },
-      weights, threads_);
+// Of e and what it would be at one and two orders less, as far as these are known.
+std::array<double, 3> Bdf::sizes(const Array<double>& e, const Array<double>& weights) const {
+  if (order_ == 1 || fixed_) return {weighted_rms<1>(executor_, OneError{e.data()}, weights).of[0]};
+  const ThreeErrors errors{e.data(), phi_[order_].data(), phi_[order_ - 1].data(), beta_[order_],
+                           beta_[order_ - 1]};
+  const Numbers<3> sizes = weighted_rms<3>(executor_, errors, weights);
+  return {sizes.of[0], sizes.of[1], sizes.of[2]};
 }
 
-double Bdf::local_error(const std::vector<double>& e, const std::vector<double>& weights) {
+double Bdf::local_error(const Array<double>& e, const Array<double>& weights) {
   const auto k = static_cast<std::size_t>(order_);
-  const bool lower_known = order_ > 1 && !fixed_;
-  const Sizes size = lower_known
-                         ? sizes(e, weights)
-                         : Sizes{weighted_rms([&](std::size_t i) { return e[i]; }, weights, threads_)};
+  const std::array<double, 3> size = sizes(e, weights);
   error_here_ = sigma_[k] * size[0];
   suited_order_ = order_;
   suited_error_ = error_here_;
-  if (lower_known) {
+  if (order_ > 1 && !fixed_) {
     error_below_ = sigma_[k - 1] * size[1];
     const double here = (order_ + 1) * error_here_, below = order_ * error_below_;
     bool lower = below <= 0.5 * here;
@@ -138,22 +196,16 @@ double Bdf::reject(int times) {
   return step_ * (times == 1 ? std::clamp(0.9 * step_factor(suited_error_, order_), 0.25, 0.9) : 0.25);
 }
 
-// The differences of the new time from those of the old one and the correction.
-void Bdf::shift(const std::vector<double>& e) {
-  const auto k = static_cast<std::size_t>(order_);
-  parallel_for_parts(e.size(), threads_, [&](std::size_t begin, std::size_t end) {
-    if (order_ < max_order_) std::copy(e.begin() + begin, e.begin() + end, phi_[k + 1].begin() + begin);
-    const double* sum = e.data();
-    for (std::size_t j = k + 1; j-- > 0;) {
-      double* const phi = phi_[j].data();
-      const double beta = beta_[j];
-      for (std::size_t i = begin; i < end; ++i) phi[i] = sum[i] + beta * phi[i];
-      sum = phi;
-    }
-  });
+void Bdf::shift(const Array<double>& e) {
+  Shift shift{e.data(), order_ < max_order_ ? phi_[order_ + 1].data() : nullptr, {}, {}, order_};
+  for (int j = 0; j <= order_; ++j) {
+    shift.phi[j] = phi_[j].data();
+    shift.beta[j] = beta_[j];
+  }
+  for_parts(executor_, e.size(), shift);
 }
 
-double Bdf::accept(const std::vector<double>& e, const std::vector<double>& weights) {
+double Bdf::accept(const Array<double>& e, const Array<double>& weights) {
   ++steps_;
   if (!fixed_ && (suited_order_ < order_ || order_ == max_order_)) rising_ = false;
   Choice next{order_, step_};
@@ -170,14 +222,13 @@ double Bdf::accept(const std::vector<double>& e, const std::vector<double>& weig
   return next.step;
 }
 
-Bdf::Choice Bdf::choose(const std::vector<double>& e, const std::vector<double>& weights) {
+Bdf::Choice Bdf::choose(const Array<double>& e, const Array<double>& weights) {
   int order = suited_order_;
   double error = suited_error_;
   // The order above is judged only after order + 1 equal steps, and not just after a raise.
   if (order == order_ && order_ < max_order_ && order_ + 1 < next_unchanged_ && order_ - last_order_ != 1) {
-    const auto& above = phi_[static_cast<std::size_t>(order_) + 1];
-    const double error_above =
-        weighted_rms([&](std::size_t i) { return e[i] - above[i]; }, weights, threads_) / (order_ + 2);
+    const ErrorAbove above{e.data(), phi_[order_ + 1].data()};
+    const double error_above = weighted_rms<1>(executor_, above, weights).of[0] / (order_ + 2);
     const double rated_here = (order_ + 1) * error_here_, rated_above = (order_ + 2) * error_above;
     if (order_ > 1 && order_ * error_below_ <= std::min(rated_here, rated_above)) {
       order = order_ - 1;

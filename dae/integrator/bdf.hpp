@@ -14,7 +14,9 @@
 #pragma once
 
 #include <array>
-#include <vector>
+#include <cstddef>
+
+#include "dae/vectors/executor.hpp"
 
 namespace mfs::dae {
 
@@ -22,43 +24,44 @@ class Bdf {
  public:
   static constexpr int kMostOrder = 5;
 
-  /// `fixed`: the order rises to `max_order` and stays, whatever the error; steps may grow slowly. `threads`:
-  /// as in IntegratorOptions.
-  Bdf(int max_order, bool fixed, int threads) : max_order_(max_order), fixed_(fixed), threads_(threads) {}
+  /// `fixed`: the order rises to `max_order` and stays, whatever the error; steps may grow slowly. All
+  /// vectors are those of `executor`, which has to live as long.
+  Bdf(int max_order, bool fixed, const Executor& executor)
+      : max_order_(max_order), fixed_(fixed), executor_(executor) {}
 
-  /// Forgets the past. `dy` = y'; `h`: the step that is going to be tried.
-  void start(const std::vector<double>& y, const std::vector<double>& dy, double h);
+  /// Forgets the past, takes y and `dy` = y'; `h`: the step that is going to be tried.
+  void start(Array<double> y, Array<double> dy, double h);
 
   /// Predicts y and y' at t + h by the present order. Nothing changes until `accept`.
-  void predict(double h, std::vector<double>& y, std::vector<double>& dy);
+  void predict(double h, Array<double>& y, Array<double>& dy);
   double rate() const { return rate_; }  ///< c = 1/h' of the last prediction
   int order() const { return order_; }
 
   /// Local error of the step with correction `e` = y - y_p, in units of what `weights` allow: at most 1 is
   /// good. Says also what `reject` and `accept` are going to do.
-  double local_error(const std::vector<double>& e, const std::vector<double>& weights);
+  double local_error(const Array<double>& e, const Array<double>& weights);
   /// The step to try next, after the error was too large for the `times`-th time (1, 2, ...) in one step.
   double reject(int times);
   /// Goes on to the new time with correction `e`; returns the step that suits it. After local_error(e).
-  double accept(const std::vector<double>& e, const std::vector<double>& weights);
+  double accept(const Array<double>& e, const Array<double>& weights);
 
  private:
   using Coefficients = std::array<double, kMostOrder + 2>;
-  using Sizes = std::array<double, 3>;
-  Sizes sizes(const std::vector<double>& e, const std::vector<double>& weights) const;
+  using Differences = std::array<Array<double>, kMostOrder + 2>;
+  std::array<double, 3> sizes(const Array<double>& e, const Array<double>& weights) const;
   void restart_with(double h);
   void set_coefficients(double h);
-  void shift(const std::vector<double>& e);
+  void shift(const Array<double>& e);
   struct Choice {
     int order;
     double step;
   };
   /// The order and the step after this one.
-  Choice choose(const std::vector<double>& e, const std::vector<double>& weights);
+  Choice choose(const Array<double>& e, const Array<double>& weights);
 
   int max_order_;
   bool fixed_;
-  int threads_;
+  const Executor& executor_;
   int order_ = 1;
   bool rising_ = true;  ///< the first steps: order and step grow at each
   int steps_ = 0;
@@ -68,7 +71,7 @@ class Bdf {
   double rate_ = 0.0, error_factor_ = 0.0;
   Coefficients psi_{}, next_psi_{};  ///< times between the new value and earlier ones
   Coefficients alpha_{}, beta_{}, gamma_{}, sigma_{};
-  std::vector<std::vector<double>> phi_;
+  Differences phi_;                              ///< up to max_order + 1
   double error_here_ = 0.0, error_below_ = 0.0;  ///< |error| of orders k, k - 1
   int suited_order_ = 1;
   double suited_error_ = 0.0;

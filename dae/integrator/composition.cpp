@@ -9,7 +9,7 @@
 
 #include <mfs/error.hpp>
 
-#include "dae/integrator/vector_loops.hpp"
+#include "dae/vectors/host_loops.hpp"
 
 namespace mfs::dae {
 

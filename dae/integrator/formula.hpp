@@ -12,16 +12,15 @@
 #pragma once
 
 #include <memory>
-#include <vector>
 
-#include "dae/integrator/integrator.hpp"
+#include "dae/integrator/step_state.hpp"
 
 namespace mfs::dae {
 
 struct StepRelation {
   double t = 0.0;                     ///< the new time
   double v_by_a = 0.0, q_by_v = 0.0;  ///< s
-  std::vector<double> q, v, a;        ///< q0, v0, a0
+  Array<double> q, v, a;              ///< q0, v0, a0
   double q_by_a() const { return q_by_v * v_by_a; }
 };
 
@@ -29,18 +28,19 @@ class Formula {
  public:
   virtual ~Formula() = default;
   /// Forgets the past; `h` is the step that is going to be tried.
-  virtual void start(const State& state, double h) = 0;
+  virtual void start(const StepState& state, double h) = 0;
   /// The relation at the last accepted time + h.
   virtual void predict(double h, StepRelation& relation) = 0;
   virtual int order() const = 0;
   /// Local error of a step that ends in `state`, in units of what is allowed. `weights` belong to [q, v].
-  virtual double local_error(const State& state, const std::vector<double>& weights) = 0;
+  virtual double local_error(const StepState& state, const Array<double>& weights) = 0;
   /// The step to try next, after the local error was too large for the `times`-th time in one step.
   virtual double reject(int times) = 0;
   /// Goes on to `state`; returns the step that suits next. After local_error(state).
-  virtual double accept(const State& state, const std::vector<double>& weights) = 0;
+  virtual double accept(const StepState& state, const Array<double>& weights) = 0;
 };
 
-std::unique_ptr<Formula> make_formula(const IntegratorOptions& options);
+/// All vectors are those of `executor`, which has to live as long.
+std::unique_ptr<Formula> make_formula(const IntegratorOptions& options, const Executor& executor);
 
 }  // namespace mfs::dae

@@ -17,7 +17,9 @@
 #include "dae/integrator/newton.hpp"
 #include "dae/integrator/partition.hpp"
 #include "dae/integrator/step_equations.hpp"
-#include "dae/integrator/vector_loops.hpp"
+#include "dae/integrator/step_state.hpp"
+#include "dae/integrator/vector_operations.hpp"
+#include "dae/vectors/loops.hpp"
 #include "ordering/stopwatch.hpp"
 
 namespace mfs::dae {
@@ -105,6 +107,33 @@ void rethrow_if_final(const std::exception_ptr& thrown) {
   }
 }
 
+/// Error weights of [q, v].
+struct SetWeights {
+  const double *q, *v, *scale;
+  double* weights;
+  std::size_t n;
+  double rtol, atol_position, atol_velocity;
+  MFS_HOST_DEVICE void operator()(std::size_t i) const {
+    weights[i] = rtol * std::abs(q[i]) + atol_position * scale[i];
+    weights[n + i] = rtol * std::abs(v[i]) + atol_velocity * scale[i];
+  }
+};
+
+/// [v, a], the derivatives of [q, v].
+struct Rates {
+  const double *v, *a;
+  std::size_t n;
+  MFS_HOST_DEVICE Numbers<1> operator()(std::size_t i) const { return {{i < n ? v[i] : a[i - n]}}; }
+};
+
+/// On the line through two values at the ends of the last step, `ratio` steps after it.
+struct Extrapolate {
+  const double *now, *before;
+  double* then;
+  double ratio;
+  MFS_HOST_DEVICE void operator()(std::size_t i) const { then[i] = now[i] + (now[i] - before[i]) * ratio; }
+};
+
 }  // namespace
 
 class Integrator::Impl {
@@ -155,18 +184,35 @@ class Integrator::Impl {
     system_ = filtered_ ? static_cast<const ConstrainedSystem*>(&*filtered_) : &given_;
     for (const int row : redundant) report_.redundant.push_back(given_.constraint_name(row));
 
-    state_ = consistent_motion(*system_, options_, std::move(given));
+    choose_executor();
+    assign(*executor_, consistent_motion(*system_, options_, std::move(given)), state_);
+    scale_there_.assign(*executor_, scale_);
     report_.coordinates = system_->coordinates();
     report_.constraints = system_->constraints();
     choose_coordinates();
     newton_->find_accelerations(state_, kTypicalStep * (t_end_ - state_.t));
-    last_lambda_ = state_.lambda;
     last_lambda_step_ = 0.0;
     check_redundant();
     set_weights();
     step_ = first_step();
-    formula_ = make_formula(options_);
+    formula_ = make_formula(options_, *executor_);
     formula_->start(state_, step_);
+  }
+
+  /// Vectors lie on the device where the system takes them there.
+  void choose_executor() {
+    newton_.reset();
+    equations_.reset();
+    formula_.reset();
+    remote_.reset();
+    for (auto* state : {&state_, &next_}) *state = StepState();
+    relation_ = StepRelation();
+    for (auto* array : {&weights_, &scale_there_, &last_lambda_, &lambda_}) *array = Array<double>();
+    if (options_.backend == Backend::cuda) {
+      executor_ = std::make_unique<Executor>(Executor::Place::device, options_.threads);
+      remote_ = system_->remote_residual(*executor_);
+    }
+    if (!remote_) executor_ = std::make_unique<Executor>(Executor::Place::host, options_.threads);
   }
 
   /// Independent coordinates, and all that depends on which they are.
@@ -177,12 +223,12 @@ class Integrator::Impl {
     equations_.reset();
     if (bdf) {
       const Pattern& pattern = system_->tangent_pattern()[Block::position_q];
-      partition_.emplace(pattern, constraint_gradient(*system_, state_.t, state_.q), scale_,
-                         options_.threads);
+      partition_.emplace(pattern, constraint_gradient(*system_, state_.t, state_.q.on_host(*executor_)),
+                         scale_, options_.threads);
       independent = partition_->independent();
     }
-    equations_.emplace(*system_, options_.unknowns, bdf, independent, options_.threads);
-    newton_ = std::make_unique<Newton>(*equations_, options_, report_);
+    equations_.emplace(*system_, options_.unknowns, bdf, independent, *executor_, remote_.get());
+    newton_ = std::make_unique<Newton>(*equations_, options_, *executor_, report_);
     judged_jacobians_ = report_.jacobians;
     report_.unknowns = equations_->size();
     report_.entries = static_cast<std::int64_t>(equations_->pattern().entries());
@@ -192,20 +238,18 @@ class Integrator::Impl {
   /// Error weights of [q, v] at the present state.
   void set_weights() {
     const std::size_t n = scale_.size();
-    weights_.resize(2 * n);
-    parallel_for(n, options_.threads, [&](std::size_t i) {
-      weights_[i] = options_.rtol * std::abs(state_.q[i]) + options_.atol_position * scale_[i];
-      weights_[n + i] = options_.rtol * std::abs(state_.v[i]) + options_.atol_velocity * scale_[i];
-    });
+    weights_.resize(*executor_, 2 * n);
+    for_each(*executor_, n,
+             SetWeights{state_.q.data(), state_.v.data(), scale_there_.data(), weights_.data(), n,
+                        options_.rtol, options_.atol_position, options_.atol_velocity});
   }
 
   double first_step() const {
     if (options_.initial_step > 0.0) return options_.initial_step;
     if (options_.fixed_step > 0.0) return options_.fixed_step;
-    const std::size_t n = scale_.size();
-    const auto rate = [&](std::size_t i) { return i < n ? state_.v[i] : state_.a[i - n]; };
+    const Rates rates{state_.v.data(), state_.a.data(), scale_.size()};
     return 1.0 / std::max(1.0 / (kTypicalStep * (t_end_ - state_.t)),
-                          2.0 * weighted_rms(rate, weights_, options_.threads));
+                          2.0 * weighted_rms<1>(*executor_, rates, weights_).of[0]);
   }
 
   double smallest_step() const {
@@ -265,7 +309,7 @@ class Integrator::Impl {
     report_.newton_iterations += line.newton_iterations;
     line.wall = elapsed() - began;
     report_.time_total = elapsed();
-    tell([&] { observer.step(line, whole_state()); });
+    tell([&] { observer.step(line, [&]() -> const State& { return whole_state(); }); });
   }
 
   void note(const Newton::Outcome& outcome, StepReport& line) {
@@ -288,7 +332,7 @@ class Integrator::Impl {
     // A step that was shortened to meet an output says nothing against the one that was wanted.
     step_ = h < wanted && suited >= h ? std::max(wanted, suited) : suited;
     std::swap(state_, next_);
-    last_lambda_ = next_.lambda;
+    std::swap(last_lambda_, next_.lambda);
     last_lambda_step_ = h;
     set_weights();
     check_redundant();
@@ -299,20 +343,18 @@ class Integrator::Impl {
   }
 
   /// Multipliers at the end of a step of `h`, where Newton's method starts.
-  std::vector<double> extrapolated_multipliers(double h) const {
-    std::vector<double> lambda = state_.lambda;
-    if (last_lambda_step_ > 0.0)
-      for (std::size_t k = 0; k < lambda.size(); ++k)
-        lambda[k] += (lambda[k] - last_lambda_[k]) * h / last_lambda_step_;
-    return lambda;
+  const Array<double>& extrapolated_multipliers(double h) {
+    if (last_lambda_step_ == 0.0) return state_.lambda;
+    lambda_.resize(*executor_, state_.lambda.size());
+    for_each(*executor_, lambda_.size(),
+             Extrapolate{state_.lambda.data(), last_lambda_.data(), lambda_.data(), h / last_lambda_step_});
+    return lambda_;
   }
 
   void check_redundant() const {
     if (!filtered_) return;
     Residual residual = make_residual(*filtered_);
-    filtered_->evaluate(
-        StateView{state_.t, state_.q.data(), state_.v.data(), state_.a.data(), state_.lambda.data()},
-        residual);
+    filtered_->evaluate(view(state_), residual);  // it has no remote residual: the state is on the host
     // Only as exact as those that it follows from.
     constexpr double kFactor = 100.0;
     filtered_->check_redundant(state_.t, kFactor * options_.constraint_position,
@@ -322,8 +364,7 @@ class Integrator::Impl {
 
   /// The state with multipliers of all constraints; those left out have none.
   const State& whole_state() {
-    if (redundant_.empty()) return state_;
-    whole_ = state_;
+    whole_ = on_host(*executor_, state_);
     for (const int row : redundant_) whole_.lambda.insert(whole_.lambda.begin() + row, 0.0);
     return whole_;
   }
@@ -347,17 +388,20 @@ class Integrator::Impl {
   std::vector<int> redundant_;
   std::optional<IndependentConstraints> filtered_;
   const ConstrainedSystem* system_ = nullptr;  ///< the one given, or the filtered one
+  std::unique_ptr<Executor> executor_;
+  std::unique_ptr<RemoteResidual> remote_;
   std::optional<Partition> partition_;
   std::optional<StepEquations> equations_;
   std::unique_ptr<Newton> newton_;
   std::unique_ptr<Formula> formula_;
 
-  State state_, whole_;
-  State next_;  ///< what a step arrives at; afterwards the state before it
+  StepState state_;
+  State whole_;
+  StepState next_;  ///< what a step arrives at; afterwards the state before it
   StepRelation relation_;
-  std::int64_t judged_jacobians_ = 0;  ///< at how many of them the choice of coordinates was looked at
-  std::vector<double> weights_;        ///< of [q, v]
-  std::vector<double> last_lambda_;
+  std::int64_t judged_jacobians_ = 0;    ///< at how many of them the choice of coordinates was looked at
+  Array<double> weights_, scale_there_;  ///< of [q, v]; of the coordinates
+  Array<double> last_lambda_, lambda_;   ///< of the step before; where Newton's method starts
   double last_lambda_step_ = 0.0;
   double step_ = 0.0;  ///< wanted next
 };

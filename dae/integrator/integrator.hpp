@@ -18,6 +18,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -121,8 +122,8 @@ struct IntegrationReport {
 class Observer {
  public:
   virtual ~Observer() = default;
-  /// After each accepted step.
-  virtual void step(const StepReport&, const State&) {}
+  /// After each accepted step; `state()` fetches where the system is then.
+  virtual void step(const StepReport&, const std::function<const State&()>& /*state*/) {}
   /// At t0, if it is among the outputs, and at each later output time.
   virtual void output(const State&) {}
 };

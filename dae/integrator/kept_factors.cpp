@@ -11,6 +11,7 @@
 #include <Thyra_TpetraThyraWrappers.hpp>
 #include <Tpetra_CrsMatrix.hpp>
 
+#include "dae/integrator/executor_vector.hpp"
 #include "ordering/stopwatch.hpp"
 
 namespace mfs::dae {
@@ -81,10 +82,12 @@ RCP<Factory> make_fgmres(const IntegratorOptions& options) {
 
 class KeptSolve : public Thyra::LinearOpWithSolveBase<double> {
  public:
-  KeptSolve(RCP<const Factory> direct, RCP<const Factory> krylov, Backend backend, LinearSolves& solves)
+  KeptSolve(RCP<const Factory> direct, RCP<const Factory> krylov, Backend backend, const Executor& executor,
+            LinearSolves& solves)
       : direct_(std::move(direct)),
         krylov_(std::move(krylov)),
         backend_(backend),
+        executor_(executor),
         factors_(direct_->createOp()),
         solves_(solves) {}
 
@@ -127,19 +130,16 @@ class KeptSolve : public Thyra::LinearOpWithSolveBase<double> {
     return transpose == Thyra::NOTRANS;
   }
   Thyra::SolveStatus<double> solveImpl(
-      const Thyra::EOpTransp transpose, const Vectors& h, const Ptr<Vectors>& x,
+      const Thyra::EOpTransp /*transpose*/, const Vectors& h, const Ptr<Vectors>& x,
       const Ptr<const Thyra::SolveCriteria<double>> /*criteria*/) const override {
-    if (right_side_.is_null()) right_side_ = Thyra::createMember(h.range());
-    solves_.right_side(Convert::getConstTpetraVector(h.col(0))->getData().getRawPtr(),
-                       Convert::getTpetraVector(right_side_)->getDataNonConst().getRawPtr());
-    const Vectors& b = *right_side_;
-    if (iterating_ && (krylov_spent_ >= krylov_budget_ || !iterate(b, x))) {
+    make_room();
+    solves_.right_side(ExecutorVector::of(h).data(), right_side());
+    if (iterating_ && (krylov_spent_ >= krylov_budget_ || !iterate())) {
       iterating_ = false;
       factor();
     }
-    if (!iterating_)
-      noting_failure([&] { timed(solves_.time_solve, [&] { factors_->solve(transpose, b, x); }); });
-    solves_.correct(Convert::getTpetraVector(x->col(0))->getDataNonConst().getRawPtr());
+    if (!iterating_) noting_failure([&] { timed(solves_.time_solve, [&] { solve_directly(); }); });
+    solves_.correct(solution(), ExecutorVector::of(*x).data());
     Thyra::SolveStatus<double> status;
     status.solveStatus = Thyra::SOLVE_STATUS_CONVERGED;
     return status;
@@ -202,11 +202,39 @@ class KeptSolve : public Thyra::LinearOpWithSolveBase<double> {
       solves_.bring_values();
   }
 
-  bool iterate(const Vectors& b, const Ptr<Vectors>& x) const {
-    Thyra::assign(x, 0.0);
+  void make_room() const {
+    if (b_.is_null()) {
+      b_ = Thyra::createMember(range());
+      x_ = Thyra::createMember(range());
+    }
+    if (!executor_.on_device()) return;
+    right_side_.resize(executor_, size());
+    solution_.resize(executor_, size());
+  }
+  std::size_t size() const { return static_cast<std::size_t>(b_->space()->dim()); }
+  static double* numbers(const RCP<Thyra::VectorBase<double>>& vector) {
+    return Convert::getTpetraVector(vector)->getDataNonConst().getRawPtr();
+  }
+  /// With the executor.
+  double* right_side() const { return executor_.on_device() ? right_side_.data() : numbers(b_); }
+  double* solution() const { return executor_.on_device() ? solution_.data() : numbers(x_); }
+
+  void solve_directly() const {
+    if (executor_.on_device())
+      solver()->solveDevice(right_side(), solution(), executor_.stream());
+    else
+      factors_->solve(Thyra::NOTRANS, *b_, x_.ptr());
+  }
+
+  bool iterate() const {
+    const std::size_t bytes = size() * sizeof(double);
+    if (executor_.on_device()) executor_.to_host(numbers(b_), right_side(), bytes);
+    Thyra::assign(x_.ptr(), 0.0);
     Thyra::SolveStatus<double> status;
-    noting_failure(
-        [&] { timed(solves_.time_solve, [&] { status = iterative_->solve(Thyra::NOTRANS, b, x); }); });
+    noting_failure([&] {
+      timed(solves_.time_solve, [&] { status = iterative_->solve(Thyra::NOTRANS, *b_, x_.ptr()); });
+    });
+    if (executor_.on_device()) executor_.from_host(solution(), numbers(x_), bytes);
     ++solves_.krylov_solves;
     krylov_spent_ += status.extraParameters->get<int>("Iteration Count");
     return status.solveStatus == Thyra::SOLVE_STATUS_CONVERGED;
@@ -214,11 +242,13 @@ class KeptSolve : public Thyra::LinearOpWithSolveBase<double> {
 
   RCP<const Factory> direct_, krylov_;
   Backend backend_;
+  const Executor& executor_;
   RCP<Thyra::LinearOpWithSolveBase<double>> factors_, iterative_;
   LinearSolves& solves_;
   RCP<const Source> source_;
   // A solve is const for Thyra, but it may have to factor.
-  mutable RCP<Thyra::VectorBase<double>> right_side_;
+  mutable RCP<Thyra::VectorBase<double>> b_, x_;  ///< Tpetra's, for Belos and the solver on the host
+  mutable Array<double> right_side_, solution_;   ///< on a device, for the solver there
   mutable bool iterating_ = false;
   mutable int analyses_ = 0;
   mutable double krylov_spent_ = 0, krylov_budget_ = 0;  ///< steps since, and worth, a factorization
@@ -226,9 +256,9 @@ class KeptSolve : public Thyra::LinearOpWithSolveBase<double> {
 
 class KeptFactorsFactory : public Factory {
  public:
-  KeptFactorsFactory(const IntegratorOptions& options, LinearSolves& solves)
+  KeptFactorsFactory(const IntegratorOptions& options, const Executor& executor, LinearSolves& solves)
       : direct_(make_mfs(options)),
-        op_(rcp(new KeptSolve(direct_, make_fgmres(options), options.backend, solves))) {}
+        op_(rcp(new KeptSolve(direct_, make_fgmres(options), options.backend, executor, solves))) {}
 
   bool isCompatible(const Source& source) const override { return direct_->isCompatible(source); }
   RCP<Thyra::LinearOpWithSolveBase<double>> createOp() const override { return op_; }
@@ -262,8 +292,9 @@ class KeptFactorsFactory : public Factory {
 
 }  // namespace
 
-RCP<Factory> make_kept_factors(const IntegratorOptions& options, LinearSolves& solves) {
-  return rcp(new KeptFactorsFactory(options, solves));
+RCP<Factory> make_kept_factors(const IntegratorOptions& options, const Executor& executor,
+                               LinearSolves& solves) {
+  return rcp(new KeptFactorsFactory(options, executor, solves));
 }
 
 }  // namespace mfs::dae

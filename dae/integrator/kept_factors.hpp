@@ -15,6 +15,7 @@
 
 #include "dae/integrator/integrator.hpp"
 #include "dae/mechanics/constrained_system.hpp"
+#include "dae/vectors/executor.hpp"
 
 namespace mfs::dae {
 
@@ -27,8 +28,8 @@ struct LinearSolves {
   bool factor_next = true;                ///< a new matrix is not to be solved by FGMRES
   /// Makes the right-hand side b of a system with the matrix from the residual h.
   std::function<void(const double* h, double* b)> right_side;
-  /// Makes a correction of a solution, in its place.
-  std::function<void(double* x)> correct;
+  /// Makes the correction x of a solution.
+  std::function<void(const double* solution, double* x)> correct;
   // Told by the solver.
   bool factored = false;       ///< there are factors of some matrix
   std::exception_ptr failure;  ///< what an evaluation, a factorization or a solve threw last
@@ -37,9 +38,10 @@ struct LinearSolves {
   double time_analysis = 0, time_factor = 0, time_solve = 0;  ///< s
 };
 
-/// `solves` is shared with Newton's method and has to live as long. There is one matrix, so createOp()
-/// returns the same object each time.
+/// `executor`, whose vectors all are, and `solves`, shared with Newton's method, have to live as long. There
+/// is one matrix, so createOp() returns the same object each time.
 Teuchos::RCP<Thyra::LinearOpWithSolveFactoryBase<double>> make_kept_factors(const IntegratorOptions& options,
+                                                                            const Executor& executor,
                                                                             LinearSolves& solves);
 
 }  // namespace mfs::dae

@@ -17,9 +17,10 @@
 
 #include <mfs/error.hpp>
 
+#include "dae/integrator/executor_vector.hpp"
 #include "dae/integrator/kept_factors.hpp"
-#include "dae/integrator/threaded_vector.hpp"
-#include "dae/integrator/vector_loops.hpp"
+#include "dae/integrator/newton_norms.hpp"
+#include "dae/vectors/host_loops.hpp"
 #include "ordering/stopwatch.hpp"
 
 namespace mfs::dae {
@@ -28,10 +29,8 @@ namespace {
 using Teuchos::RCP;
 using Teuchos::rcp;
 using Matrix = Tpetra::CrsMatrix<double>;
-using Vector = Tpetra::Vector<double>;
 using Map = Tpetra::Map<>;
 using Evaluator = Thyra::ModelEvaluatorBase;
-using Convert = Thyra::TpetraOperatorVectorExtraction<double>;
 
 /// Corrections have to shrink at least by this factor each, or the search ends without success (DASSL's 0.9).
 constexpr double kDivergence = 0.9;
@@ -79,31 +78,31 @@ RCP<Matrix> make_matrix(const Pattern& pattern, int threads) {
 class StepModel : public Thyra::StateFuncModelEvaluatorBase<double> {
  public:
   StepModel(const StepEquations& equations, RCP<const Thyra::LinearOpWithSolveFactoryBase<double>> solver,
-            LinearSolves& solves, IntegrationReport& report, int threads)
+            LinearSolves& solves, IntegrationReport& report, const Executor& executor)
       : equations_(equations),
-        matrix_(make_matrix(equations.pattern(), threads)),
+        matrix_(make_matrix(equations.pattern(), executor.threads())),
         space_(Thyra::tpetraVectorSpace<double>(matrix_->getRowMap())),
         solver_(std::move(solver)),
         solves_(solves),
         report_(report),
-        threads_(threads) {}
+        executor_(executor) {}
 
   void set_relation(const StepRelation& relation) { relation_ = &relation; }
   /// The next Jacobian that NOX asks for is evaluated; otherwise the old one stays.
   void want_jacobian() { wanted_ = true; }
 
-  RCP<ThreadedVector> make_vector() const {
-    const auto x = rcp(new ThreadedVector(space_, threads_));
+  RCP<ExecutorVector> make_vector() const {
+    const auto x = rcp(new ExecutorVector(space_, executor_));
     x->assign(0.0);
     return x;
   }
   /// x of the prediction, in the one array for it.
-  RCP<Thyra::VectorBase<double>> predicted(const std::vector<double>& lambda) {
+  RCP<Thyra::VectorBase<double>> predicted(const Array<double>& lambda) {
     if (predicted_.is_null()) predicted_ = make_vector();
-    equations_.pack(*relation_, lambda, predicted_->data());
+    equations_.pack(*relation_, lambda.data(), predicted_->data());
     return predicted_;
   }
-  void evaluate_jacobian(const State& state, const StepRelation& relation) const {
+  void evaluate_jacobian(const StepState& state, const StepRelation& relation) const {
     equations_.jacobian(state, relation, matrix_values());
     solves_.new_matrix = true;
     ++report_.jacobians;
@@ -116,9 +115,9 @@ class StepModel : public Thyra::StateFuncModelEvaluatorBase<double> {
   /// Of the matrix that NOX and the solver know.
   double* matrix_values() const { return matrix_->getLocalMatrixHost().values.data(); }
   /// Where H was evaluated last: once NOX has given an iterate to be tested, that iterate.
-  const State& state() const { return state_; }
+  const StepState& state() const { return state_; }
   /// Gives it away for another one, whose arrays are used again.
-  void exchange_state(State& other) { std::swap(state_, other); }
+  void exchange_state(StepState& other) { std::swap(state_, other); }
 
   RCP<const Thyra::VectorSpaceBase<double>> get_x_space() const override { return space_; }
   RCP<const Thyra::VectorSpaceBase<double>> get_f_space() const override { return space_; }
@@ -154,10 +153,9 @@ class StepModel : public Thyra::StateFuncModelEvaluatorBase<double> {
     if (out.get_f().is_null() && !jacobian) return;
     const Stopwatch watch;
     try {
-      equations_.unpack(Convert::getConstTpetraVector(in.get_x())->getData().getRawPtr(), *relation_, state_);
+      equations_.unpack(ExecutorVector::of(*in.get_x()).data(), *relation_, state_);
       if (!out.get_f().is_null())
-        equations_.residual(state_, *relation_,
-                            Convert::getTpetraVector(out.get_f())->getDataNonConst().getRawPtr());
+        equations_.residual(state_, *relation_, ExecutorVector::of(*out.get_f()).data());
       if (jacobian) {
         evaluate_jacobian(state_, *relation_);
         wanted_ = false;
@@ -174,27 +172,28 @@ class StepModel : public Thyra::StateFuncModelEvaluatorBase<double> {
 
   const StepEquations& equations_;
   RCP<Matrix> matrix_;
-  RCP<const ThreadedVector::Space> space_;
+  RCP<const ExecutorVector::Space> space_;
   RCP<const Thyra::LinearOpWithSolveFactoryBase<double>> solver_;
   LinearSolves& solves_;
   IntegrationReport& report_;
-  int threads_;
-  RCP<ThreadedVector> predicted_;
+  const Executor& executor_;
+  RCP<ExecutorVector> predicted_;
   const StepRelation* relation_ = nullptr;
   // Evaluation is const for Thyra.
-  mutable State state_;
+  mutable StepState state_;
   mutable bool wanted_ = true;
 };
 
 /// Ends the search, or asks for a new Jacobian.
 class NewtonTest : public NOX::StatusTest::Generic {
  public:
-  NewtonTest(const StepEquations& equations, StepModel& model, const IntegratorOptions& options)
-      : equations_(equations), model_(model), options_(options) {}
+  NewtonTest(const StepEquations& equations, StepModel& model, const IntegratorOptions& options,
+             const Executor& executor)
+      : equations_(equations), model_(model), options_(options), executor_(executor) {}
 
   /// Before a search. `fresh`: with a new Jacobian; otherwise corrections by the kept one are expected to
   /// shrink by `rate`, if not more slowly.
-  void start(const std::vector<double>& weights, bool fresh, double rate) {
+  void start(const Array<double>& weights, bool fresh, double rate) {
     weights_ = &weights;
     // What was seen in an earlier step says less the older the matrix gets.
     left_over_ = fresh ? kUnknownRate : std::max({2.0 * left_over_, rate / (1.0 - rate), kLeastLeftOver});
@@ -229,27 +228,11 @@ class NewtonTest : public NOX::StatusTest::Generic {
   /// False: something is not a number.
   bool measure(const NOX::Abstract::Group& group, bool first) {
     const auto& f = dynamic_cast<const NOX::Thyra::Vector&>(group.getF()).getThyraVector();
-    const State& state = model_.state();
-    const std::size_t n = state.q.size();
-    const auto y = [&](std::size_t i) { return i < n ? state.q[i] : state.v[i - n]; };
-    const auto h = Convert::getConstTpetraVector(Teuchos::rcpFromRef(f))->getData();
-    const auto largest = [&](int begin, int end) {
-      const double* const values = h.getRawPtr() + begin;
-      return parallel_fold(
-          static_cast<std::size_t>(end - begin), options_.threads, 0.0,
-          [&](std::size_t i) { return std::isfinite(values[i]) ? std::abs(values[i]) : HUGE_VAL; },
-          [](double a, double b) { return std::max(a, b); });
-    };
-    residual_ = largest(0, equations_.size());
-    const int m = static_cast<int>(state.lambda.size());
-    for (int level = 0; level < equations_.levels(); ++level) {
-      const int row = equations_.first_constraint() + level * m;
-      violation_[level] = largest(row, row + m);
-    }
-    y_.resize(2 * n);
-    last_correction_ = correction_;
-    const auto change = [&](std::size_t i) { return y(i) - std::exchange(y_[i], y(i)); };
-    correction_ = weighted_rms(change, *weights_, options_.threads);
+    const NewtonNorms norms =
+        newton_norms(executor_, equations_, ExecutorVector::of(f).data(), model_.state(), *weights_, y_);
+    residual_ = norms.residual;
+    violation_ = norms.violation;
+    last_correction_ = std::exchange(correction_, norms.correction);
     return std::isfinite(residual_) && (first || std::isfinite(correction_));
   }
 
@@ -275,8 +258,9 @@ class NewtonTest : public NOX::StatusTest::Generic {
   const StepEquations& equations_;
   StepModel& model_;
   const IntegratorOptions& options_;
-  const std::vector<double>* weights_ = nullptr;
-  std::vector<double> y_;  ///< [q, v] before the last correction
+  const Executor& executor_;
+  const Array<double>* weights_ = nullptr;
+  Array<double> y_;  ///< [q, v] before the last correction
   NOX::StatusTest::StatusType status_ = NOX::StatusTest::Unevaluated;
   int since_jacobian_ = 0;  ///< corrections by the present Jacobian, in this search
   double correction_ = 0.0, last_correction_ = 0.0, rate_ = 0.0, left_over_ = kUnknownRate;
@@ -302,23 +286,28 @@ RCP<Teuchos::ParameterList> newton_parameters() {
 
 class Newton::Impl {
  public:
-  Impl(const StepEquations& equations, const IntegratorOptions& options, IntegrationReport& report)
+  Impl(const StepEquations& equations, const IntegratorOptions& options, const Executor& executor,
+       IntegrationReport& report)
       : equations_(equations),
         options_(options),
         report_(report),
-        model_(rcp(
-            new StepModel(equations, make_kept_factors(options, solves_), solves_, report, options.threads))),
-        test_(rcp(new NewtonTest(equations, *model_, options))) {
-    solves_.correct = [this](double* x) { equations_.correct(*relation_, x); };
+        model_(rcp(new StepModel(equations, make_kept_factors(options, executor, solves_), solves_, report,
+                                 executor))),
+        test_(rcp(new NewtonTest(equations, *model_, options, executor))) {
+    solves_.correct = [this](const double* solution, double* x) {
+      equations_.correct(*relation_, solution, x);
+    };
     solves_.remote_matrix = equations.remote_matrix();
     solves_.bring_values = [this] { equations_.remote_matrix()->read(model_->matrix_values()); };
   }
 
   // The first matrix is what ordering, matching and scales are made for. By the initial one alone, where
   // nothing is stiff, the inertia of a light rigid body may be rounding to a matrix of later steps.
-  void find_accelerations(State& state, double h) {
+  void find_accelerations(StepState& state, double h) {
     const Stopwatch watch;
-    model_->evaluate_jacobian(state, {state.t, h, h, {}, {}, {}});
+    StepRelation some_step;
+    some_step.v_by_a = some_step.q_by_v = h;
+    model_->evaluate_jacobian(state, some_step);
     report_.time_assembly += watch.seconds();
     const auto op = model_->get_W_factory()->createOp();
     Thyra::initializeOp<double>(*model_->get_W_factory(), model_->create_W_op(), op.ptr());
@@ -335,12 +324,12 @@ class Newton::Impl {
         e.append(" (initial conditions: " + equations_.unknown_name(static_cast<int>(e.column())) + ")");
       throw;
     }
-    equations_.change_accelerations(Convert::getConstTpetraVector(x)->getData().getRawPtr(), state);
+    equations_.change_accelerations(x->data(), state);
     account();
   }
 
-  Outcome solve(const StepRelation& relation, const std::vector<double>& lambda,
-                const std::vector<double>& weights, State& state) {
+  Outcome solve(const StepRelation& relation, const Array<double>& lambda, const Array<double>& weights,
+                StepState& state) {
     relation_ = &relation;
     model_->set_relation(relation);
     solves_.right_side = [this](const double* h, double* b) { equations_.scale_rows(h, b); };
@@ -371,8 +360,7 @@ class Newton::Impl {
     return fresh;
   }
 
-  bool search(const std::vector<double>& lambda, const std::vector<double>& weights, bool fresh,
-              Outcome& outcome) {
+  bool search(const Array<double>& lambda, const Array<double>& weights, bool fresh, Outcome& outcome) {
     solves_.failure = nullptr;
     test_->start(weights, fresh, expected_rate_);
     const NOX::Thyra::Vector start(model_->predicted(lambda));
@@ -415,16 +403,17 @@ class Newton::Impl {
   RCP<NOX::Solver::Generic> solver_;
 };
 
-Newton::Newton(const StepEquations& equations, const IntegratorOptions& options, IntegrationReport& report)
-    : impl_(std::make_unique<Impl>(equations, options, report)) {}
+Newton::Newton(const StepEquations& equations, const IntegratorOptions& options, const Executor& executor,
+               IntegrationReport& report)
+    : impl_(std::make_unique<Impl>(equations, options, executor, report)) {}
 Newton::~Newton() = default;
 
-void Newton::find_accelerations(State& state, double h) {
+void Newton::find_accelerations(StepState& state, double h) {
   impl_->find_accelerations(state, h);
 }
 
-Newton::Outcome Newton::solve(const StepRelation& relation, const std::vector<double>& lambda,
-                              const std::vector<double>& weights, State& state) {
+Newton::Outcome Newton::solve(const StepRelation& relation, const Array<double>& lambda,
+                              const Array<double>& weights, StepState& state) {
   return impl_->solve(relation, lambda, weights, state);
 }
 

@@ -27,19 +27,21 @@ class Newton {
     double violation[3] = {};   ///< largest constraint residuals, by level
   };
 
-  /// `equations` and `report`, whose counters and times grow, have to live as long.
-  Newton(const StepEquations& equations, const IntegratorOptions& options, IntegrationReport& report);
+  /// `equations`, `executor`, whose vectors all are, and `report`, whose counters and times grow, have to
+  /// live as long.
+  Newton(const StepEquations& equations, const IntegratorOptions& options, const Executor& executor,
+         IntegrationReport& report);
   ~Newton();
 
   /// Sets a and lambda of `state` to what the equations of motion and the constraints on accelerations ask
   /// for. Steps are expected to take some `h` seconds. Throws SingularMatrix where accelerations are left
   /// undetermined (names a coordinate or constraint).
-  void find_accelerations(State& state, double h);
+  void find_accelerations(StepState& state, double h);
 
   /// Solves for the new time. `lambda` is where multipliers start, `weights` belong to [q, v]. Where it does
   /// not converge, `state` stays as it was; otherwise its arrays are used again.
-  Outcome solve(const StepRelation& relation, const std::vector<double>& lambda,
-                const std::vector<double>& weights, State& state);
+  Outcome solve(const StepRelation& relation, const Array<double>& lambda, const Array<double>& weights,
+                StepState& state);
 
  private:
   class Impl;

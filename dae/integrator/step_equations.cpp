@@ -4,7 +4,7 @@
 #include <cmath>
 #include <functional>
 
-#include "dae/integrator/vector_loops.hpp"
+#include "dae/vectors/loops.hpp"
 
 namespace mfs::dae {
 namespace {
@@ -30,6 +30,116 @@ std::vector<int> find_diagonal(const Pattern& pattern) {
   return places;
 }
 
+/// x = [lambda, a, v, q], the latter of those coordinates that are kept.
+struct Pack {
+  const int* kept;
+  const double *lambda, *a, *v, *q;
+  double* x;
+  std::size_t first_a, first_v, first_q;
+  MFS_HOST_DEVICE void operator()(std::size_t i) const {
+    x[i] = i < first_a   ? lambda[i]
+           : i < first_v ? a[i - first_a]
+           : i < first_q ? v[kept[i - first_v]]
+                         : q[kept[i - first_q]];
+  }
+};
+
+/// The other way; v and q of coordinates that are not kept follow from a.
+struct Unpack {
+  const int* kept_place;  ///< of each coordinate among those that are kept, or -1
+  const double* x;
+  const double *q0, *v0, *a0;
+  double *lambda, *q, *v, *a;
+  std::size_t first_a, first_v, first_q;
+  double v_by_a, q_by_v;
+  MFS_HOST_DEVICE void operator()(std::size_t k) const {
+    if (k < first_a) {
+      lambda[k] = x[k];
+      return;
+    }
+    const std::size_t i = k - first_a;
+    const int place = kept_place[i];
+    a[i] = x[k];
+    if (place < 0) {
+      const double change = v_by_a * (x[k] - a0[i]);
+      v[i] = v0[i] + change;
+      q[i] = q0[i] + q_by_v * change;
+    } else {
+      v[i] = x[first_v + static_cast<std::size_t>(place)];
+      q[i] = x[first_q + static_cast<std::size_t>(place)];
+    }
+  }
+};
+
+/// Groups of rows, each with a factor.
+struct ScaleGroups {
+  static constexpr int kMost = 6;
+  const double* h;
+  double* b;
+  std::size_t end[kMost];
+  double factor[kMost];
+  int groups = 0;
+  void add(int rows, double with) {
+    end[groups] = (groups > 0 ? end[groups - 1] : 0) + static_cast<std::size_t>(rows);
+    factor[groups++] = with;
+  }
+  MFS_HOST_DEVICE void operator()(std::size_t i) const {
+    int group = 0;
+    while (i >= end[group]) ++group;
+    b[i] = factor[group] * h[i];
+  }
+};
+
+/// lambda + Phi_q a, then a, v and q, each with a factor.
+struct Correct {
+  const int *start, *column;  ///< of the entries of Phi_q; columns of x
+  const double *gradient, *solution;
+  double* x;
+  std::size_t first_a, first_v, first_q;
+  double of_a, of_v, of_q;
+  MFS_HOST_DEVICE void operator()(std::size_t i) const {
+    if (i >= first_a) {
+      x[i] = (i < first_v ? of_a : i < first_q ? of_v : of_q) * solution[i];
+      return;
+    }
+    double sum = solution[i];
+    for (int k = start[i]; k < start[i + 1]; ++k) sum += gradient[k] * solution[column[k]];
+    x[i] = sum;
+  }
+};
+
+/// The rows that tie v and q of independent coordinates to a.
+struct Relations {
+  const int* independent;
+  const double *q, *v, *a, *q0, *v0, *a0;
+  double v_by_a, q_by_v;
+  double* h;
+  std::size_t count;
+  MFS_HOST_DEVICE void operator()(std::size_t k) const {
+    const int i = independent[k];
+    h[k] = v_by_a * (a[i] - a0[i]) - (v[i] - v0[i]);
+    h[count + k] = q_by_v * (v[i] - v0[i]) - (q[i] - q0[i]);
+  }
+};
+
+/// Of all rows but those of F and one group, which gets a factor: zero.
+struct KeepForceAnd {
+  double* b;
+  std::size_t n, begin, end;
+  double factor;
+  MFS_HOST_DEVICE void operator()(std::size_t i) const {
+    if (i >= n) b[i] = i >= begin && i < end ? factor * b[i] : 0.0;
+  }
+};
+
+/// lambda - x, a - x.
+struct Subtract {
+  const double* x;
+  double *lambda, *a;
+  std::size_t m;
+  MFS_HOST_DEVICE void operator()(std::size_t i) const { (i < m ? lambda[i] : a[i - m]) -= x[i]; }
+};
+
 Pattern make_selection(const std::vector<int>& members, int columns) {
   return {static_cast<int>(members.size()), columns, consecutive(0, static_cast<int>(members.size()) + 1),
           RawVector<int>(members.begin(), members.end())};
@@ -38,33 +148,49 @@ Pattern make_selection(const std::vector<int>& members, int columns) {
 }  // namespace
 
 StepEquations::StepEquations(const ConstrainedSystem& system, Unknowns unknowns, bool all_levels,
-                             const std::vector<char>& independent, int threads)
+                             const std::vector<char>& independent, const Executor& executor,
+                             RemoteResidual* remote)
     : system_(system),
       n_(system.coordinates()),
       m_(system.constraints()),
       levels_(all_levels ? 3 : 1),
       reduced_(unknowns == Unknowns::reduced),
-      threads_(threads),
+      executor_(executor),
+      remote_(remote),
       is_independent_(independent),
       independent_(set_members(independent)),
       size_(number_unknowns()),
       position_transposed_(system.tangent_pattern()[Block::position_q]),
-      augmentation_(system.tangent_pattern()[Block::position_q], position_transposed_, threads),
+      augmentation_(system.tangent_pattern()[Block::position_q], position_transposed_, executor.threads()),
       selection_(make_selection(independent_, n_)),
       ones_(independent_.size(), 1.0),
       minus_ones_(independent_.size(), -1.0),
       residual_(make_residual(system)),
       tangent_(make_tangent(system)),
-      composition_(make_composition(threads)) {
+      composition_(make_composition(executor.threads())) {
   for (std::size_t b = 0; b < kForceByAVQ.size(); ++b)
     diagonal_[b] = find_diagonal(system.tangent_pattern()[kForceByAVQ[b]]);
   diagonal_sum_.resize(is_independent_.size());
   place_remotes();
+  place_numbers();
+}
+
+/// What the passes over vectors look up.
+void StepEquations::place_numbers() {
+  std::vector<int> kept_place(is_independent_.size(), -1), gradient_column;
+  for (std::size_t k = 0; k < kept_.size(); ++k) kept_place[kept_[k]] = static_cast<int>(k);
+  const Pattern& gradient = system_.tangent_pattern()[Block::position_q];
+  for (const int coordinate : gradient.column) gradient_column.push_back(column_[kA][coordinate]);
+  kept_there_.assign(executor_, kept_);
+  kept_place_.assign(executor_, kept_place);
+  independent_there_.assign(executor_, independent_);
+  gradient_start_.assign(executor_, gradient.row_start);
+  gradient_column_.assign(executor_, gradient_column);
 }
 
 int StepEquations::number_unknowns() {
   column_[kLambda] = consecutive(0, m_);
-  column_[kA] = consecutive(first_acceleration(), n_);
+  column_[kA] = consecutive(m_, n_);
   for (int i = 0; i < n_; ++i)
     if (!eliminated(i)) kept_.push_back(i);
   int next = m_ + n_;
@@ -143,40 +269,21 @@ std::string StepEquations::unknown_name(int unknown) const {
   return system_.constraint_name(unknown);
 }
 
-void StepEquations::pack(const StepRelation& relation, const std::vector<double>& lambda, double* x) const {
-  std::copy(lambda.begin(), lambda.end(), x);
-  double* const of_a = x + first_acceleration();
-  parallel_for(is_independent_.size(), threads_, [&](std::size_t i) { of_a[i] = relation.a[i]; });
-  parallel_for(
-      kept_.size(), threads_,
-      [&](std::size_t k) {
-        const int i = kept_[k];
-        x[column_[kV][i]] = relation.v[i];
-        x[column_[kQ][i]] = relation.q[i];
-      },
-      4 * kept_.size());
+void StepEquations::pack(const StepRelation& relation, const double* lambda, double* x) const {
+  for_each(executor_, static_cast<std::size_t>(size_),
+           Pack{kept_there_.data(), lambda, relation.a.data(), relation.v.data(), relation.q.data(), x,
+                first_acceleration(), first_velocity(), first_position()});
 }
 
-void StepEquations::unpack(const double* x, const StepRelation& relation, State& state) const {
+void StepEquations::unpack(const double* x, const StepRelation& relation, StepState& state) const {
   state.t = relation.t;
-  state.lambda.assign(x, x + m_);
-  const auto n = is_independent_.size();
-  for (auto* part : {&state.q, &state.v, &state.a}) part->resize(n);
-  const double* const of_a = x + first_acceleration();
-  parallel_for(n, threads_, [&](std::size_t i) {
-    state.a[i] = of_a[i];
-    const double change = relation.v_by_a * (state.a[i] - relation.a[i]);  // of v, where it is eliminated
-    state.v[i] = relation.v[i] + change;
-    state.q[i] = relation.q[i] + relation.q_by_v * change;
-  });
-  parallel_for(
-      kept_.size(), threads_,
-      [&](std::size_t k) {
-        const int i = kept_[k];
-        state.v[i] = x[column_[kV][i]];
-        state.q[i] = x[column_[kQ][i]];
-      },
-      4 * kept_.size());
+  const auto n = static_cast<std::size_t>(n_), m = static_cast<std::size_t>(m_);
+  state.lambda.resize(executor_, m);
+  for (auto* part : {&state.q, &state.v, &state.a}) part->resize(executor_, n);
+  for_each(executor_, m + n,
+           Unpack{kept_place_.data(), x, relation.q.data(), relation.v.data(), relation.a.data(),
+                  state.lambda.data(), state.q.data(), state.v.data(), state.a.data(), first_acceleration(),
+                  first_velocity(), first_position(), relation.v_by_a, relation.q_by_v});
 }
 
 /// The product of both, which is finite where a step takes no time.
@@ -188,90 +295,78 @@ double StepEquations::Scales::of(Row row, Kind column) const {
 }
 
 void StepEquations::scale_rows(const double* h, double* b) const {
-  const auto scale = [&](int count, double factor) {
-    parallel_for(static_cast<std::size_t>(count), threads_, [&](std::size_t i) { b[i] = factor * h[i]; });
-    h += count;
-    b += count;
-  };
   const double of_position = scales_.s / scales_.q_by_a(), of_velocity = scales_.s / scales_.v_by_a;
-  scale(n_, 1.0);
-  scale(m_, of_position);
+  ScaleGroups scale{h, b, {}, {}};
+  scale.add(n_, 1.0);
+  scale.add(m_, of_position);
   if (levels_ == 3) {
-    scale(m_, of_velocity);
-    scale(m_, scales_.s);
+    scale.add(m_, of_velocity);
+    scale.add(m_, scales_.s);
   }
-  if (reduced_) return;
-  scale(selection_.rows, of_velocity);
-  scale(selection_.rows, of_position);
+  if (!reduced_) {
+    scale.add(selection_.rows, of_velocity);
+    scale.add(selection_.rows, of_position);
+  }
+  for_each(executor_, static_cast<std::size_t>(size_), scale);
 }
 
-void StepEquations::correct(const StepRelation& relation, double* x) const {
-  const Pattern& gradient = system_.tangent_pattern()[Block::position_q];
-  const std::vector<double>& values = constraint_gradient();
-  const auto add_to_multiplier = [&](std::size_t row) {
-    for (int k = gradient.row_start[row]; k < gradient.row_start[row + 1]; ++k)
-      x[row] += values[k] * x[column_[kA][gradient.column[k]]];
-  };
-  parallel_for(static_cast<std::size_t>(m_), threads_, add_to_multiplier, gradient.entries());
+void StepEquations::correct(const StepRelation& relation, const double* solution, double* x) const {
   // Multipliers balance forces, whichever dominate: they are not scaled.
   const double shared = 2.0 * ratio(relation) / (1.0 + ratio(relation)) / scales_.s;
-  double* const of_a = x + first_acceleration();
-  parallel_for(is_independent_.size(), threads_, [&](std::size_t i) { of_a[i] *= shared; });
   // Where v and q are eliminated the matrix took them for a over its own rates.
-  parallel_for(
-      kept_.size(), threads_,
-      [&](std::size_t k) {
-        const int i = kept_[k];
-        x[column_[kV][i]] *= shared * relation.v_by_a;
-        x[column_[kQ][i]] *= shared * relation.q_by_a();
-      },
-      4 * kept_.size());
+  for_each(executor_, static_cast<std::size_t>(size_),
+           Correct{gradient_start_.data(), gradient_column_.data(), gradient_.data(), solution, x,
+                   first_acceleration(), first_velocity(), first_position(), shared, shared * relation.v_by_a,
+                   shared * relation.q_by_a()},
+           static_cast<std::size_t>(size_) + gradient_.size());
 }
 
-namespace {
-
-StateView view(const State& state) {
-  return {state.t, state.q.data(), state.v.data(), state.a.data(), state.lambda.data()};
-}
-
-}  // namespace
-
-void StepEquations::residual(const State& state, const StepRelation& relation, double* h) const {
+/// F and the constraints.
+void StepEquations::evaluate(const StepState& state, double* h) const {
+  if (remote_ != nullptr) return remote_->evaluate(view(state), levels_, h);
   system_.evaluate(view(state), residual_);
-  parallel_for(residual_.force.size(), threads_, [&](std::size_t i) { h[i] = residual_.force[i]; });
-  h += n_;
-  h = std::copy(residual_.position.begin(), residual_.position.end(), h);
-  if (levels_ == 3) {
-    h = std::copy(residual_.velocity.begin(), residual_.velocity.end(), h);
-    h = std::copy(residual_.acceleration.begin(), residual_.acceleration.end(), h);
-  }
+  parallel_for(residual_.force.size(), executor_.threads(),
+               [&](std::size_t i) { h[i] = residual_.force[i]; });
+  h = std::copy(residual_.position.begin(), residual_.position.end(), h + n_);
+  if (levels_ == 1) return;
+  h = std::copy(residual_.velocity.begin(), residual_.velocity.end(), h);
+  std::copy(residual_.acceleration.begin(), residual_.acceleration.end(), h);
+}
+
+void StepEquations::residual(const StepState& state, const StepRelation& relation, double* h) const {
+  evaluate(state, h);
   if (reduced_) return;
-  for (const int i : independent_)
-    *h++ = relation.v_by_a * (state.a[i] - relation.a[i]) - (state.v[i] - relation.v[i]);
-  for (const int i : independent_)
-    *h++ = relation.q_by_v * (state.v[i] - relation.v[i]) - (state.q[i] - relation.q[i]);
+  for_each(executor_, independent_.size(),
+           Relations{independent_there_.data(), state.q.data(), state.v.data(), state.a.data(),
+                     relation.q.data(), relation.v.data(), relation.a.data(), relation.v_by_a,
+                     relation.q_by_v, h + n_ + levels_ * m_, independent_.size()});
 }
 
 /// Of the derivatives of F that go to the columns of a, in the mean.
 double StepEquations::typical_diagonal(const StepRelation& relation) const {
   const ByAVQ factors{1.0, relation.v_by_a, relation.q_by_a()};
-  parallel_for(diagonal_sum_.size(), threads_, [&](std::size_t i) {
+  parallel_for(diagonal_sum_.size(), executor_.threads(), [&](std::size_t i) {
     diagonal_sum_[i] = 0.0;
     for (std::size_t b = 0; b < kForceByAVQ.size(); ++b)
       if (diagonal_[b][i] >= 0) diagonal_sum_[i] += factors[b] * tangent_[kForceByAVQ[b]][diagonal_[b][i]];
   });
   for (const Remote& remote : remotes_) remote.tangent->add_diagonal(factors, diagonal_sum_);
   const double sum = parallel_fold(
-      diagonal_sum_.size(), threads_, 0.0, [&](std::size_t i) { return std::abs(diagonal_sum_[i]); },
-      std::plus<>());
+      diagonal_sum_.size(), executor_.threads(), 0.0,
+      [&](std::size_t i) { return std::abs(diagonal_sum_[i]); }, std::plus<>());
   return sum > 0.0 ? sum / n_ : 1.0;
 }
 
-void StepEquations::jacobian(const State& state, const StepRelation& relation, double* values) const {
-  for (const Remote& remote : remotes_) remote.tangent->begin_tangent(view(state));
-  system_.evaluate(view(state), tangent_, due_);
+void StepEquations::jacobian(const StepState& state, const StepRelation& relation, double* values) const {
+  const StateView there = view(state);
+  const StateView here = remote_ != nullptr ? remote_->bring(there) : there;
+  for (const Remote& remote : remotes_)
+    remote_ != nullptr ? remote.tangent->begin_tangent(executor_, there)
+                       : remote.tangent->begin_tangent(there);
+  system_.evaluate(here, tangent_, due_);
   due_.erase(constant_);
   compose(relation, values);
+  gradient_.assign(executor_, constraint_gradient());  // late: it waits for the derivatives
 }
 
 void StepEquations::initial_jacobian(double* values) const {
@@ -292,16 +387,17 @@ void StepEquations::compose(const StepRelation& relation, double* values) const 
     remote.tangent->begin_sum({scales_.of(kForce, kA), scales_.of(kForce, kV), scales_.of(kForce, kQ)});
 }
 
-void StepEquations::initial_right_side(const State& state, double* b) const {
-  system_.evaluate(view(state), residual_);
-  std::fill(std::copy(residual_.force.begin(), residual_.force.end(), b), b + size_, 0.0);
-  const int last_level = first_constraint() + (levels_ - 1) * m_;
-  for (int row = 0; row < m_; ++row) b[last_level + row] = scales_.s * residual_.acceleration[row];
+void StepEquations::initial_right_side(const StepState& state, double* b) const {
+  evaluate(state, b);
+  const auto n = static_cast<std::size_t>(n_), m = static_cast<std::size_t>(m_);
+  const std::size_t last_level = n + static_cast<std::size_t>(levels_ - 1) * m;
+  for_each(executor_, static_cast<std::size_t>(size_),
+           KeepForceAnd{b, n, last_level, last_level + m, scales_.s});
 }
 
-void StepEquations::change_accelerations(const double* x, State& state) const {
-  for (int row = 0; row < m_; ++row) state.lambda[row] -= x[row];
-  for (int i = 0; i < n_; ++i) state.a[i] -= x[column_[kA][i]];
+void StepEquations::change_accelerations(const double* x, StepState& state) const {
+  const auto m = static_cast<std::size_t>(m_);
+  for_each(executor_, m + static_cast<std::size_t>(n_), Subtract{x, state.lambda.data(), state.a.data(), m});
 }
 
 }  // namespace mfs::dae

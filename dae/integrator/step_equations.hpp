@@ -32,16 +32,20 @@
 #include "dae/integrator/composition.hpp"
 #include "dae/integrator/formula.hpp"
 #include "dae/integrator/integrator.hpp"
+#include "dae/integrator/step_state.hpp"
 #include "dae/mechanics/constrained_system.hpp"
+#include "dae/vectors/executor.hpp"
 
 namespace mfs::dae {
 
 class StepEquations {
  public:
   /// `independent`: one flag per coordinate. `all_levels`: constraints on velocities and accelerations too.
-  /// `system` has to live as long.
+  /// `remote`: that of the system for a device, null for the host. Vectors are those of `executor`. All have
+  /// to live as long.
   StepEquations(const ConstrainedSystem& system, Unknowns unknowns, bool all_levels,
-                const std::vector<char>& independent, int threads);
+                const std::vector<char>& independent, const Executor& executor,
+                RemoteResidual* remote = nullptr);
   StepEquations(const StepEquations&) = delete;
 
   int size() const { return size_; }
@@ -54,36 +58,36 @@ class StepEquations {
   /// Phi_q of the last Jacobian.
   const std::vector<double>& constraint_gradient() const { return tangent_[Block::position_q]; }
 
-  /// x of the prediction with multipliers `lambda`.
-  void pack(const StepRelation& relation, const std::vector<double>& lambda, double* x) const;
+  /// x of the prediction with multipliers `lambda` (m).
+  void pack(const StepRelation& relation, const double* lambda, double* x) const;
   /// The state that x stands for.
-  void unpack(const double* x, const StepRelation& relation, State& state) const;
+  void unpack(const double* x, const StepRelation& relation, StepState& state) const;
   /// H at `state`, the unpacked x.
-  void residual(const State& state, const StepRelation& relation, double* h) const;
-  /// R H_x C at `state`: values in the order of the pattern, unless there is a remote matrix, which takes
-  /// them instead.
-  void jacobian(const State& state, const StepRelation& relation, double* values) const;
+  void residual(const StepState& state, const StepRelation& relation, double* h) const;
+  /// R H_x C at `state`: values on the host in the order of the pattern, unless there is a remote matrix,
+  /// which takes them instead.
+  void jacobian(const StepState& state, const StepRelation& relation, double* values) const;
   /// The same at the state of the last one, in a step of no time, in which v and q do not move with a.
   void initial_jacobian(double* values) const;
   /// Where the values are if derivatives are evaluated on a device, else null.
   RemoteMatrix* remote_matrix() const { return remote_matrix_.get(); }
   /// The right-hand side b of the system for what lambda and a, zero in `state`, are to be changed by, so
   /// that F and the constraints on accelerations hold.
-  void initial_right_side(const State& state, double* b) const;
+  void initial_right_side(const StepState& state, double* b) const;
   /// Changes lambda and a by the correction x.
-  void change_accelerations(const double* x, State& state) const;
+  void change_accelerations(const double* x, StepState& state) const;
   /// 1 / q_by_a of `relation` over that of the last Jacobian.
   double ratio(const StepRelation& relation) const {
     return relation.q_by_a() == scales_.q_by_a() ? 1.0 : scales_.q_by_a() / relation.q_by_a();
   }
   /// b = R h, with R of the last Jacobian.
   void scale_rows(const double* h, double* b) const;
-  /// Makes a correction in the step of `relation` of the solution x of a system with the last Jacobian: C x,
-  /// and where that is of another step, scaled. Where inertia dominates, corrections of q by such a matrix
-  /// are too large by the ratio, where stiffness does they are right; this shares the error out. Corrections
-  /// of v and a follow those of q by the rates of this step, for dependent coordinates too: else each
-  /// correction of a, many times that of q, would violate the constraints on accelerations anew.
-  void correct(const StepRelation& relation, double* x) const;
+  /// Makes a correction x in the step of `relation` of a solution of a system with the last Jacobian: C times
+  /// that, and where that is of another step, scaled. Where inertia dominates, corrections of q by such a
+  /// matrix are too large by the ratio, where stiffness does they are right; this shares the error out.
+  /// Corrections of v and a follow those of q by the rates of this step, for dependent coordinates too: else
+  /// each correction of a, many times that of q, would violate the constraints on accelerations anew.
+  void correct(const StepRelation& relation, const double* solution, double* x) const;
 
  private:
   enum Kind { kA, kV, kQ, kLambda };
@@ -101,8 +105,13 @@ class StepEquations {
     double of(Row row, Kind column) const;
   };
   bool eliminated(std::size_t i) const { return reduced_ && is_independent_[i] != 0; }
-  int first_acceleration() const { return m_; }  ///< column: those of a follow one another
+  /// Columns: multipliers, all of a, then v and q of the coordinates that are kept.
+  std::size_t first_acceleration() const { return static_cast<std::size_t>(m_); }
+  std::size_t first_velocity() const { return static_cast<std::size_t>(m_) + is_independent_.size(); }
+  std::size_t first_position() const { return first_velocity() + kept_.size(); }
   int number_unknowns();
+  void place_numbers();
+  void evaluate(const StepState& state, double* h) const;
   Composition make_composition(int threads);
   void place_remotes();
   double typical_diagonal(const StepRelation& relation) const;
@@ -111,7 +120,8 @@ class StepEquations {
   const ConstrainedSystem& system_;
   const int n_, m_, levels_;
   const bool reduced_;
-  const int threads_;
+  const Executor& executor_;
+  RemoteResidual* const remote_;
   std::vector<char> is_independent_;
   std::vector<int> independent_;            ///< ascending
   std::vector<int> kept_;                   ///< those whose v and q are unknowns, ascending
@@ -137,6 +147,11 @@ class StepEquations {
   std::array<std::vector<int>, 3> diagonal_;  ///< where dF/da, dF/dv and dF/dq have their diagonal entries
   mutable std::vector<double> diagonal_sum_;  ///< of F's derivatives by a, v and q, times the rates of a step
   mutable Scales scales_;
+  // For the passes over vectors.
+  Array<int> kept_there_, kept_place_;  ///< which are kept; the place of each among those, or -1
+  Array<int> independent_there_;
+  Array<int> gradient_start_, gradient_column_;  ///< of Phi_q's entries: the column of x
+  mutable Array<double> gradient_;               ///< Phi_q of the last Jacobian
 };
 
 }  // namespace mfs::dae

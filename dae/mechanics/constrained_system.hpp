@@ -19,6 +19,7 @@
 #include <string>
 #include <vector>
 
+#include "dae/vectors/executor.hpp"
 #include "ordering/raw_vector.hpp"
 
 namespace mfs::dae {
@@ -144,11 +145,29 @@ class RemoteTangent {
   /// Begins to evaluate the derivatives; `state`, whose multipliers do not matter, has been read when this
   /// returns.
   virtual void begin_tangent(const StateView& state) = 0;
+  /// The same for a state in the memory of `executor`, a device: read behind what it has begun and before
+  /// what it begins from now on.
+  virtual void begin_tangent(const Executor& executor, const StateView& state) = 0;
   /// Adds the diagonal entries of factor[0] dF/da + factor[1] dF/dv + factor[2] dF/dq, in the state that was
   /// begun last, to `diagonal` (n).
   virtual void add_diagonal(const ByAVQ& factor, std::vector<double>& diagonal) = 0;
   /// Begins to add that sum to the matrix, which has begun before.
   virtual void begin_sum(const ByAVQ& factor) = 0;
+};
+
+/// Evaluates residuals where the state's vectors lie on a device. What has no device is evaluated by the
+/// host, which gets the few coordinates that it needs.
+class RemoteResidual {
+ public:
+  virtual ~RemoteResidual() = default;
+
+  /// Writes F (n) and the constraints (m) of the first `levels` levels to `h`, one after the other. `state`
+  /// and `h` are in the executor's memory; what is written is there for all that the executor begins from now
+  /// on.
+  virtual void evaluate(const StateView& state, int levels, double* h) = 0;
+  /// A state on the host, for the blocks of derivatives: only the coordinates that they depend on have their
+  /// numbers. Until the next one is brought or evaluated.
+  virtual StateView bring(const StateView& state) = 0;
 };
 
 class ConstrainedSystem {
@@ -167,6 +186,12 @@ class ConstrainedSystem {
   /// What has to be added to the blocks and is evaluated by its own functions. They live as long as the
   /// system.
   virtual std::vector<RemoteTangent*> remote_tangents() const { return {}; }
+
+  /// For states in the memory of `executor`, a device; null: they are to be on the host. `executor` has to
+  /// live as long. Throws OutOfMemory, BackendError.
+  virtual std::unique_ptr<RemoteResidual> remote_residual(const Executor& /*executor*/) const {
+    return nullptr;
+  }
 
   /// What an error message calls them: "knuckle.x", "joint ball_upper, equation 2".
   virtual std::string coordinate_name(int coordinate) const {

@@ -2,6 +2,8 @@
 // thread has once; and what becomes of an exception thrown while all threads are at work.
 #pragma once
 
+#include <omp.h>
+
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -9,6 +11,7 @@
 #include <limits>
 #include <vector>
 
+#include "dae/mechanics/colouring.hpp"
 #include "dae/mechanics/force_blocks.hpp"
 
 namespace mfs::dae {
@@ -69,5 +72,24 @@ struct Workspace {
     return values;
   }
 };
+
+/// Calls work(element, workspace) by so many threads, each with its workspace, for all elements that have a
+/// colour, of the groups that take part, in the order of the colouring.
+template <class Work>
+void for_each_coloured(const Colouring& colouring, const std::vector<char>& group_takes_part, int threads,
+                       std::vector<Workspace>& workspaces, const Work& work) {
+  FirstFailure failure;
+  const auto& order = colouring.order;
+  const auto& start = colouring.colour_start;
+#pragma omp parallel num_threads(threads) if (start.size() > 1)
+  {
+    Workspace& workspace = workspaces[static_cast<std::size_t>(omp_get_thread_num())];
+    for (std::size_t colour = 0; colour + 1 < start.size(); ++colour)
+#pragma omp for schedule(dynamic, 8)
+      for (std::size_t k = start[colour]; k < start[colour + 1]; ++k)
+        if (group_takes_part[order[k].group] != 0) failure.watch(k, [&] { work(order[k], workspace); });
+  }
+  failure.rethrow();
+}
 
 }  // namespace mfs::dae

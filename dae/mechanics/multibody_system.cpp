@@ -8,6 +8,8 @@
 
 #include <mfs/error.hpp>
 
+#include "dae/mechanics/divided_residual.hpp"
+
 namespace mfs::dae {
 namespace {
 
@@ -50,7 +52,7 @@ Multibody::Multibody(Groups groups, std::vector<BodyCoordinates> bodies, int coo
   force_blocks_ = find_force_blocks(groups_, structure_, n_, threads_, pattern_);
   find_constraint_blocks();
   colouring_ = colour_elements(groups_, n_, on_device);
-  shared_forces_ = SharedForces(groups_, colouring_, n_);
+  residuals_.emplace(groups_, colouring_, constraint_start_, n_, threads_);
   find_constant_shares();
   make_workspaces();
 }
@@ -138,24 +140,6 @@ void Multibody::find_constraint_blocks() {
   }
 }
 
-/// Calls work(element, workspace) for all elements that have a colour, of the groups that take part, in the
-/// order of the colouring.
-template <class Work>
-void Multibody::for_each_coloured(const std::vector<char>& group_takes_part, const Work& work) const {
-  FirstFailure failure;
-  const auto& order = colouring_.order;
-  const auto& start = colouring_.colour_start;
-#pragma omp parallel num_threads(threads_) if (start.size() > 1)
-  {
-    Workspace& workspace = workspaces_[static_cast<std::size_t>(omp_get_thread_num())];
-    for (std::size_t colour = 0; colour + 1 < start.size(); ++colour)
-#pragma omp for schedule(dynamic, 8)
-      for (std::size_t k = start[colour]; k < start[colour + 1]; ++k)
-        if (group_takes_part[order[k].group] != 0) failure.watch(k, [&] { work(order[k], workspace); });
-  }
-  failure.rethrow();
-}
-
 /// Calls compute(element, workspace) by all threads, then add(element, workspace) by one, for the elements
 /// without a colour.
 template <class Compute, class Add>
@@ -198,27 +182,32 @@ void begin_with(const std::vector<double>& share, std::vector<double>& values, i
 void Multibody::evaluate(const StateView& state, Residual& residual) const {
   for (const auto& force : device_forces_) force->begin(state);
   clear(residual.force, threads_);
-  for_each_coloured(std::vector<char>(groups_.size(), 1), [&](ElementId id, Workspace& work) {
-    compute_residual(id, state, residual, work);
-    add_force(id, work, residual.force);
-  });
-  add_shared_forces(state, residual);
+  residuals_->add(state, {residual.force.data(), residual.position.data(), residual.velocity.data(),
+                          residual.acceleration.data()});
   for (const auto& force : device_forces_) force->add_to(residual.force);
 }
 
-void Multibody::add_shared_forces(const StateView& state, Residual& residual) const {
-  FirstFailure failure;
-  const std::size_t first = colouring_.colour_start.back(), count = shared_forces_.elements();
-#pragma omp parallel for num_threads(threads_) schedule(static) if (count > kWorthThreads)
-  for (std::size_t k = 0; k < count; ++k)
-    failure.watch(k, [&] {
-      const ElementId id = colouring_.order[first + k];
-      Workspace& work = workspaces_[static_cast<std::size_t>(omp_get_thread_num())];
-      compute_residual(id, state, residual, work);
-      std::copy_n(work.force.begin(), groups_[id.group]->local_coordinates(), shared_forces_.share(k));
-    });
-  failure.rethrow();
-  shared_forces_.add_to(residual.force, threads_);
+std::vector<int> Multibody::host_coordinates() const {
+  std::vector<char> is_seen(static_cast<std::size_t>(n_), 0);
+  for (const ElementId id : colouring_.order) {
+    const int* coordinates = groups_[id.group]->coordinates(id.element);
+    for (int k = 0; k < groups_[id.group]->local_coordinates(); ++k) is_seen[coordinates[k]] = 1;
+  }
+  std::vector<int> seen;
+  for (int i = 0; i < n_; ++i)
+    if (is_seen[i] != 0) seen.push_back(i);
+  return seen;
+}
+
+ElementResiduals Multibody::host_residuals(const std::vector<int>& coordinates) const {
+  std::vector<int> place(static_cast<std::size_t>(n_), -1);
+  for (std::size_t k = 0; k < coordinates.size(); ++k) place[coordinates[k]] = static_cast<int>(k);
+  return {groups_, colouring_, constraint_start_, static_cast<int>(coordinates.size()), threads_, place};
+}
+
+std::unique_ptr<RemoteResidual> Multibody::remote_residual(const Executor& executor) const {
+  if (device_forces_.empty()) return nullptr;
+  return std::make_unique<DividedResidual>(*this, executor);
 }
 
 void Multibody::evaluate(const StateView& state, Tangent& tangent, BlockSet blocks) const {
@@ -255,40 +244,14 @@ void Multibody::add_elements(const StateView& state, const std::vector<BlockSet>
   const auto add = [&](ElementId id, Workspace& work) {
     add_force_blocks(id, blocks[id.group], tangent, work);
   };
-  for_each_coloured(has_some, [&](ElementId id, Workspace& work) {
+  for_each_coloured(colouring_, has_some, threads_, workspaces_, [&](ElementId id, Workspace& work) {
     compute(id, work);
     add(id, work);
   });
   for_each_uncoloured(has_some, compute, add);
 }
 
-/// The share of F to `work`, the rows of constraints, which are the element's own, to where they belong.
-void Multibody::compute_residual(ElementId id, const StateView& state, Residual& residual,
-                                 Workspace& work) const {
-  const ElementGroup& group = *groups_[id.group];
-  const int nq = group.local_coordinates(), nc = group.local_constraints();
-  const int* coordinates = group.coordinates(id.element);
-  const int row = first_constraint(id.group, id.element);
-  const LocalState local_state = work.gather(state, coordinates, nq, row);
-  std::fill_n(work.force.begin(), nq, 0.0);
-  std::fill_n(work.position.begin(), nc, 0.0);
-  std::fill_n(work.velocity.begin(), nc, 0.0);
-  std::fill_n(work.acceleration.begin(), nc, 0.0);
-  LocalResidual local{work.force.data(), work.position.data(), work.velocity.data(),
-                      work.acceleration.data()};
-  group.residual(id.element, local_state, local);
-  std::copy_n(local.position, nc, residual.position.begin() + row);
-  std::copy_n(local.velocity, nc, residual.velocity.begin() + row);
-  std::copy_n(local.acceleration, nc, residual.acceleration.begin() + row);
-}
-
-void Multibody::add_force(ElementId id, const Workspace& work, std::vector<double>& force) const {
-  const ElementGroup& group = *groups_[id.group];
-  const int* coordinates = group.coordinates(id.element);
-  for (int k = 0; k < group.local_coordinates(); ++k) force[coordinates[k]] += work.force[k];
-}
-
-/// As compute_residual.
+/// The blocks of F to `work`, those of constraints, whose rows are the element's own, to where they belong.
 void Multibody::compute_tangent(ElementId id, const StateView& state, Tangent& tangent, BlockSet blocks,
                                 Workspace& work) const {
   const ElementGroup& group = *groups_[id.group];

@@ -5,15 +5,16 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "dae/mechanics/colouring.hpp"
+#include "dae/mechanics/element_residuals.hpp"
 #include "dae/mechanics/element_work.hpp"
 #include "dae/mechanics/force_blocks.hpp"
 #include "dae/mechanics/multibody.hpp"
-#include "dae/mechanics/shared_forces.hpp"
 
 namespace mfs::dae {
 
@@ -27,6 +28,16 @@ class Multibody final : public ConstrainedSystem {
   const TangentPattern& tangent_pattern() const override { return pattern_; }
   void evaluate(const StateView& state, Residual& residual) const override;
   void evaluate(const StateView& state, Tangent& tangent, BlockSet blocks) const override;
+  std::unique_ptr<RemoteResidual> remote_residual(const Executor& executor) const override;
+  /// Puts what devices evaluate between what `executor` has begun and what it begins from now on; see
+  /// DeviceForce::write.
+  void write_device_forces(const Executor& executor, const StateView& state, double* force) const {
+    for (const auto& device : device_forces_) device->write(executor, state, force);
+  }
+  /// The coordinates of all elements that the host evaluates, ascending.
+  std::vector<int> host_coordinates() const;
+  /// What the host evaluates, for vectors of these coordinates only.
+  ElementResiduals host_residuals(const std::vector<int>& coordinates) const;
   std::string coordinate_name(int coordinate) const override;
   std::string constraint_name(int row) const override;
   double coordinate_scale(int coordinate) const override { return body_of(coordinate).scale; }
@@ -49,14 +60,9 @@ class Multibody final : public ConstrainedSystem {
   const std::vector<double>& constant_share(Block block, const StateView& state) const;
   void add_elements(const StateView& state, const std::vector<BlockSet>& blocks, Tangent& tangent) const;
   void make_workspaces();
-  template <class Work>
-  void for_each_coloured(const std::vector<char>& group_takes_part, const Work& work) const;
   template <class Compute, class Add>
   void for_each_uncoloured(const std::vector<char>& group_takes_part, const Compute& compute,
                            const Add& add) const;
-  void add_shared_forces(const StateView& state, Residual& residual) const;
-  void compute_residual(ElementId id, const StateView& state, Residual& residual, Workspace& work) const;
-  void add_force(ElementId id, const Workspace& work, std::vector<double>& force) const;
   void compute_tangent(ElementId id, const StateView& state, Tangent& tangent, BlockSet blocks,
                        Workspace& work) const;
   void add_force_blocks(ElementId id, BlockSet blocks, Tangent& tangent, Workspace& work) const;
@@ -77,7 +83,7 @@ class Multibody final : public ConstrainedSystem {
   std::vector<std::vector<int>>
       column_rank_;      // of each group with constraints: where each coordinate is in its rows
   Colouring colouring_;  // of the groups that no device has
-  mutable SharedForces shared_forces_;
+  std::optional<ElementResiduals> residuals_;  // of those
   std::vector<std::unique_ptr<DeviceForce>> device_forces_;
   mutable std::vector<Workspace> workspaces_;  // of each thread
   mutable std::vector<Workspace> waiting_;     // of elements without a colour, until their turn

@@ -16,15 +16,17 @@ namespace mfs::dae {
 class SharedForces {
  public:
   SharedForces() = default;
+  /// `coordinates_of(element)`: those of an element, of `coordinates` in all.
+  template <class CoordinatesOf>
   SharedForces(const std::vector<std::shared_ptr<const ElementGroup>>& groups, const Colouring& colouring,
-               int coordinates) {
+               int coordinates, const CoordinatesOf& coordinates_of) {
     std::vector<std::vector<std::size_t>> shares(static_cast<std::size_t>(coordinates));
     std::size_t next = 0;
     for (std::size_t k = colouring.colour_start.back(); k < colouring.order.size(); ++k) {
-      const auto& [group, element] = colouring.order[k];
-      const int* const of_element = groups[group]->coordinates(element);
+      const ElementId id = colouring.order[k];
+      const int* const of_element = coordinates_of(id);
       element_start_.push_back(next);
-      for (int i = 0; i < groups[group]->local_coordinates(); ++i) shares[of_element[i]].push_back(next++);
+      for (int i = 0; i < groups[id.group]->local_coordinates(); ++i) shares[of_element[i]].push_back(next++);
     }
     for (int c = 0; c < coordinates; ++c) {
       if (shares[c].empty()) continue;
@@ -39,7 +41,7 @@ class SharedForces {
   /// Of the k-th of these elements.
   double* share(std::size_t k) { return share_.data() + element_start_[k]; }
 
-  void add_to(std::vector<double>& force, int threads) const {
+  void add_to(double* force, int threads) const {
     const auto count = static_cast<std::int64_t>(coordinate_.size());
     // Coordinates of frames have thousands of shares, others one.
 #pragma omp parallel for num_threads(threads) schedule(dynamic, 8) if (elements() > kWorthThreads)

@@ -47,11 +47,11 @@ Recorder::Recorder(const MultibodyModel& model, const std::string& folder, progr
   for (const FlexibleBody& body : model.flexible_bodies) cells_.push_back(vtk_cells(body.solid->mesh()));
 }
 
-void Recorder::step(const StepReport& step, const State& state) {
+void Recorder::step(const StepReport& step, const std::function<const State&()>& /*state*/) {
   steps_.add_row({step.t, step.h, static_cast<double>(step.order),
                   static_cast<double>(step.newton_iterations), static_cast<double>(step.factorizations),
                   static_cast<double>(step.rejections), step.residual, step.wall});
-  display_.show(fmt::format("step {:<5}", step.number), state.t / model_.end);
+  display_.show(fmt::format("step {:<5}", step.number), step.t / model_.end);
 }
 
 void Recorder::output(const State& state) {

@@ -19,7 +19,7 @@ class Recorder final : public Observer {
   /// Makes the folder. `model` has to live as long. Throws InvalidInput where files cannot be written.
   Recorder(const MultibodyModel& model, const std::string& folder, program::ProgressDisplay& display);
 
-  void step(const StepReport& step, const State& state) override;
+  void step(const StepReport& step, const std::function<const State&()>& state) override;
   void output(const State& state) override;
 
   double time_output() const { return time_output_; }  ///< s spent in output()

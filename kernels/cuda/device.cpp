@@ -134,6 +134,9 @@ void Event::record(const Stream& stream) {
 void Event::record_foreign(void* stream) {
   checked("cudaEventRecord", [&] { return cudaEventRecord(event_, static_cast<cudaStream_t>(stream)); });
 }
+void Event::synchronize() const {
+  checked("cudaEventSynchronize", [&] { return cudaEventSynchronize(event_); });
+}
 float Event::since(const Event& before) const {
   float milliseconds = 0;
   checked("cudaEventElapsedTime", [&] { return cudaEventElapsedTime(&milliseconds, before.event_, event_); });

@@ -92,6 +92,8 @@ class Event {
   void record(const Stream& stream);
   /// In a stream that is not ours.
   void record_foreign(void* stream);
+  /// Waits until it has passed.
+  void synchronize() const;
   /// Milliseconds from `before` to this; both must have passed.
   float since(const Event& before) const;
   cudaEvent_t get() const { return event_; }

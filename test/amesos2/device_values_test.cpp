@@ -82,6 +82,20 @@ TEST_F(DeviceValuesTest, ThatAreNoNumbersAreRefusedWithTheirPlace) {
   EXPECT_LT(distance(1.0), kSmall);
 }
 
+TEST_F(DeviceValuesTest, RightHandSidesAndSolutionsMayLieThereToo) {
+  const auto b = image(*a_), x = rcp(new Vector(a_->getDomainMap(), 1));
+  const DeviceValues right_side(std::vector<double>(b->getData(0).begin(), b->getData(0).end()));
+  const DeviceValues solution(b->getLocalLength());
+  EXPECT_THROW(solver_->solveDevice(right_side.get(), solution.get()), mfs::StateError);
+  solver_->symbolicFactorization().numericFactorization();
+  solver_->solveDevice(right_side.get(), solution.get());
+  double* const on_host = x->getDataNonConst(0).getRawPtr();
+  ASSERT_EQ(cudaMemcpy(on_host, solution.get(), x->getLocalLength() * sizeof(double), cudaMemcpyDeviceToHost),
+            cudaSuccess);
+  EXPECT_LT(distance_from_samples(*x), kSmall);
+  EXPECT_THROW(solver_->solveDevice(nullptr, solution.get()), mfs::InvalidInput);
+}
+
 TEST_F(DeviceValuesTest, AreForgottenWithTheMatrix) {
   solver_->symbolicFactorization().numericFactorization();
   const DeviceValues on_device(std::vector<double>(values().size(), 1.0));

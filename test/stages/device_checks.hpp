@@ -32,6 +32,19 @@ Vertex searched(const SymbolicPlan& plan, const std::vector<int>& strict, Vertex
   return is_small<Scalar>(plan, f) || strict[f] ? p : std::min(p, k / tile * tile + tile);
 }
 
+/// How much larger errors of a solve may be because multipliers of rows that were not searched are, and U
+/// with them: the tolerance is for multipliers of at most 1 / kBorderThreshold.
+template <class Scalar>
+double growth_of(const std::vector<ReferenceFront<Scalar>>& fronts) {
+  double most = 0;
+  for (const ReferenceFront<Scalar>& front : fronts)
+    for (Vertex k = 0; k < front.pivots; ++k)
+      for (Vertex i = k + 1; i < front.pivots; ++i)
+        most = std::max(most, static_cast<double>(std::abs(front.at(i, k))));
+  const double growth = std::max(1.0, kBorderThreshold * most);
+  return growth * growth;
+}
+
 /// Factors, shifts and exchanges against the reference on the same pivots; returns that.
 template <class Scalar>
 std::vector<ReferenceFront<Scalar>> followed(const StageProblem<Scalar>& problem,

@@ -5,6 +5,7 @@
 
 #include "dae/fem/cuda/device_body.hpp"
 #include "dae/fem/cuda/device_tangent.hpp"
+#include "dae/vectors/cuda/device_queue.hpp"
 #include "kernels/cuda/device.hpp"
 
 namespace mfs::dae {
@@ -94,6 +95,7 @@ class CudaForce final : public DeviceForce {
   ~CudaForce() override { stream_.drain(); }
   void begin(const StateView& state) override;
   void add_to(std::vector<double>& force) override;
+  void write(const Executor& executor, const StateView& state, double* force) override;
   const Pattern& pattern() const override { return tangent_.pattern(); }
   std::unique_ptr<RemoteMatrix> make_matrix(std::size_t entries, const std::vector<int>& own) override {
     return std::make_unique<DeviceMatrix>(entries, own);
@@ -104,6 +106,9 @@ class CudaForce final : public DeviceForce {
   void begin_tangent(const StateView& state) override {
     send(state);
     tangent_.begin(body_, undeformed_, stream_);
+  }
+  void begin_tangent(const Executor& executor, const StateView& state) override {
+    between(executor, [&] { tangent_.begin(body_in(state, nullptr), undeformed_, stream_); });
   }
   void add_diagonal(const ByAVQ& factor, std::vector<double>& diagonal) override {
     tangent_.add_diagonal(factor, diagonal, stream_);
@@ -117,6 +122,13 @@ class CudaForce final : public DeviceForce {
     explicit Places(const SolidBody& body);
   };
   void send(const StateView& state);
+  void launch(const DeviceBody& body) const;
+  /// The body with a state and a place for its forces elsewhere on the device.
+  DeviceBody body_in(const StateView& state, double* force) const;
+  /// What `work` puts into the stream comes between what the executor has begun and what it begins from now
+  /// on.
+  template <class Work>
+  void between(const Executor& executor, const Work& work);
   void make_undeformed(const Mesh& mesh);
   int blocks_for_lanes() const { return blocks_for(std::int64_t{body_.elements} * PointLanes<kind>::width); }
 
@@ -125,6 +137,7 @@ class CudaForce final : public DeviceForce {
   const Places places_;
   const Slots slots_;
   cuda::Stream stream_;
+  cuda::Event begun_, done_;
   const cuda::DeviceArena device_;
   const cuda::PinnedArena host_;  // q, v and a; force
   DeviceTangent<kind> tangent_;
@@ -215,16 +228,47 @@ void CudaForce<kind>::send(const StateView& state) {
 }
 
 template <ElementKind kind>
-void CudaForce<kind>::begin(const StateView& state) {
-  send(state);
-  const auto kernel = body_.constants.law == MaterialLaw::st_venant_kirchhoff
+void CudaForce<kind>::launch(const DeviceBody& body) const {
+  const auto kernel = body.constants.law == MaterialLaw::st_venant_kirchhoff
                           ? element_forces<kind, MaterialLaw::st_venant_kirchhoff>
                           : element_forces<kind, MaterialLaw::neo_hookean>;
-  kernel<<<blocks_for_lanes(), kBlock, 0, stream_.get()>>>(body_, undeformed_);
+  kernel<<<blocks_for_lanes(), kBlock, 0, stream_.get()>>>(body, undeformed_);
   cuda::check_launch("element_forces");
-  nodal_forces<<<blocks_for(n_), kBlock, 0, stream_.get()>>>(body_);
+  nodal_forces<<<blocks_for(n_), kBlock, 0, stream_.get()>>>(body);
   cuda::check_launch("nodal_forces");
+}
+
+template <ElementKind kind>
+void CudaForce<kind>::begin(const StateView& state) {
+  send(state);
+  launch(body_);
   stream_.to_host(host_.at<double>(0) + 3 * n_, body_.force, bytes_of(static_cast<std::size_t>(n_)));
+}
+
+template <ElementKind kind>
+DeviceBody CudaForce<kind>::body_in(const StateView& state, double* force) const {
+  DeviceBody body = body_;
+  body.q = state.q + first_;
+  body.v = state.v + first_;
+  body.a = state.a + first_;
+  body.force = force;
+  return body;
+}
+
+template <ElementKind kind>
+template <class Work>
+void CudaForce<kind>::between(const Executor& executor, const Work& work) {
+  const cuda::Stream& others = executor.queue().stream;
+  begun_.record(others);
+  stream_.wait_for(begun_);
+  work();
+  done_.record(stream_);
+  others.wait_for(done_);
+}
+
+template <ElementKind kind>
+void CudaForce<kind>::write(const Executor& executor, const StateView& state, double* force) {
+  between(executor, [&] { launch(body_in(state, force + first_)); });
 }
 
 template <ElementKind kind>

@@ -11,15 +11,17 @@ namespace {
 // Differences of what alternates double with each order: orders below have smaller errors. Of what is smooth
 // they shrink.
 TEST(Bdf, TheOrderFallsWhereValuesAlternate) {
-  Bdf bdf(5, false, 1);
-  bdf.start({1.0}, {1.0}, 0.01);
-  const std::vector<double> weights{0.02};
+  const Executor host(Executor::Place::host, 1);
+  const auto array = [&](double value) { return make_array<double>(host, {value}); };
+  Bdf bdf(5, false, host);
+  bdf.start(array(1.0), array(1.0), 0.01);
+  const Array<double> weights = array(0.02);
   double t = 0.0, h = 0.01;
   const auto step = [&](double added) {
-    std::vector<double> y, dy;
+    Array<double> y, dy;
     bdf.predict(h, y, dy);
     t += h;
-    const std::vector<double> correction{std::exp(t) + added - y[0]};
+    const Array<double> correction = array(std::exp(t) + added - *y.data());
     bdf.local_error(correction, weights);
     return bdf.accept(correction, weights);
   };

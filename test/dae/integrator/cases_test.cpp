@@ -254,7 +254,9 @@ TEST(Rejection, OneThatNeverEndsIsReported) {
 
 TEST(Rejection, ErrorOfAnObserverEndsTheRun) {
   struct Stubborn : Observer {
-    void step(const StepReport&, const State&) override { throw std::logic_error("enough"); }
+    void step(const StepReport&, const std::function<const State&()>&) override {
+      throw std::logic_error("enough");
+    }
   } observer;
   const DenseSystem<Pendulum> system;
   Integrator integrator(system);

@@ -132,8 +132,19 @@ struct Linear {
   }
 };
 
+const Executor& host() {
+  static const Executor executor(Executor::Place::host, 1);
+  return executor;
+}
+
+StepRelation relation_at(double rate, const std::vector<double>& q, const std::vector<double>& v,
+                         const std::vector<double>& a) {
+  return {0.0, 1.0 / rate, 1.0 / rate, make_array(host(), q), make_array(host(), v), make_array(host(), a)};
+}
+
 /// The matrix that is factored, of `state`.
-Eigen::MatrixXd jacobian(const StepEquations& equations, const State& state, const StepRelation& relation) {
+Eigen::MatrixXd jacobian(const StepEquations& equations, const StepState& state,
+                         const StepRelation& relation) {
   const Pattern& pattern = equations.pattern();
   std::vector<double> values(pattern.entries());
   equations.jacobian(state, relation, values.data());
@@ -144,25 +155,26 @@ Eigen::MatrixXd jacobian(const StepEquations& equations, const State& state, con
 TEST(Jacobian, OneCorrectionSolvesLinearEquationsAndThatOfAnotherStepKeepsConstraintsAndRelations) {
   const DenseSystem<Linear> system;
   const auto relation = [](double rate) {
-    return StepRelation{
-        0.0, 1.0 / rate, 1.0 / rate, {1.0, -3.0, 2.0}, {-5.0, 2.0, 3.0}, {100.0, 30.0, -130.0}};
+    return relation_at(rate, {1.0, -3.0, 2.0}, {-5.0, 2.0, 3.0}, {100.0, 30.0, -130.0});
   };
   for (const Unknowns unknowns : {Unknowns::full, Unknowns::reduced})
     for (const double factor : {0.8, 1.0, 1.25}) {
-      const StepEquations equations(system, unknowns, true, {1, 1, 0}, 1);
+      const StepEquations equations(system, unknowns, true, {1, 1, 0}, host());
       const auto n = static_cast<Eigen::Index>(equations.size());
       const StepRelation old = relation(20.0), now = relation(20.0 * factor);
       Eigen::VectorXd x(n), h(n), b(n);
-      State state;
-      equations.pack(now, {0.7}, x.data());
+      StepState state;
+      const double lambda = 0.7;
+      equations.pack(now, &lambda, x.data());
       equations.unpack(x.data(), now, state);
       equations.residual(state, now, h.data());
 
       const Eigen::MatrixXd matrix = jacobian(equations, state, old);
       EXPECT_NEAR(equations.ratio(now), factor * factor, 1e-12);
       equations.scale_rows(h.data(), b.data());
-      Eigen::VectorXd correction = matrix.lu().solve(b);
-      equations.correct(now, correction.data());
+      const Eigen::VectorXd solution = matrix.lu().solve(b);
+      Eigen::VectorXd correction(n);
+      equations.correct(now, solution.data(), correction.data());
       x -= correction;
 
       const double before = h.head(3).norm();
@@ -193,10 +205,11 @@ TEST(Jacobian, HasAPivotWithoutInertiaAndNoStepMakesItLargeOrSmall) {
   const DenseSystem<Tied> system;
   for (const Unknowns unknowns : {Unknowns::full, Unknowns::reduced})
     for (const double rate : {1.0, 1e3, 1e6, 1e9}) {
-      const StepEquations equations(system, unknowns, true, {1, 1, 0}, 1);
+      const StepEquations equations(system, unknowns, true, {1, 1, 0}, host());
       const std::vector<double> rest(3, 0.0);
-      const StepRelation relation{0.0, 1.0 / rate, 1.0 / rate, rest, rest, rest};
-      const State state{0.0, rest, rest, rest, {0.0}};
+      const StepRelation relation = relation_at(rate, rest, rest, rest);
+      StepState state;
+      assign(host(), State{0.0, rest, rest, rest, {0.0}}, state);
       const Eigen::MatrixXd matrix = jacobian(equations, state, relation);
       EXPECT_GT(matrix(2, 1 + 2), 0.1) << rate;  // behind one multiplier
       EXPECT_LT(matrix.cwiseAbs().maxCoeff(), 5.0) << rate;
@@ -280,6 +293,7 @@ class Divided : public DenseSystem<Inner> {
       all_ = make_tangent(whole);
       whole.evaluate(state, all_, BlockSet::all());
     }
+    void begin_tangent(const Executor&, const StateView& state) override { begin_tangent(state); }
     void add_diagonal(const ByAVQ& factor, std::vector<double>& diagonal) override {
       for (int i = 0; i < pattern_.rows; ++i)
         if (pattern_.row_start[i + 1] > pattern_.row_start[i])
@@ -308,14 +322,16 @@ class Divided : public DenseSystem<Inner> {
 
 TEST(Jacobian, IsTheSameWhereSomeRowsAreSummedElsewhere) {
   const DenseSystem<Tied> whole;
-  const State state{0.0, {0.1, 0.3, 0.3}, {1.0, 2.0, 2.0}, {-5.0, 3.0, 3.0}, {7.0}};
+  const State given{0.0, {0.1, 0.3, 0.3}, {1.0, 2.0, 2.0}, {-5.0, 3.0, 3.0}, {7.0}};
+  StepState state;
+  assign(host(), given, state);
   for (const Unknowns unknowns : {Unknowns::full, Unknowns::reduced})
     for (const auto& [first, end] : {std::pair{0, 2}, {1, 3}, {0, 3}}) {
       const Divided<Tied> divided(first, end);
-      const StepEquations equations(divided, unknowns, true, {1, 1, 0}, 1),
-          expected(whole, unknowns, true, {1, 1, 0}, 1);
+      const StepEquations equations(divided, unknowns, true, {1, 1, 0}, host()),
+          expected(whole, unknowns, true, {1, 1, 0}, host());
       for (const double rate : {2.0, 1e3, 1e6}) {
-        const StepRelation relation{0.0, 1.0 / rate, 1.0 / rate, state.q, state.v, state.a};
+        const StepRelation relation = relation_at(rate, given.q, given.v, given.a);
         const Eigen::MatrixXd difference =
             jacobian(equations, state, relation) - jacobian(expected, state, relation);
         EXPECT_LT(difference.cwiseAbs().maxCoeff(), 1e-14) << rate;

@@ -10,9 +10,9 @@ namespace mfs::dae::test {
 struct Recorder : Observer {
   std::vector<StepReport> steps;
   std::vector<State> states, outputs;
-  void step(const StepReport& report, const State& state) override {
+  void step(const StepReport& report, const std::function<const State&()>& state) override {
     steps.push_back(report);
-    states.push_back(state);
+    states.push_back(state());
   }
   void output(const State& state) override { outputs.push_back(state); }
 };

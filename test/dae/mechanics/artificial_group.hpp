@@ -92,6 +92,10 @@ class ArtificialGroup final : public dae::ElementGroup {
       ++group_.device->taken;
       for (std::size_t k = 0; k < sum_.size(); ++k) force[group_.coordinates_[k]] += sum_[k];
     }
+    void write(const dae::Executor&, const dae::StateView& state, double* force) override {
+      begin(state);
+      for (std::size_t k = 0; k < sum_.size(); ++k) force[group_.coordinates_[k]] += sum_[k];
+    }
     // Its derivatives are nobody's business but the integrator's.
     const dae::Pattern& pattern() const override { return tangent_; }
     std::unique_ptr<dae::RemoteMatrix> make_matrix(std::size_t, const std::vector<int>&) override {
@@ -99,6 +103,7 @@ class ArtificialGroup final : public dae::ElementGroup {
     }
     void place(const std::array<const int*, 3>&, dae::RemoteMatrix&) override {}
     void begin_tangent(const dae::StateView&) override {}
+    void begin_tangent(const dae::Executor&, const dae::StateView&) override {}
     void add_diagonal(const dae::ByAVQ&, std::vector<double>&) override {}
     void begin_sum(const dae::ByAVQ&) override {}
 

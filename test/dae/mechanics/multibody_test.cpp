@@ -246,6 +246,51 @@ TEST(Multibody, LeavesForcesToADeviceThatIsAskedFor) {
   EXPECT_EQ(device->begun, 4);
 }
 
+TEST(Multibody, EvaluatesStatesOfADeviceTogetherWithIt) {
+  const int n = 45;
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    const Parts parts = random_parts(seed, n);
+    const auto host = parts.builder.build(2);
+    const auto m = static_cast<std::size_t>(host->constraints());
+    Residual expected = make_residual(*host);
+    host->evaluate(parts.state(), expected);
+
+    const auto device = std::make_shared<ArtificialGroup::Device>();
+    for (const int g : {0, 4}) parts.groups[g]->device = device;
+    const auto system = parts.builder.build(2, Backend::cuda);
+    const Executor executor(Executor::Place::host, 2);  // plays the device
+    const auto remote = system->remote_residual(executor);
+    ASSERT_NE(remote, nullptr);
+    for (const int levels : {3, 1, 3}) {
+      std::vector<double> h(n + 3 * m, std::nan(""));
+      remote->evaluate(parts.state(), levels, h.data());
+      for (int i = 0; i < n; ++i) EXPECT_NEAR(h[i], expected.force[i], 1e-13);
+      const std::vector<double>* const of_levels[] = {&expected.position, &expected.velocity,
+                                                      &expected.acceleration};
+      for (int level = 0; level < 3; ++level)
+        for (std::size_t row = 0; row < m; ++row) {
+          const double value = h[n + level * m + row];
+          EXPECT_TRUE(level < levels ? value == (*of_levels[level])[row] : std::isnan(value)) << value;
+        }
+    }
+    const StateView brought = remote->bring(parts.state());
+    EXPECT_EQ(brought.t, parts.state().t);
+    for (const int g : {1, 2, 3, 5})
+      for (int e = 0; e < parts.groups[g]->size(); ++e)
+        for (int k = 0; k < parts.groups[g]->local_coordinates(); ++k) {
+          const int i = parts.groups[g]->coordinates(e)[k];
+          EXPECT_EQ(brought.q[i], parts.q[i]);
+          EXPECT_EQ(brought.v[i], parts.v[i]);
+          EXPECT_EQ(brought.a[i], parts.a[i]);
+        }
+    for (std::size_t row = 0; row < m; ++row) EXPECT_EQ(brought.lambda[row], parts.lambda[row]);
+  }
+  const Parts parts = random_parts(1, n);
+  const Executor executor(Executor::Place::host, 1);
+  EXPECT_EQ(parts.builder.build(1, Backend::cuda)->remote_residual(executor), nullptr);  // nothing is there
+}
+
 TEST(Multibody, HasNoBlocksOfGroupsOnADevice) {
   const int n = 45;
   int shares = 0;

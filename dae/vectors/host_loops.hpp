@@ -1,14 +1,12 @@
-// Loops over long vectors by all threads of the team. A step has some fifty passes over vectors of n numbers
-// beside its elements and its factors; by one thread they would take longer than a factorization on a device.
-// Sums and largest values are taken in blocks of a fixed length, then over the blocks in order, so that no
-// result depends on the number of threads. Short vectors are not worth waking threads for.
+// Loops over long vectors on the host by all threads of the team. A step has some fifty passes over vectors
+// of n numbers beside its elements and its factors; by one thread they would take longer than a factorization
+// on a device. Sums and largest values are taken in blocks of a fixed length, then over the blocks in order,
+// so that no result depends on the number of threads. Short vectors are not worth waking threads for.
 #pragma once
 
 #include <omp.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -63,35 +61,6 @@ void parallel_for_parts(std::size_t count, int threads, const F& f) {
 #pragma omp parallel for num_threads(team_size(threads)) schedule(static) if (n > 2 * kBlockLength)
   for (std::int64_t part = 0; part < parts; ++part)
     f(static_cast<std::size_t>(part * kPart), static_cast<std::size_t>(std::min(n, (part + 1) * kPart)));
-}
-
-/// Roots of the means of (e(i)[k] / w_i)^2: 1 is what the user's tolerances allow. Sums in a fixed order; e
-/// is called once for each i.
-template <std::size_t count, class Errors>
-std::array<double, count> weighted_rms_of(const Errors& e, const std::vector<double>& weights, int threads) {
-  using Sums = std::array<double, count>;
-  Sums sums = parallel_fold(
-      weights.size(), threads, Sums{},
-      [&](std::size_t i) {
-        Sums squares = e(i);
-        for (double& value : squares) {
-          value /= weights[i];
-          value *= value;
-        }
-        return squares;
-      },
-      [](Sums a, const Sums& b) {
-        for (std::size_t k = 0; k < count; ++k) a[k] += b[k];
-        return a;
-      });
-  for (double& sum : sums) sum = weights.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(weights.size()));
-  return sums;
-}
-
-/// The same of one e(i).
-template <class Error>
-double weighted_rms(const Error& e, const std::vector<double>& weights, int threads) {
-  return weighted_rms_of<1>([&](std::size_t i) { return std::array<double, 1>{e(i)}; }, weights, threads)[0];
 }
 
 }  // namespace mfs::dae

@@ -1,5 +1,5 @@
 // Loops over vectors against plain ones, with lengths around those of the blocks.
-#include "dae/integrator/vector_loops.hpp"
+#include "dae/vectors/loops.hpp"
 
 #include <gtest/gtest.h>
 
@@ -43,10 +43,17 @@ TEST(VectorLoops, FoldEveryValueOnce) {
     for (const std::size_t place : {std::size_t{0}, length / 2, length - 1}) {
       const auto peak = [&](std::size_t i) { return i == place ? 7.0 : 1.0; };
       const auto larger = [](double a, double b) { return std::max(a, b); };
-      if (length > 0) EXPECT_EQ(parallel_fold(length, 3, 0.0, peak, larger), 7.0);
+      if (length > 0) {
+        EXPECT_EQ(parallel_fold(length, 3, 0.0, peak, larger), 7.0);
+      }
     }
   }
 }
+
+struct TwoErrors {
+  const double* e;
+  MFS_HOST_DEVICE Numbers<2> operator()(std::size_t i) const { return {{2.0 * e[i], e[i]}}; }
+};
 
 TEST(VectorLoops, TheErrorNormDoesNotDependOnTheNumberOfThreads) {
   mfs::test::Random random(11);
@@ -58,21 +65,34 @@ TEST(VectorLoops, TheErrorNormDoesNotDependOnTheNumberOfThreads) {
       weights[i] = 0.5 + 0.25 * static_cast<double>(i % 7);
       sum += static_cast<long double>(e[i] / weights[i]) * (e[i] / weights[i]);
     }
-    const auto norm = [&](int threads) {
-      return weighted_rms([&](std::size_t i) { return e[i]; }, weights, threads);
+    const auto norms = [&](int threads) {
+      const Executor host(Executor::Place::host, threads);
+      return weighted_rms<2>(host, TwoErrors{e.data()}, make_array(host, weights));
     };
     const double expected = length == 0 ? 0.0 : static_cast<double>(std::sqrt(sum / length));
-    EXPECT_NEAR(norm(1), expected, 1e-14 * expected) << length;
-    EXPECT_EQ(norm(2), norm(1)) << length;
-    EXPECT_EQ(norm(3), norm(1)) << length;
-    const auto both = weighted_rms_of<2>(
-        [&](std::size_t i) {
-          return std::array<double, 2>{2.0 * e[i], e[i]};
-        },
-        weights, 3);
-    EXPECT_EQ(both[0], 2.0 * norm(1)) << length;
-    EXPECT_EQ(both[1], norm(1)) << length;
+    const Numbers<2> one = norms(1);
+    EXPECT_NEAR(one.of[1], expected, 1e-14 * expected) << length;
+    EXPECT_EQ(one.of[0], 2.0 * one.of[1]) << length;
+    for (const int threads : {2, 3}) {
+      EXPECT_EQ(norms(threads).of[0], one.of[0]) << length;
+      EXPECT_EQ(norms(threads).of[1], one.of[1]) << length;
+    }
   }
+}
+
+TEST(Executor, CopiesBetweenItsMemoryAndTheHosts) {
+  const Executor host(Executor::Place::host, 2);
+  EXPECT_FALSE(host.on_device());
+  const std::vector<int> values{3, 1, 4, 1, 5};
+  Array<int> array = make_array(host, values);
+  EXPECT_EQ(array.on_host(host), values);
+  const int* const before = array.data();
+  array.resize(host, 5);
+  EXPECT_EQ(array.data(), before);
+  array.resize(host, 7);
+  EXPECT_EQ(array.size(), 7u);
+  array.resize(host, 0);
+  EXPECT_TRUE(array.on_host(host).empty());
 }
 
 }  // namespace

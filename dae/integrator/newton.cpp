@@ -165,9 +165,17 @@ class StepModel : public Thyra::StateFuncModelEvaluatorBase<double> {
       // solver for a norm): a residual that is no number ends the search, a missing Jacobian is thrown when
       // the solver is to take it.
       solves_.failure = std::current_exception();
-      if (!out.get_f().is_null()) Thyra::assign(out.get_f().ptr(), std::numeric_limits<double>::quiet_NaN());
+      if (!out.get_f().is_null()) spoil(*out.get_f());
     }
     report_.time_assembly += watch.seconds();
+  }
+
+  /// Makes it no number. Where the device fails even here, the failure that was noted ends the search.
+  static void spoil(Thyra::VectorBase<double>& f) {
+    try {
+      Thyra::assign(Teuchos::ptrFromRef(f), std::numeric_limits<double>::quiet_NaN());
+    } catch (const Error&) {
+    }
   }
 
   const StepEquations& equations_;
@@ -374,7 +382,7 @@ class Newton::Impl {
     outcome.thrown = solves_.failure;
     outcome.residual = test_->residual();
     std::copy(test_->violation().begin(), test_->violation().end(), outcome.violation);
-    return status == NOX::StatusTest::Converged;
+    return status == NOX::StatusTest::Converged && solves_.failure == nullptr;
   }
 
   /// Adds what the linear solver has done since the last time to the report.

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "dae/vectors/loops.hpp"
+#include "dae/vectors/operations.hpp"
 
 namespace mfs::dae {
 namespace {
@@ -16,17 +17,6 @@ constexpr double kSafeGrowth = 1.1;
 double step_factor(double error, int order) {
   return std::pow(2.0 * error + 1e-4, -1.0 / (order + 1));
 }
-
-struct Clear {
-  double* y;
-  MFS_HOST_DEVICE void operator()(std::size_t i) const { y[i] = 0.0; }
-};
-
-struct Scale {
-  double* y;
-  double factor;
-  MFS_HOST_DEVICE void operator()(std::size_t i) const { y[i] *= factor; }
-};
 
 /// Of all differences, and what each is multiplied by.
 constexpr int kMost = Bdf::kMostOrder + 2;
@@ -95,7 +85,7 @@ void Bdf::start(Array<double> y, Array<double> dy, double h) {
   phi_[1] = std::move(dy);  // y', until restart_with multiplies it by the first step
   for (int j = 2; j <= max_order_ + 1; ++j) {
     phi_[j].resize(executor_, n);
-    for_each(executor_, n, Clear{phi_[j].data()});
+    fill(executor_, n, 0.0, phi_[j].data());
   }
   order_ = 1;
   rising_ = true;
@@ -107,7 +97,7 @@ void Bdf::start(Array<double> y, Array<double> dy, double h) {
 
 // Nothing but y and y' is known: the first difference is that of the step about to be tried.
 void Bdf::restart_with(double h) {
-  for_each(executor_, phi_[1].size(), Scale{phi_[1].data(), step_ > 0.0 ? h / step_ : h});
+  scale(executor_, phi_[1].size(), step_ > 0.0 ? h / step_ : h, phi_[1].data());
   step_ = psi_[0] = h;
 }
 

@@ -11,8 +11,8 @@
 #include <Thyra_VectorDefaultBase.hpp>
 #include <Thyra_VectorSpaceBase.hpp>
 
-#include "dae/integrator/vector_operations.hpp"
 #include "dae/vectors/executor.hpp"
+#include "dae/vectors/operations.hpp"
 
 namespace mfs::dae {
 

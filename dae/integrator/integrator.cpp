@@ -18,7 +18,6 @@
 #include "dae/integrator/partition.hpp"
 #include "dae/integrator/step_equations.hpp"
 #include "dae/integrator/step_state.hpp"
-#include "dae/integrator/vector_operations.hpp"
 #include "dae/vectors/loops.hpp"
 #include "ordering/stopwatch.hpp"
 

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "dae/integrator/vector_operations.hpp"
 #include "dae/vectors/loops.hpp"
+#include "dae/vectors/operations.hpp"
 
 namespace mfs::dae {
 namespace {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "dae/vectors/loops.hpp"
+#include "dae/vectors/operations.hpp"
 
 namespace mfs::dae {
 namespace {
@@ -22,11 +23,6 @@ struct Gather {
       gathered[2 * count + i] = lambda[i - count];
     }
   }
-};
-
-struct Clear {
-  double* values;
-  MFS_HOST_DEVICE void operator()(std::size_t i) const { values[i] = 0.0; }
 };
 
 /// Adds forces of some coordinates to F, then writes all constraints behind it.
@@ -62,7 +58,7 @@ DividedResidual::DividedResidual(const Multibody& system, const Executor& execut
 
 void DividedResidual::evaluate(const StateView& state, int levels, double* h) {
   begin_gather(state);
-  for_each(executor_, n_, Clear{h});
+  fill(executor_, n_, 0.0, h);
   system_.write_device_forces(executor_, state, h);
   executor_.wait_for_mark();
   // Here, while the device evaluates forces. It has copied what was scattered before: what has been gathered

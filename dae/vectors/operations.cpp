@@ -1,4 +1,4 @@
-#include "dae/integrator/vector_operations.hpp"
+#include "dae/vectors/operations.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-// What Newton's method does with vectors of `count` numbers in an executor's memory.
+// What is done with vectors of `count` numbers in an executor's memory, whoever they belong to.
 #pragma once
 
 #include <cstddef>

@@ -6,9 +6,9 @@
 #include <memory>
 #include <vector>
 
-namespace mfs::dae {
+#include "dae/vectors/device_queue.hpp"
 
-class DeviceQueue;  // cuda/device_queue.hpp
+namespace mfs::dae {
 
 class Executor {
  public:
@@ -17,14 +17,14 @@ class Executor {
   /// `threads`: of the host, 0: all. Throws BackendError where there is no device, or this build has no CUDA,
   /// OutOfMemory and std::bad_alloc.
   Executor(Place place, int threads);
-  ~Executor();
   Executor(const Executor&) = delete;
   Executor& operator=(const Executor&) = delete;
 
   bool on_device() const { return queue_ != nullptr; }
   int threads() const { return threads_; }
-  const DeviceQueue& queue() const { return *queue_; }
-  void* stream() const;  ///< the device's, a cudaStream_t; null on the host
+  const DeviceQueue* queue() const { return queue_.get(); }  ///< null on the host
+  /// The device's, a cudaStream_t; null on the host.
+  void* stream() const { return on_device() ? queue_->stream() : nullptr; }
 
   /// Memory that lives as long as what is returned: that of the executor, and memory of the host for copies
   /// to it and back. Throws OutOfMemory (device), std::bad_alloc (host).
@@ -50,7 +50,7 @@ class Executor {
   }
 
  private:
-  std::unique_ptr<DeviceQueue> queue_;  ///< null: the host
+  std::unique_ptr<DeviceQueue> queue_;
   int threads_;
 };
 

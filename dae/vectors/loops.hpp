@@ -26,7 +26,7 @@ namespace mfs::dae {
 template <class F>
 void for_each(const Executor& executor, std::size_t count, const F& f, std::size_t work = 0) {
 #ifdef __CUDACC__
-  if (executor.on_device()) return for_each_on_device(executor.queue(), count, f);
+  if (executor.on_device()) return for_each_on_device(queue_of(executor), count, f);
 #endif
   parallel_for(count, executor.threads(), f, work);
 }
@@ -36,7 +36,7 @@ void for_each(const Executor& executor, std::size_t count, const F& f, std::size
 template <class F>
 void for_parts(const Executor& executor, std::size_t count, const F& f) {
 #ifdef __CUDACC__
-  if (executor.on_device()) return for_each_on_device(executor.queue(), count, PartOfOne<F>{f});
+  if (executor.on_device()) return for_each_on_device(queue_of(executor), count, PartOfOne<F>{f});
 #endif
   parallel_for_parts(count, executor.threads(), f);
 }
@@ -46,7 +46,7 @@ template <class Value, class F, class Combine>
 Value fold(const Executor& executor, std::size_t count, const Value& none, const F& f,
            const Combine& combine) {
 #ifdef __CUDACC__
-  if (executor.on_device()) return fold_on_device(executor.queue(), count, none, f, combine);
+  if (executor.on_device()) return fold_on_device(queue_of(executor), count, none, f, combine);
 #endif
   return parallel_fold(count, executor.threads(), none, f, combine);
 }

@@ -5,7 +5,7 @@
 
 #include "dae/fem/cuda/device_body.hpp"
 #include "dae/fem/cuda/device_tangent.hpp"
-#include "dae/vectors/cuda/device_queue.hpp"
+#include "dae/vectors/cuda/cuda_queue.hpp"
 #include "kernels/cuda/device.hpp"
 
 namespace mfs::dae {
@@ -258,7 +258,7 @@ DeviceBody CudaForce<kind>::body_in(const StateView& state, double* force) const
 template <ElementKind kind>
 template <class Work>
 void CudaForce<kind>::between(const Executor& executor, const Work& work) {
-  const cuda::Stream& others = executor.queue().stream;
+  const cuda::Stream& others = queue_of(executor).work;
   begun_.record(others);
   stream_.wait_for(begun_);
   work();

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <type_traits>
 
-#include "dae/vectors/cuda/device_queue.hpp"
+#include "dae/vectors/cuda/cuda_queue.hpp"
 
 namespace mfs::dae {
 
@@ -20,11 +20,11 @@ __global__ void __launch_bounds__(kLoopThreads) visit_all(std::int64_t count, F 
 }
 
 template <class F>
-void for_each_on_device(const DeviceQueue& queue, std::size_t count, const F& f) {
+void for_each_on_device(const CudaQueue& queue, std::size_t count, const F& f) {
   if (count == 0) return;
   const auto n = static_cast<std::int64_t>(count);
   visit_all<<<static_cast<unsigned>((n + kLoopThreads - 1) / kLoopThreads), kLoopThreads, 0,
-              queue.stream.get()>>>(n, f);
+              queue.work.get()>>>(n, f);
   cuda::check_launch("visit_all");
 }
 
@@ -54,18 +54,18 @@ __global__ void __launch_bounds__(kLoopThreads)
 }
 
 template <class Value, class F, class Combine>
-Value fold_on_device(const DeviceQueue& queue, std::size_t count, const Value& none, const F& f,
+Value fold_on_device(const CudaQueue& queue, std::size_t count, const Value& none, const F& f,
                      const Combine& combine) {
-  static_assert(std::is_trivially_copyable_v<Value> && sizeof(Value) <= DeviceQueue::kMostFolded);
+  static_assert(std::is_trivially_copyable_v<Value> && sizeof(Value) <= CudaQueue::kMostFolded);
   const auto n = static_cast<std::int64_t>(count);
-  const auto blocks = static_cast<int>(
-      std::min<std::int64_t>(DeviceQueue::kFoldBlocks, (n + kLoopThreads - 1) / kLoopThreads));
+  const auto blocks =
+      static_cast<int>(std::min<std::int64_t>(CudaQueue::kFoldBlocks, (n + kLoopThreads - 1) / kLoopThreads));
   if (blocks == 0) return none;
   Value* const folded = queue.folded.at<Value>(0);
-  fold_parts<<<static_cast<unsigned>(blocks), kLoopThreads, 0, queue.stream.get()>>>(n, none, f, combine,
-                                                                                     folded);
+  fold_parts<<<static_cast<unsigned>(blocks), kLoopThreads, 0, queue.work.get()>>>(n, none, f, combine,
+                                                                                   folded);
   cuda::check_launch("fold_parts");
-  queue.stream.synchronize();
+  queue.work.synchronize();
   Value all = none;
   for (int b = 0; b < blocks; ++b) all = combine(all, folded[b]);
   return all;

@@ -62,19 +62,18 @@ Vertex largest_unknown(Vertex n, const Scalar* x, const double* scale) {
 template <class Scalar>
 class Correction {
  public:
-  /// `inverse(x, columns)` puts A'^-1 X in the place of X, at most kSolveColumns at once,
+  /// `inverse(x, columns)` puts A'^-1 X in the place of X, `at_once` columns at most,
   /// `inverse_of_transposed(x)` A'^-T x in the place of x.
   template <class Inverse, class InverseOfTransposed>
   Correction(Vertex n, std::vector<Perturbation<Scalar>> perturbations, const ScaledRows<Scalar>& a,
-             const Inverse& inverse, const InverseOfTransposed& inverse_of_transposed)
+             Vertex at_once, const Inverse& inverse, const InverseOfTransposed& inverse_of_transposed)
       : n_(n), perturbations_(std::move(perturbations)) {
-    const std::size_t k = perturbations_.size();
+    const std::size_t k = perturbations_.size(), block = static_cast<std::size_t>(at_once);
     for (const Perturbation<Scalar>& p : perturbations_)
       scale_.push_back(static_cast<RealOf<Scalar>>(a.scale[p.column]));
     z_.assign(static_cast<std::size_t>(n) * k, Scalar(0));
-    for (std::size_t first = 0; first < k; first += kSolveColumns) {
-      solve_columns(first, std::min<std::size_t>(kSolveColumns, k - first), inverse, a.rows);
-    }
+    for (std::size_t first = 0; first < k; first += block)
+      solve_columns(first, std::min(block, k - first), inverse, a.rows);
     decompose(a.scale);
     if (usable_) find_null_vectors(a, inverse, inverse_of_transposed);
   }

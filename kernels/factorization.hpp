@@ -86,6 +86,9 @@ class Factorization {
   /// for (std::bad_alloc), and what was there stays. columns <= kSolveColumns.
   virtual Scalar* rhs(Vertex columns) = 0;
   virtual const Scalar* solution() const = 0;
+  /// Columns that many right-hand sides are best taken by: fewer than kSolveColumns where the vectors of so
+  /// many would need much memory beside the factors.
+  virtual Vertex columns_at_once() const { return kSolveColumns; }
   /// Solves for `columns` columns of rhs(columns); with A^T where its pattern is given.
   virtual SolveOutcome solve(Vertex columns, const TransposedPattern* transposed,
                              const SolveControls& controls) = 0;

@@ -319,13 +319,13 @@ class AccuracyLadder : public Factorization<Value> {
     if (status_.perturbed == 0) return false;
     std::vector<Perturbation<Value>> perturbations = perturbed_entries(flip);
     if (perturbations.empty() || perturbations.size() > most_corrected(*plan_)) return false;
-    rhs(kSolveColumns);  // room for the vectors of a full block
+    rhs(this->columns_at_once());  // room for the vectors of a full block
     const auto inverse = [&](Value* x, Vertex count) { apply_inverse(x, x, count, flip); };
     const auto inverse_of_transposed = [&](Value* x) { apply_inverse(x, x, 1, !flip); };
     const ScaledRows<Value> rows{matrix_rows(transposed), flip ? matrix_.column_scale : matrix_.row_scale,
                                  flip ? matrix_.row_scale : matrix_.column_scale};
-    correction_[flip] = std::make_unique<Correction<Value>>(plan_->n, std::move(perturbations), rows, inverse,
-                                                            inverse_of_transposed);
+    correction_[flip] = std::make_unique<Correction<Value>>(
+        plan_->n, std::move(perturbations), rows, this->columns_at_once(), inverse, inverse_of_transposed);
     if (!correction_[flip]->usable()) correction_[flip].reset();
     return correction_[flip] != nullptr;
   }

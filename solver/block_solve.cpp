@@ -93,11 +93,12 @@ void BlockSolve<Scalar>::solve_parts(const Columns<Scalar>& all, const SolvePart
   report_.krylov_steps = 0;
   report_.corrected_pivots = 0;
   report_.backward_error = 0;
-  for (Offset first = 0; first < all.count; first += kSolveColumns) {
+  const Offset block = factors_.numeric().columns_at_once();
+  for (Offset first = 0; first < all.count; first += block) {
     Columns<Scalar> part = all;
     part.b += first * all.ldb;
     part.x += first * all.ldx;
-    part.count = std::min<Offset>(kSolveColumns, all.count - first);
+    part.count = std::min(block, all.count - first);
     solve_part(part);
     phases_.tell("solve", static_cast<double>(first + part.count) / static_cast<double>(all.count));
   }
@@ -128,6 +129,7 @@ void BlockSolve<Scalar>::solve_part_on_device(const Columns<Scalar>& part, void*
   });
   if (solved) {
     note_outcome(outcome);
+    report_.bytes_used = factors_.numeric("solve_device").bytes();
     report_.time_ladder += outcome.time_ladder;
     report_.backward_error = std::max(report_.backward_error, outcome.backward_error);
     return;

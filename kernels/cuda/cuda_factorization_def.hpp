@@ -20,6 +20,10 @@ namespace mfs::cuda {
 /// What one block may have on the devices of compute capability 9.0.
 constexpr std::size_t kMostSharedMemory = 227 * 1024;
 
+/// Vectors of kSolveColumns columns may take so many bytes beside the region of the plan, or this part of the
+/// factors' memory; where they would take more, kFewColumns are solved for at once.
+constexpr Offset kLittle = Offset(1) << 24, kShare = 8;
+
 /// Factorizations with strict fronts before it is tried without them again.
 constexpr int kMostPatience = 64;
 
@@ -58,6 +62,9 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
     error_ = host_->template at<double>(error);
     status_ = host_->template at<DeviceStatus>(status);
     make_room(1);
+    const Offset most = std::max(kLittle, plan().factor_entries * static_cast<Offset>(sizeof(S)) / kShare);
+    columns_at_once_ =
+        VectorLayout(stages_, n, kSolveColumns).beside.total() <= most ? kSolveColumns : kFewColumns;
   }
 
   Value* matrix_values() override {
@@ -152,6 +159,8 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
     stream_.copy_columns(to, ld * static_cast<Offset>(sizeof(Value)), from, bytes, bytes, columns);
     stream_.synchronize();
   }
+
+  Vertex columns_at_once() const override { return columns_at_once_; }
 
   Value pivot_shift(Vertex position) const override {
     read_pivots();
@@ -274,15 +283,6 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
     const FrontStore<S, V>& at = stages_.store().fronts;
     return of_rows ? Side{at.row_of, at.row_scale} : Side{at.column_of, at.column_scale};
   }
-  // Calls work with the width of the vectors for so many columns as a constant.
-  template <class Work>
-  static void with_width(Vertex columns, const Work& work) {
-    if (solve_width(columns) == 1) {
-      work(std::integral_constant<int, 1>());
-    } else {
-      work(std::integral_constant<int, kSolveColumns>());
-    }
-  }
   void enter(const Columns<const V>& b, bool transposed) {
     const Offset n = plan().n;
     with_width(b.count, [&](auto k) {
@@ -294,7 +294,7 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
   // x_ = approximately A^-1 (or A^-T) of what has come into elimination order, or += that.
   void substitute(Vertex columns, bool transposed, bool add) {
     const Vertex width = solve_width(columns);
-    Graph& graph = solve_graph_[transposed][width > 1];
+    Graph& graph = solve_graph_[transposed][(width > 1) + (width > kFewColumns)];
     if (!graph.recorded())
       graph.record(stream_, [&] { stages_.substitute(substitution_, width, transposed); });
     graph.launch(stream_);
@@ -348,22 +348,48 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
     b_ = rhs_->template at<V>(0);
   }
 
+  // The vectors of a solve lie where contribution blocks were, as many as there is room for, and the others
+  // beside.
+  struct VectorLayout {
+    ArenaLayout spare, beside;
+    struct Place {
+      bool in_spare;
+      Offset at;
+    };
+    Place border, partial, error, v, y, x;
+
+    VectorLayout(const DeviceStages<S, V>& stages, Offset n, Offset width) : free_(stages.spare_bytes()) {
+      border = add(stages.border_rows() * width * sizeof(S));
+      partial = add(stages.partial_rows() * width * sizeof(S));
+      error = add((1 + kSolveColumns) * sizeof(double));
+      v = add(n * width * sizeof(S));
+      y = add(n * width * sizeof(S));
+      x = add(n * width * sizeof(V));
+    }
+
+   private:
+    Place add(Offset bytes) {
+      ArenaLayout with = spare;
+      with.add(bytes);
+      const bool fits = with.total() <= free_;
+      return {fits, (fits ? spare : beside).add(bytes)};
+    }
+    Offset free_;
+  };
+
   void make_vectors(Vertex width) {
     if (width <= width_) return;
-    const Offset block = static_cast<Offset>(plan().n) * width;
-    ArenaLayout layout;
-    const Offset x = layout.add(block * sizeof(V)), v = layout.add(block * sizeof(S)),
-                 y = layout.add(block * sizeof(S)),
-                 border = layout.add(stages_.border_rows() * width * sizeof(S)),
-                 partial = layout.add(stages_.partial_rows() * width * sizeof(S)),
-                 error = layout.add((1 + kSolveColumns) * sizeof(double));
-    const bool fits = layout.total() <= stages_.spare_bytes();
-    if (!fits) vectors_ = std::make_unique<DeviceArena>(layout.total());
-    char* const base = fits ? static_cast<char*>(stages_.spare()) : vectors_->template at<char>(0);
-    x_ = reinterpret_cast<V*>(base + x);
-    substitution_ = {reinterpret_cast<S*>(base + v), reinterpret_cast<S*>(base + y),
-                     reinterpret_cast<S*>(base + border), reinterpret_cast<S*>(base + partial)};
-    device_error_ = reinterpret_cast<double*>(base + error);
+    const VectorLayout layout(stages_, plan().n, width);
+    auto beside = std::make_unique<DeviceArena>(layout.beside.total());
+    const auto at = [&](const typename VectorLayout::Place& place) {
+      return place.in_spare ? static_cast<char*>(stages_.spare()) + place.at
+                            : beside->template at<char>(place.at);
+    };
+    x_ = reinterpret_cast<V*>(at(layout.x));
+    substitution_ = {reinterpret_cast<S*>(at(layout.v)), reinterpret_cast<S*>(at(layout.y)),
+                     reinterpret_cast<S*>(at(layout.border)), reinterpret_cast<S*>(at(layout.partial))};
+    device_error_ = reinterpret_cast<double*>(at(layout.error));
+    vectors_ = std::move(beside);
     width_ = width;
     for (auto& graphs : solve_graph_) {
       for (Graph& graph : graphs) graph.reset();
@@ -428,11 +454,12 @@ class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedAren
   bool strict_ = false;                // some front is, else none
   int strict_for_ = 0, patience_ = 1;  // factorizations since, and until it is tried without
   Event foreign_;
-  Graph graph_[2], solve_graph_[2][2];  // by look-ahead; by transposed, by more than one column
+  Graph graph_[2], solve_graph_[2][3];  // by look-ahead; by transposed, by width
   double graph_tolerance_ = 0;
   std::unique_ptr<DeviceArena> vectors_, rhs_, transposed_;
   RowAccess<V> transposed_rows_{};
   Vertex width_ = 0;  // of the vectors
+  Vertex columns_at_once_ = 1;
   V *b_, *x_;
   double* device_error_;  // and what the rows of each column count at least
   typename DeviceStages<S, V>::Vectors substitution_{};

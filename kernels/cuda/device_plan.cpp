@@ -1,7 +1,10 @@
 #include "kernels/cuda/device_plan.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
+
+#include <mfs/error.hpp>
 
 namespace mfs::cuda {
 
@@ -476,20 +479,20 @@ class Builder {
     for_each_child_row([&](Offset of, Offset) { ++made_.source_begin[of + 1]; });
     place_sources();
     made_.destination.resize(plan_.border.size());
-    std::vector<Offset> next = made_.source_begin;
+    std::vector<Vertex> next = made_.source_begin;
     for_each_child_row([&](Offset of, Offset place) { made_.destination[place] = next[of]++; });
   }
 
   // From counts to places.
   void place_sources() {
     std::vector<Offset> next = place_borders();
-    std::vector<Offset>& places = made_.source_begin;
+    std::vector<Vertex>& places = made_.source_begin;
     for (Vertex step = 1; step < plan_.num_depths; ++step) {
       const bool last = step + 1 == plan_.num_depths;
       const auto begin = places.begin() + made_.row_begin[plan_.depth_begin[step]];
       const auto end = last ? places.end() : places.begin() + made_.row_begin[plan_.depth_begin[step + 1]];
       Offset& of_children = next[forward_launch_[step - 1]];
-      *begin = of_children;
+      *begin = static_cast<Vertex>(of_children);
       std::partial_sum(begin, end, begin);
       of_children += border_rows_of(step - 1);
     }
@@ -505,6 +508,8 @@ class Builder {
     for (std::size_t launch = 0; launch < count.size(); ++launch)
       most[launch % 2] = std::max(most[launch % 2], count[launch]);
     made_.border_places = most[0] + most[1];
+    if (made_.border_places > std::numeric_limits<Vertex>::max())
+      throw BackendError("CUDA", 0, "borders of more than 2^31 - 1 rows are solved with on the host only");
     for (std::size_t launch = 0; launch < count.size(); ++launch) {
       begin.push_back(launch % 2 == 0 ? 0 : most[0]);
       made_.forward[launch].border = {begin.back(), begin.back() + count[launch]};

@@ -146,8 +146,8 @@ struct DevicePlan {
   // A border row leaves its value at destination[its place in the plan's border]. There are as many places as
   // two neighbouring launches of the forward pass need.
   std::vector<Offset> row_begin;     // num_fronts
-  std::vector<Offset> source_begin;  // rows of all fronts, and the end of each depth's last one
-  std::vector<Offset> destination;
+  std::vector<Vertex> source_begin;  // rows of all fronts, and the end of each depth's last one
+  std::vector<Vertex> destination;
   Offset border_places = 0;
 };
 

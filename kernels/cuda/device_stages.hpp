@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <optional>
+#include <type_traits>
 
 #include "kernels/cuda/device.hpp"
 #include "kernels/cuda/device_blas.hpp"
@@ -37,9 +38,22 @@ enum class Kernel {
 };
 using Mark = std::function<void(Kernel, Vertex step)>;
 
-/// Columns that a solve for `columns` of them works on: a multiple of what its kernels are made for.
+/// Columns that a solve for `columns` <= kSolveColumns of them works on: what its kernels are made for.
+constexpr Vertex kFewColumns = 4;
 constexpr Vertex solve_width(Vertex columns) {
-  return columns == 1 ? 1 : kSolveColumns;
+  return columns == 1 ? 1 : columns <= kFewColumns ? kFewColumns : kSolveColumns;
+}
+/// Calls work with that number as a constant.
+template <class Work>
+void with_width(Vertex columns, const Work& work) {
+  switch (solve_width(columns)) {
+    case 1:
+      return work(std::integral_constant<int, 1>());
+    case kFewColumns:
+      return work(std::integral_constant<int, kFewColumns>());
+    default:
+      return work(std::integral_constant<int, kSolveColumns>());
+  }
 }
 
 /// S: numbers of the factors, V: of the matrix, both as device code calls them.

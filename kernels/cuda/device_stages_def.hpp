@@ -380,12 +380,9 @@ void DeviceStages<S, V>::substitute_columns(const Vectors& at) {
 template <class S, class V>
 void DeviceStages<S, V>::substitute(const Vectors& vectors, Vertex width, bool transposed) {
   with_sides([&] {
-    if (width == 1) {
-      transposed ? substitute_columns<1, true>(vectors) : substitute_columns<1, false>(vectors);
-    } else {
-      transposed ? substitute_columns<kSolveColumns, true>(vectors)
-                 : substitute_columns<kSolveColumns, false>(vectors);
-    }
+    with_width(width, [&](auto k) {
+      transposed ? substitute_columns<k(), true>(vectors) : substitute_columns<k(), false>(vectors);
+    });
   });
 }
 

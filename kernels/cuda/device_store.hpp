@@ -27,7 +27,8 @@ struct DeviceStore {
   const SolvePart* solve;
   const StepTask* steps;
   const ProductTask* products;
-  const Offset *row_begin, *source_begin, *destination;
+  const Offset* row_begin;
+  const Vertex *source_begin, *destination;
   const Offset* child_row_begin;
   const Vertex* child_row;
   const Vertex* entry_place;

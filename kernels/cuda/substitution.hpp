@@ -18,8 +18,8 @@
 // what it then does.
 //
 // What multiplies the vector comes in steps of 64 columns, and at the end the diagonal tile, which is
-// inverted: for one column column_sweep.hpp does them, for 16 tile_sweep.hpp. From the last entries that a
-// tile waits for to the first that others wait for takes about 1.5 us, for each tile of a large front:
+// inverted: for one column column_sweep.hpp does them, for 4 and 16 tile_sweep.hpp. From the last entries
+// that a tile waits for to the first that others wait for takes about 1.5 us, for each tile of a large front:
 // nothing is loaded on that path, and it has few barriers.
 //
 // The transposed system takes U^T forward and L^T backward, and undoes the row exchanges at the end.

@@ -1,23 +1,27 @@
-// A tile of the solve for 16 columns at once: products of 64 x 64 panels with 64 x 16 of the vector, on the
-// tensor cores. Panels come through two places in shared memory, one step ahead.
+// A tile of the solve for K = 4 or 16 columns at once: products of 64 x 64 panels with 64 x K of the vector,
+// on the tensor cores. Panels come through two places in shared memory, one step ahead.
 #pragma once
 
 #include "kernels/cuda/solve_tile.hpp"
 
 namespace mfs::cuda {
 
-/// Sums of 64 x K: each warp of the block has tiles of 16 x 8.
+/// Sums of 64 x K by tiles of 16 x 8, one for each warp of the block; the others wait. A tile may be wider
+/// than K: what stands right of the vector in shared memory makes columns that nobody asks for.
 template <class S, int K>
 struct TileSums {
-  static_assert(kSolveTile / 16 * (K / 8) * kWarp == kSolveThreads);
+  static constexpr int kWide = K < 8 ? 8 : K;
+  static_assert(kSolveTile / 16 * (kWide / 8) * kWarp <= kSolveThreads);
   WarpTile<S, 1, 1> sum;
 
   __device__ static int warp_row() { return threadIdx.x / kWarp % (kSolveTile / 16) * 16; }
   __device__ static int warp_column() { return threadIdx.x / kWarp / (kSolveTile / 16) * 8; }
+  __device__ static bool has_tile() { return warp_column() < kWide; }
 
   /// += B x for 64 columns of B = entry(row, k) and as many rows of x, of leading dimension ld.
   template <class Entry>
   __device__ void multiply(const Entry& entry, const S* x, int ld) {
+    if (!has_tile()) return;
     const int first = warp_row();
     sum.multiply_entries([&](int row, int k) { return entry(first + row, k); }, x + warp_column(), ld, 1,
                          kStep);
@@ -25,8 +29,11 @@ struct TileSums {
   /// Calls body(row, column, sum), once for each.
   template <class Body>
   __device__ void for_each(const Body& body) {
-    sum.for_each(
-        [&](int row, int column, S& value) { body(warp_row() + row, warp_column() + column, value); });
+    if (!has_tile()) return;
+    sum.for_each([&](int row, int column, S& value) {
+      column += warp_column();
+      if (column < K) body(warp_row() + row, column, value);
+    });
   }
 };
 
@@ -76,6 +83,7 @@ template <bool Transposed, int K, class S, class PanelOf, class PlaceOf>
 class TileSweep {
   using Place = PanelPlace<Transposed, K>;
   static constexpr int kLd = K + 4, kBlock = kSolveTile * kLd, kStages = 2;
+  static_assert(kLd >= TileSums<S, K>::kWide);
 
  public:
   static constexpr std::size_t bytes = sizeof(S) * (kStages * Place::entries + 2 * kBlock);

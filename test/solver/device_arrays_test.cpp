@@ -211,6 +211,23 @@ SparseMatrix with_pivots(bool away) {
   return a;
 }
 
+// Of a matrix with little fill the vectors of 16 columns would take nearly as much as the factors: there only
+// a few are solved for at once, from arrays of either memory.
+using ManyColumns = DeviceArrays<double>;
+TEST_F(ManyColumns, TakeLittleMemory) {
+  const SparseMatrix a = grid_2d(400, 400);
+  Solver solver(options_);
+  solver.factor(a.view());
+  expect_solves_there(solver, a, 1);
+  const std::int64_t column = 8 * a.n, before = solver.report().bytes_used;
+  expect_solves_there(solver, a, 16);
+  const std::int64_t more = solver.report().bytes_used - before;
+  EXPECT_GT(more, 4 * column);
+  EXPECT_LT(more, 20 * column) << "16 columns at once take 60 and more";
+  expect_solves(solver, a, 17);
+  EXPECT_LT(solver.report().bytes_used - before, 24 * column);
+}
+
 // Once a front's pivots are searched further, they are so in later factorizations, but not forever: then the
 // factors are those of a solver that never had to.
 TEST_F(DeviceArraysOfDoubles, ForgetOtherMatrices) {

@@ -129,7 +129,7 @@ TYPED_TEST(DeviceStagesTest, SolvesAsTheReferenceDoes) {
       const auto reference = followed(problem, bench, default_tolerance<TypeParam>());
       const double growth = growth_of(reference);
       const Vertex n = problem.plan->n;
-      for (const Vertex columns : {1, 3, 4, 16, 17}) {
+      for (const Vertex columns : {1, 3, 4, 5, 16, 17}) {
         const std::vector<TypeParam> v = Random(77).vector<TypeParam>(static_cast<std::int64_t>(n) * columns);
         for (const bool transposed : {false, true}) {
           SCOPED_TRACE(std::to_string(columns) + " columns" + (transposed ? ", transposed" : ""));

@@ -1,7 +1,13 @@
 #include "kernels/blas.hpp"
 
 #include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <iterator>
+#include <type_traits>
 #include <vector>
+
+#include "kernels/simd_clones.hpp"
 
 using mfs::Offset;
 using mfs::Vertex;
@@ -38,6 +44,7 @@ void zlacn2_(const int*, std::complex<double>*, std::complex<double>*, double*, 
 int openblas_get_num_threads() __attribute__((weak));
 void openblas_set_num_threads(int) __attribute__((weak));
 char* openblas_get_config() __attribute__((weak));
+char* openblas_get_corename() __attribute__((weak));
 int openblas_get_parallel() __attribute__((weak));
 int MKL_Set_Num_Threads_Local(int) __attribute__((weak));
 void MKL_Get_Version_String(char*, int) __attribute__((weak));
@@ -97,11 +104,60 @@ int leading(Offset ld) {
   return ld > 0 ? static_cast<int>(ld) : 1;
 }
 
+// y (m) -= A x for A (m x k). Such products are as many as a tree has fronts, and each entry of A is used
+// once: what a call of BLAS does beside (OpenBLAS' pthread kind takes a lock for its buffer) takes longer
+// than small ones, and threads queue up. Complex numbers and A^T are left to BLAS.
+#define MFS_SUBTRACT_PRODUCT(S)                                                                          \
+  MFS_SIMD_CLONES void subtract_product(Vertex m, Vertex k, const S* a, Offset ld, const S* x, S* out) { \
+    S* const __restrict y = out;                                                                         \
+    Vertex j = 0;                                                                                        \
+    for (; j + 8 <= k; j += 8, a += 8 * ld, x += 8) {                                                    \
+      const S *a1 = a + ld, *a2 = a1 + ld, *a3 = a2 + ld, *a4 = a3 + ld, *a5 = a4 + ld, *a6 = a5 + ld,   \
+              *a7 = a6 + ld;                                                                             \
+      for (Vertex i = 0; i < m; ++i)                                                                     \
+        y[i] -= ((a[i] * x[0] + a1[i] * x[1]) + (a2[i] * x[2] + a3[i] * x[3])) +                         \
+                ((a4[i] * x[4] + a5[i] * x[5]) + (a6[i] * x[6] + a7[i] * x[7]));                         \
+    }                                                                                                    \
+    for (; j < k; ++j, a += ld, ++x) {                                                                   \
+      for (Vertex i = 0; i < m; ++i) y[i] -= a[i] * x[0];                                                \
+    }                                                                                                    \
+  }
+MFS_SUBTRACT_PRODUCT(float)
+MFS_SUBTRACT_PRODUCT(double)
+
+/// Triangles are solved with by blocks of so many unknowns.
+constexpr Vertex kTriangle = 16;
+
+// x := T^-1 x for the unit lower or the upper triangle T (n x n).
+template <class Real>
+void solve_triangle(bool upper, Vertex n, const Real* t, Offset ld, Real* x) {
+  if (upper) {
+    for (Vertex k = (n - 1) / kTriangle * kTriangle; k >= 0; k -= kTriangle) {
+      for (Vertex j = std::min(n, k + kTriangle) - 1; j >= k; --j) {
+        x[j] /= t[j + j * ld];
+        for (Vertex i = k; i < j; ++i) x[i] -= t[i + j * ld] * x[j];
+      }
+      subtract_product(k, std::min(kTriangle, n - k), t + k * ld, ld, x + k, x);
+    }
+  } else {
+    for (Vertex k = 0; k < n; k += kTriangle) {
+      const Vertex next = std::min(n, k + kTriangle);
+      for (Vertex j = k; j < next; ++j) {
+        for (Vertex i = j + 1; i < next; ++i) x[i] -= t[i + j * ld] * x[j];
+      }
+      subtract_product(n - next, next - k, t + next + k * ld, ld, x + k, x + next);
+    }
+  }
+}
+
 // One right-hand side reads the triangle once; trsm would pack it first.
 template <class Scalar>
 void solve_left(const char* uplo, const char* diag, Transpose transpose, Vertex n, Vertex columns,
                 const Scalar* t, Offset ldt, Scalar* b, Offset ldb) {
   if (n == 0 || columns == 0) return;
+  if constexpr (std::is_floating_point_v<Scalar>) {
+    if (columns == 1 && transpose == Transpose::no) return solve_triangle(*uplo == 'U', n, t, ldt, b);
+  }
   const char ta = static_cast<char>(transpose);
   if (columns == 1) {
     trsv(uplo, &ta, diag, n, t, leading(ldt), b);
@@ -116,9 +172,12 @@ template <class Scalar>
 void gemm_minus(Transpose transpose_a, Vertex m, Vertex n, Vertex k, const Scalar* a, Offset lda,
                 const Scalar* b, Offset ldb, Scalar* c, Offset ldc) {
   if (m == 0 || n == 0 || k == 0) return;
+  const bool plain = transpose_a == Transpose::no;
+  if constexpr (std::is_floating_point_v<Scalar>) {
+    if (n == 1 && plain) return subtract_product(m, k, a, lda, b, c);
+  }
   const char ta = static_cast<char>(transpose_a);
   if (n == 1) {
-    const bool plain = transpose_a == Transpose::no;
     gemv(&ta, plain ? m : k, plain ? k : m, Scalar(-1), a, leading(lda), b, Scalar(1), c);
   } else {
     gemm(&ta, m, n, k, Scalar(-1), a, leading(lda), b, leading(ldb), Scalar(1), c, leading(ldc));
@@ -184,7 +243,9 @@ SequentialScope::~SequentialScope() {
   }
 }
 
-std::string library_name() {
+namespace {
+
+std::string linked_library() {
   if (MKL_Get_Version_String) {
     char text[200] = {};
     MKL_Get_Version_String(text, sizeof text - 1);
@@ -202,6 +263,38 @@ std::string library_name() {
     default:
       return config + ", openmp";
   }
+}
+
+}  // namespace
+
+std::string library_name() {
+  const std::string better = better_kernels();
+  return linked_library() + (better.empty() ? "" : "; OPENBLAS_CORETYPE=" + better + " would be faster");
+}
+
+std::string better_kernels() {
+#ifdef __x86_64__
+  const bool chosen_at_run_time =
+      openblas_get_corename && openblas_get_config && std::strstr(openblas_get_config(), "DYNAMIC_ARCH");
+  if (!chosen_at_run_time || std::getenv("OPENBLAS_CORETYPE")) return "";
+  const bool avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"),
+             avx512 = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+                      __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl") &&
+                      __builtin_cpu_supports("avx512cd");
+  return better_kernels(openblas_get_corename(), avx2, avx512);
+#else
+  return "";
+#endif
+}
+
+std::string better_kernels(const std::string& taken, bool avx2, bool avx512) {
+  // Of processors without AVX2, as OpenBLAS 0.3 names them.
+  static const char* const kOld[] = {"Katmai", "Coppermine",  "Northwood",    "Prescott",   "Banias",
+                                     "Atom",   "Core2",       "Penryn",       "Dunnington", "Nehalem",
+                                     "Athlon", "Opteron",     "Opteron_SSE3", "Barcelona",  "Bobcat",
+                                     "Nano",   "Sandybridge", "Bulldozer",    "Piledriver", "Steamroller"};
+  const bool old = std::find(std::begin(kOld), std::end(kOld), taken) != std::end(kOld);
+  return !old || !avx2 ? "" : avx512 ? "SkylakeX" : "Haswell";
 }
 
 bool many_callers() {

@@ -60,4 +60,11 @@ bool many_callers();
 /// Name and version of the BLAS that was linked, as far as it tells.
 std::string library_name();
 
+/// What the environment's OPENBLAS_CORETYPE should say when OpenBLAS is loaded: where it does not know this
+/// processor it takes kernels of one without AVX2, which have a third of the speed. Empty where its choice
+/// does, or the variable made it.
+std::string better_kernels();
+/// The same by OpenBLAS' name for the kernels that it took, and by what the processor has.
+std::string better_kernels(const std::string& taken, bool avx2, bool avx512);
+
 }  // namespace mfs::blas

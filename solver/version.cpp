@@ -27,6 +27,10 @@ std::vector<Backend> backends() {
   return {Backend::serial, Backend::openmp};
 }
 
+std::string better_blas_kernels() {
+  return blas::better_kernels();
+}
+
 std::vector<LibraryInfo> libraries() {
   return {{"Kokkos", dotted(KOKKOS_VERSION / 10000, KOKKOS_VERSION / 100 % 100, KOKKOS_VERSION % 100)},
           {"METIS", dotted(METIS_VER_MAJOR, METIS_VER_MINOR, METIS_VER_SUBMINOR)},

@@ -1,7 +1,10 @@
 #include "solver/program/command_line.hpp"
 
+#include <unistd.h>
+
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <utility>
 #include <vector>
 
@@ -31,6 +34,14 @@ int parse_and_run(const char* name, int argc, char** argv, const std::function<v
   return static_cast<int>(run(app));
 }
 
+// Where OpenBLAS should have been told about this processor (better_blas_kernels): it looks at the
+// environment when it is loaded, before main, so the program begins once more. Goes on where that cannot be.
+void begin_again_with_better_blas(char** argv) {
+  const std::string kernels = better_blas_kernels();
+  if (kernels.empty() || setenv("OPENBLAS_CORETYPE", kernels.c_str(), 0) != 0) return;
+  execv("/proc/self/exe", argv);
+}
+
 }  // namespace
 
 void add_backend(CLI::App& app, Backend& backend, const std::string& what) {
@@ -55,6 +66,7 @@ void add_json(CLI::App& app, std::string& path, const std::string& what) {
 
 int run_program(const char* name, int argc, char** argv, const std::function<void(CLI::App&)>& define,
                 const std::function<ExitCode(const CLI::App&)>& run) {
+  begin_again_with_better_blas(argv);
   std::signal(SIGPIPE, SIG_IGN);  // a reader that went away is an error of writing, and reported as one
   try {
     return parse_and_run(name, argc, argv, define, run);

@@ -17,6 +17,7 @@ using testing::DoubleNear;
 using testing::ElementsAre;
 using testing::EndsWith;
 using testing::HasSubstr;
+using testing::Not;
 using testing::Pointwise;
 using testing::StartsWith;
 
@@ -280,6 +281,12 @@ TEST_F(Program, InfoHelpAndVersion) {
     EXPECT_EQ(help.err, "");
     EXPECT_THAT(help.out, HasSubstr("Exit codes: 0 solved, 2 usage"));
   }
+}
+
+// Whatever OpenBLAS makes of this processor.
+TEST_F(Program, WorksWithTheBestKernelsOfOpenBlas) {
+  if (std::getenv("OPENBLAS_CORETYPE")) GTEST_SKIP() << "the environment has chosen";
+  EXPECT_THAT(run_program({"info"}).out, Not(HasSubstr("would be faster")));
 }
 
 // ---- terminal ----

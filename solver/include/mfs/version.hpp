@@ -25,5 +25,8 @@ MFS_API const char* version();
 MFS_API std::vector<Backend> backends();
 /// Kokkos, METIS, CAMD, BLAS, ... with their versions as far as they tell.
 MFS_API std::vector<LibraryInfo> libraries();
+/// An OpenBLAS that does not know this processor works with kernels of an old one, at a third of the speed.
+/// What the environment variable OPENBLAS_CORETYPE should say then, when the program is started; else empty.
+MFS_API std::string better_blas_kernels();
 
 }  // namespace mfs

@@ -1,0 +1,106 @@
+// What the seam to BLAS does itself: products and triangles for one right-hand side, and the choice of
+// OpenBLAS' kernels.
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <complex>
+#include <limits>
+#include <vector>
+
+#include "kernels/blas.hpp"
+#include "test/reference/random.hpp"
+
+namespace mfs::test {
+namespace {
+
+using blas::Transpose;
+using testing::Each;
+
+template <class Scalar>
+class OneRightHandSide : public testing::Test {
+ protected:
+  static constexpr double kTolerance = 100 * std::numeric_limits<decltype(std::abs(Scalar()))>::epsilon();
+
+  // Random entries; those of a triangle's diagonal are large, so that it is well conditioned.
+  void make(Vertex rows, Vertex columns, Offset ld) {
+    ld_ = ld;
+    Random random(static_cast<unsigned>(1 + rows + 1000 * columns));
+    a_ = random.vector<Scalar>(std::max<Offset>(1, ld * columns));
+    for (Vertex j = 0; j < std::min(rows, columns); ++j)
+      a_[j + j * ld] += Scalar(static_cast<float>(columns));
+    x_ = random.vector<Scalar>(columns);
+    y_ = random.vector<Scalar>(rows + kGuard);
+  }
+  Scalar at(Vertex i, Vertex j) const { return a_[i + j * ld_]; }
+
+  static constexpr Vertex kGuard = 9;
+  Offset ld_ = 0;
+  std::vector<Scalar> a_, x_, y_;
+};
+using Scalars = testing::Types<double, float, std::complex<double>, std::complex<float>>;
+TYPED_TEST_SUITE(OneRightHandSide, Scalars);
+
+constexpr Vertex kSizes[] = {0, 1, 2, 7, 8, 9, 15, 16, 17, 31, 32, 33, 65, 257};
+
+TYPED_TEST(OneRightHandSide, IsMultiplied) {
+  for (const Vertex m : kSizes) {
+    for (const Vertex k : kSizes) {
+      this->make(m, k, m + 3);
+      const std::vector<TypeParam> before = this->y_;
+      blas::gemm_minus(Transpose::no, m, 1, k, this->a_.data(), this->ld_, this->x_.data(), std::max(k, 1),
+                       this->y_.data(), std::max(m, 1));
+      for (Vertex i = 0; i < m + this->kGuard; ++i) {
+        TypeParam expected = before[i];
+        for (Vertex j = 0; i < m && j < k; ++j) expected -= this->at(i, j) * this->x_[j];
+        ASSERT_LE(std::abs(this->y_[i] - expected), (1 + k) * this->kTolerance)
+            << m << " x " << k << ", " << i;
+      }
+    }
+  }
+}
+
+// T x is what was there before; entries of the other triangle, and the diagonal of L, are not looked at.
+TYPED_TEST(OneRightHandSide, IsSolvedForWithTriangles) {
+  const TypeParam nan(std::numeric_limits<float>::quiet_NaN());
+  for (const Vertex n : kSizes) {
+    for (const bool upper : {true, false}) {
+      this->make(n, n, n + 5);
+      for (Vertex j = 0; j < n; ++j) {
+        for (Vertex i = 0; i < n; ++i) {
+          TypeParam& entry = this->a_[i + j * this->ld_];
+          if (upper ? i > j : i <= j) entry = nan;
+          if (!upper && i > j) entry /= static_cast<float>(n);
+        }
+      }
+      std::vector<TypeParam> x = this->y_;
+      (upper ? blas::solve_upper<TypeParam> : blas::solve_unit_lower<TypeParam>)(Transpose::no, n, 1,
+                                                                                 this->a_.data(), this->ld_,
+                                                                                 x.data(), std::max(n, 1));
+      for (Vertex i = 0; i < n + this->kGuard; ++i) {
+        TypeParam product = i < n && upper ? TypeParam(0) : x[i];
+        double size = 1;
+        for (Vertex j = upper ? i : 0; i < n && j < (upper ? n : i); ++j) {
+          product += this->at(i, j) * x[j];
+          size += std::abs(this->at(i, j) * x[j]);
+        }
+        ASSERT_LE(std::abs(product - this->y_[i]), size * this->kTolerance)
+            << n << (upper ? " U " : " L ") << i;
+      }
+    }
+  }
+}
+
+TEST(OpenBlasKernels, AreChosenWhereThoseOfAnOldProcessorWereTaken) {
+  EXPECT_EQ(blas::better_kernels("Prescott", true, true), "SkylakeX");
+  EXPECT_EQ(blas::better_kernels("Prescott", true, false), "Haswell");
+  EXPECT_EQ(blas::better_kernels("Prescott", false, false), "");
+  EXPECT_EQ(blas::better_kernels("Nehalem", true, true), "SkylakeX");
+  std::vector<std::string> known;
+  for (const char* core :
+       {"Haswell", "Zen", "Excavator", "SkylakeX", "Cooperlake", "Sapphirerapids", "a new one"})
+    known.push_back(blas::better_kernels(core, true, true));
+  EXPECT_THAT(known, Each(""));
+}
+
+}  // namespace
+}  // namespace mfs::test

@@ -5,6 +5,8 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -35,11 +37,14 @@ int parse_and_run(const char* name, int argc, char** argv, const std::function<v
 }
 
 // Where OpenBLAS should have been told about this processor (better_blas_kernels): it looks at the
-// environment when it is loaded, before main, so the program begins once more. Goes on where that cannot be.
-void begin_again_with_better_blas(char** argv) {
+// environment when it is loaded, before main, so the program begins once more. Goes on where that cannot be,
+// or where the process was begun by another file than the program (the dynamic loader, an emulator).
+void begin_again_with_better_blas(const char* name, char** argv) {
+  static constexpr const char* kSelf = "/proc/self/exe";
   const std::string kernels = better_blas_kernels();
-  if (kernels.empty() || setenv("OPENBLAS_CORETYPE", kernels.c_str(), 0) != 0) return;
-  execv("/proc/self/exe", argv);
+  std::error_code error;
+  if (kernels.empty() || std::filesystem::read_symlink(kSelf, error).filename() != name || error) return;
+  if (setenv("OPENBLAS_CORETYPE", kernels.c_str(), 0) == 0) execv(kSelf, argv);
 }
 
 }  // namespace
@@ -66,7 +71,7 @@ void add_json(CLI::App& app, std::string& path, const std::string& what) {
 
 int run_program(const char* name, int argc, char** argv, const std::function<void(CLI::App&)>& define,
                 const std::function<ExitCode(const CLI::App&)>& run) {
-  begin_again_with_better_blas(argv);
+  begin_again_with_better_blas(name, argv);
   std::signal(SIGPIPE, SIG_IGN);  // a reader that went away is an error of writing, and reported as one
   try {
     return parse_and_run(name, argc, argv, define, run);

@@ -289,6 +289,15 @@ TEST_F(Program, WorksWithTheBestKernelsOfOpenBlas) {
   EXPECT_THAT(run_program({"info"}).out, Not(HasSubstr("would be faster")));
 }
 
+#ifndef __SANITIZE_ADDRESS__
+// Then the file of the process is the loader, which is not the one to begin again with.
+TEST_F(Program, IsRunByTheDynamicLoaderToo) {
+  const std::string loader = "/lib64/ld-linux-x86-64.so.2";
+  if (!std::filesystem::exists(loader)) GTEST_SKIP() << "no " << loader;
+  EXPECT_EQ(std::system((loader + " '" MFS_PROGRAM "' info >/dev/null").c_str()), 0);
+}
+#endif
+
 // ---- terminal ----
 
 TEST_F(Program, ProgressIsShownOnATerminalOnly) {

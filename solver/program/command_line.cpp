@@ -40,11 +40,11 @@ int parse_and_run(const char* name, int argc, char** argv, const std::function<v
 // environment when it is loaded, before main, so the program begins once more. Goes on where that cannot be,
 // or where the process was begun by another file than the program (the dynamic loader, an emulator).
 void begin_again_with_better_blas(const char* name, char** argv) {
-  static constexpr const char* kSelf = "/proc/self/exe";
   const std::string kernels = better_blas_kernels();
   std::error_code error;
-  if (kernels.empty() || std::filesystem::read_symlink(kSelf, error).filename() != name || error) return;
-  if (setenv("OPENBLAS_CORETYPE", kernels.c_str(), 0) == 0) execv(kSelf, argv);
+  const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
+  if (kernels.empty() || error || self.filename() != name) return;
+  if (setenv("OPENBLAS_CORETYPE", kernels.c_str(), 0) == 0) execv(self.c_str(), argv);
 }
 
 }  // namespace

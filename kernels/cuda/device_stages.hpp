@@ -38,8 +38,9 @@ enum class Kernel {
 };
 using Mark = std::function<void(Kernel, Vertex step)>;
 
-/// Columns that a solve for `columns` <= kSolveColumns of them works on: what its kernels are made for.
+/// The kernels of a solve are made for 1, kFewColumns and kSolveColumns columns.
 constexpr Vertex kFewColumns = 4;
+/// On how many of those a solve for `columns` <= kSolveColumns works.
 constexpr Vertex solve_width(Vertex columns) {
   return columns == 1 ? 1 : columns <= kFewColumns ? kFewColumns : kSolveColumns;
 }

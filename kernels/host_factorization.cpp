@@ -81,8 +81,8 @@ std::unique_ptr<Factorization<Value>> make(HostSpace space, std::shared_ptr<cons
     return std::make_unique<HostFactorization<Kokkos::Serial, Value, Scalar>>(std::move(plan),
                                                                               std::move(pattern), 1);
   }
-  return std::make_unique<HostFactorization<Kokkos::OpenMP, Value, Scalar>>(std::move(plan),
-                                                                            std::move(pattern), threads);
+  return std::make_unique<HostFactorization<HostThreads, Value, Scalar>>(std::move(plan), std::move(pattern),
+                                                                         threads);
 }
 
 }  // namespace

@@ -1,6 +1,5 @@
-// Phases of the solver: work that runs on the engine's thread while the caller's thread waits, tells the
-// progress callback where the work is, and receives its errors as classes of mfs/error.hpp. The log goes
-// through here, too.
+// Phases of the solver: work that runs in the engine while the progress callback is told where the work is.
+// Its errors come out as classes of mfs/error.hpp. The log goes through here, too.
 #pragma once
 
 #include <atomic>
@@ -45,7 +44,7 @@ class Phases {
 
   const Options& options_;
   int threads_, analysis_threads_;
-  // Written by the engine's thread, told to the caller's callback by the caller's thread.
+  // Written by the thread that works, told to the caller's callback by another.
   std::atomic<const char*> phase_{nullptr};
   std::atomic<double> fraction_{0};
 };

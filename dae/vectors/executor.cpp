@@ -26,12 +26,18 @@ std::shared_ptr<void> Executor::allocate_staging(std::size_t bytes) const {
 }
 
 void Executor::begin_to_host(void* to, const void* from, std::size_t bytes) const {
-  if (bytes == 0) return;
-  on_device() ? queue_->begin_to_host(to, from, bytes) : (void)std::memcpy(to, from, bytes);
+  if (on_device()) {
+    queue_->begin_to_host(to, from, bytes);
+  } else if (bytes > 0) {
+    std::memcpy(to, from, bytes);
+  }
 }
 void Executor::begin_from_host(void* to, const void* from, std::size_t bytes) const {
-  if (bytes == 0) return;
-  on_device() ? queue_->begin_from_host(to, from, bytes) : (void)std::memcpy(to, from, bytes);
+  if (on_device()) {
+    queue_->begin_from_host(to, from, bytes);
+  } else if (bytes > 0) {
+    std::memcpy(to, from, bytes);
+  }
 }
 
 void Executor::synchronize() const {

@@ -38,9 +38,9 @@ constexpr bool fits_shared_memory() {
 }
 
 template <class Value, class Scalar>
-class CudaFactorization final : public AccuracyLadder<Kokkos::OpenMP, PinnedArena, Value>,
+class CudaFactorization final : public AccuracyLadder<HostThreads, PinnedArena, Value>,
                                 public DeviceFactors<Value> {
-  using Ladder = AccuracyLadder<Kokkos::OpenMP, PinnedArena, Value>;
+  using Ladder = AccuracyLadder<HostThreads, PinnedArena, Value>;
   using Ladder::plan;
   using S = DeviceScalar<Scalar>;
   using V = DeviceScalar<Value>;

@@ -41,9 +41,10 @@ int parse_and_run(const char* name, int argc, char** argv, const std::function<v
 // or where the process was begun by another file than the program (the dynamic loader, an emulator).
 void begin_again_with_better_blas(const char* name, char** argv) {
   const std::string kernels = better_blas_kernels();
+  if (kernels.empty()) return;
   std::error_code error;
   const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
-  if (kernels.empty() || error || self.filename() != name) return;
+  if (error || self.filename() != name) return;
   if (setenv("OPENBLAS_CORETYPE", kernels.c_str(), 0) == 0) execv(self.c_str(), argv);
 }
 

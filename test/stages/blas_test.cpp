@@ -2,6 +2,7 @@
 // OpenBLAS' kernels.
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
 #include <complex>
 #include <limits>

@@ -2,6 +2,7 @@
 
 #include <Thyra_MFS_Stratimikos.hpp>
 
+#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -30,8 +31,9 @@ using MfsSolver = Amesos2::MFS<Matrix, Tpetra::MultiVector<double>>;
 /// Relative residual at which FGMRES stops. Rows of the matrix differ in size, so it has to be small.
 constexpr double kKrylovTolerance = 1e-8;
 /// A solve takes for an entry of the factors the time that a factorization takes for this many flops: by the
-/// tables in docs/performance.md 75 to 81 (elas3d:20, elas3d:40) on a host of 16 cores, 103 to 115 on an
-/// H200.
+/// tables in docs/performance.md 103 to 115 on an H200, 75 to 81 on a host of 16 cores, and about 40 with
+/// BLAS kernels that suit its processor. There it stays too high, because FGMRES that is begun where a
+/// factorization is worth only a few of its steps loses (perf/results/2026-11-23-dae-fgmres-in-vain.txt).
 constexpr double kFlopsPerEntry = 100.0;
 /// The same for an entry of the matrix, by which FGMRES multiplies on one core of the host (Debian's
 /// Trilinos): about 1.5 ns, in which a core does some 30 flops of a factorization, 16 cores 300 and an H200
@@ -82,11 +84,10 @@ RCP<Factory> make_fgmres(const IntegratorOptions& options) {
 
 class KeptSolve : public Thyra::LinearOpWithSolveBase<double> {
  public:
-  KeptSolve(RCP<const Factory> direct, RCP<const Factory> krylov, Backend backend, const Executor& executor,
+  KeptSolve(RCP<const Factory> direct, RCP<const Factory> krylov, const Executor& executor,
             LinearSolves& solves)
       : direct_(std::move(direct)),
         krylov_(std::move(krylov)),
-        backend_(backend),
         executor_(executor),
         factors_(direct_->createOp()),
         solves_(solves) {}
@@ -96,7 +97,12 @@ class KeptSolve : public Thyra::LinearOpWithSolveBase<double> {
     if (solves_.failure != nullptr) std::rethrow_exception(solves_.failure);
     if (!solves_.new_matrix) return;
     solves_.new_matrix = false;
+    if (iterating_) krylov_failures_ = 0;  // it served the last matrix to the end
     iterating_ = solves_.factored && !solves_.factor_next && krylov_spent_ + kFewSteps < krylov_budget_;
+    if (iterating_ && krylov_pause_ > 0) {
+      --krylov_pause_;
+      iterating_ = false;
+    }
     if (iterating_) {
       if (solves_.remote_matrix != nullptr) solves_.bring_values();
       const auto preconditioner = Thyra::unspecifiedPrec<double>(Thyra::inverse<double>(factors_));
@@ -136,6 +142,8 @@ class KeptSolve : public Thyra::LinearOpWithSolveBase<double> {
     solves_.right_side(ExecutorVector::of(h).data(), right_side());
     if (iterating_ && (krylov_spent_ >= krylov_budget_ || !iterate())) {
       iterating_ = false;
+      krylov_failures_ = std::min(krylov_failures_ + 1, 16);
+      krylov_pause_ = (1 << krylov_failures_) - 1;
       factor();
     }
     if (!iterating_) noting_failure([&] { timed(solves_.time_solve, [&] { solve_directly(); }); });
@@ -184,7 +192,7 @@ class KeptSolve : public Thyra::LinearOpWithSolveBase<double> {
     solves_.bytes = report.bytes_used;
     krylov_budget_ =
         report.flops.total() / (kFlopsPerEntry * static_cast<double>(report.nnz_factor) +
-                                flops_per_matrix_entry(backend_) * static_cast<double>(report.nnz));
+                                flops_per_matrix_entry(report.backend) * static_cast<double>(report.nnz));
   }
 
   /// Null before the first factorization.
@@ -241,7 +249,6 @@ class KeptSolve : public Thyra::LinearOpWithSolveBase<double> {
   }
 
   RCP<const Factory> direct_, krylov_;
-  Backend backend_;
   const Executor& executor_;
   RCP<Thyra::LinearOpWithSolveBase<double>> factors_, iterative_;
   LinearSolves& solves_;
@@ -252,13 +259,16 @@ class KeptSolve : public Thyra::LinearOpWithSolveBase<double> {
   mutable bool iterating_ = false;
   mutable int analyses_ = 0;
   mutable double krylov_spent_ = 0, krylov_budget_ = 0;  ///< steps since, and worth, a factorization
+  /// FGMRES that ended in a factorization all the same was in vain: after k times in a row the next 2^k - 1
+  /// matrices on which it could begin are factored at once.
+  mutable int krylov_failures_ = 0, krylov_pause_ = 0;
 };
 
 class KeptFactorsFactory : public Factory {
  public:
   KeptFactorsFactory(const IntegratorOptions& options, const Executor& executor, LinearSolves& solves)
       : direct_(make_mfs(options)),
-        op_(rcp(new KeptSolve(direct_, make_fgmres(options), options.backend, executor, solves))) {}
+        op_(rcp(new KeptSolve(direct_, make_fgmres(options), executor, solves))) {}
 
   bool isCompatible(const Source& source) const override { return direct_->isCompatible(source); }
   RCP<Thyra::LinearOpWithSolveBase<double>> createOp() const override { return op_; }

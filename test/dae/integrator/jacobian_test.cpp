@@ -122,7 +122,7 @@ TEST(Jacobian, IsOftenFactoredAtOnceWhereFgmresOnOlderFactorsWasInVain) {
   run_bundle(0.2, 1, report);  // one step of FGMRES seldom suffices
   EXPECT_GT(2 * report.factorizations, report.jacobians);
   EXPECT_GT(report.krylov_solves, 0);
-  EXPECT_LT(report.krylov_solves, report.jacobians) << "tried for each of them";
+  EXPECT_LT(report.krylov_solves, report.factorizations - 1) << "tried before each but the first";
 }
 
 /// Three springs whose elongations add up to zero: all equations are linear.

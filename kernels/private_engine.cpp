@@ -142,7 +142,7 @@ Engine::Engine() {
   state_ = state.release();
 }
 
-#ifdef KOKKOS_ENABLE_CUDA
+#ifdef MFS_CUDA
 void Engine::use_cuda() {
   static bool started = false;
   if (started) return;

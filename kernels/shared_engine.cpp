@@ -93,7 +93,7 @@ void Engine::run(int /*threads*/, const std::function<void()>& work, const std::
   beside.finish();
 }
 
-#ifdef KOKKOS_ENABLE_CUDA
+#ifdef MFS_CUDA
 void Engine::use_cuda() {
   int device = 0;
   cudaGetDevice(&device);

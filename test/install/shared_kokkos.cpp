@@ -99,7 +99,7 @@ void called_beside_the_work() {
   expect(thrown && done == 2, "what is called beside the work throws when it is done");
 }
 
-#ifdef KOKKOS_ENABLE_CUDA
+#ifdef MFS_CUDA
 using DeviceVector = Kokkos::View<double*, Kokkos::CudaSpace>;
 
 // diag(1, 2, ... n) / factor. Functions of their own, as nvcc wants them for lambdas.
@@ -158,7 +158,7 @@ int main() {
     Kokkos::Tools::Experimental::set_begin_parallel_for_callback(nullptr);
     progress_throws();
     called_beside_the_work();
-#ifdef KOKKOS_ENABLE_CUDA
+#ifdef MFS_CUDA
     views_where_they_lie();
 #endif
 #ifdef KOKKOS_ENABLE_OPENMP

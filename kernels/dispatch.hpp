@@ -8,7 +8,8 @@
 
 namespace mfs {
 
-/// Kokkos' space of many threads. A shared Kokkos may have none (Debian's Trilinos): then one thread does it all.
+/// Kokkos' space of many threads. A shared Kokkos may have none (Debian's Trilinos): then one thread does it
+/// all.
 #ifdef KOKKOS_ENABLE_OPENMP
 using HostThreads = Kokkos::OpenMP;
 #else

@@ -10,6 +10,10 @@
 #include <utility>
 
 #include <Kokkos_Core.hpp>
+#ifdef KOKKOS_ENABLE_OPENMP
+#include <omp.h>
+#endif
+
 #include <mfs/error.hpp>
 
 #include "kernels/engine.hpp"
@@ -28,7 +32,8 @@ void check_kokkos() {
     throw StateError("the OpenMP of this Kokkos takes calls only from the thread that initialized it");
 #endif
 #ifdef KOKKOS_ENABLE_OPENMP
-  if (Kokkos::OpenMP::in_parallel()) throw StateError("called from inside a kernel of Kokkos");
+  if (omp_in_parallel())
+    throw StateError("called from inside a parallel region of OpenMP, where Kokkos has no threads");
 #endif
 }
 

@@ -1,5 +1,5 @@
-// libmfs with the program's Kokkos (MFS_KOKKOS=shared): its kernels are that Kokkos' kernels, and it asks for a
-// Kokkos that runs. A Kokkos with CUDA does not start without a device: then nothing is tested.
+// libmfs with the program's Kokkos (MFS_KOKKOS=shared): its kernels are that Kokkos' kernels, and it asks for
+// a Kokkos that runs. A Kokkos with CUDA does not start without a device: then nothing is tested.
 #include <Kokkos_Core.hpp>
 #include <atomic>
 #include <chrono>
@@ -76,7 +76,8 @@ void progress_throws() {
   expect(x == 2.0 && calls > 2, "a solver works after its callback threw");
 }
 
-// What is called meanwhile comes from another thread, as this one works, and what it throws when that is done.
+// What is called meanwhile comes from another thread, as this one works, and what it throws when that is
+// done.
 void called_beside_the_work() {
   int calls = 0, done = 0;
   const auto caller = std::this_thread::get_id();

@@ -65,8 +65,8 @@ struct Options {
   Backend backend = Backend::openmp;
   /// Threads of every phase, BLAS included, at most 512; 0 takes what the machine offers this process.
   int threads = 0;
-  /// Called from the thread that called the solver (a libmfs with MFS_KOKKOS=shared: or from one beside it, never
-  /// from both at once); must not call the solver. Empty: nobody is told.
+  /// Called from the thread that called the solver (a libmfs with MFS_KOKKOS=shared: or from one beside it,
+  /// never from both at once); must not call the solver. Empty: nobody is told.
   std::function<void(const Progress&)> progress;
   /// Not empty: where analyze, factor, refactor or solve throws, the system is left as Matrix Market files
   /// PREFIX_A.mtx and, of a solve, PREFIX_b.mtx (the block of at most 16 right-hand sides that failed), over

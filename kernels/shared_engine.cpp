@@ -7,7 +7,6 @@
 #include <mutex>
 #include <string>
 #include <thread>
-#include <utility>
 
 #include <Kokkos_Core.hpp>
 #ifdef KOKKOS_ENABLE_OPENMP
@@ -50,7 +49,7 @@ class Beside {
   /// Throws what `idle` threw.
   void finish() {
     stop();
-    if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
+    if (error_) std::rethrow_exception(error_);
   }
 
  private:

@@ -1,22 +1,14 @@
 // libmfs and the program's own Kokkos (the one of Trilinos), started and ended in every order. Each must stay
 // as if the other were not there.
 #include <Kokkos_Core.hpp>
-#include <cstdio>
 #include <map>
 #include <memory>
 #include <string>
 
+#include "expect.hpp"
 #include "tiny_system.hpp"
 
 namespace {
-
-int failures = 0;
-
-void expect(bool condition, const char* what) {
-  if (condition) return;
-  std::printf("failed: %s\n", what);
-  ++failures;
-}
 
 bool kokkos_counts() {
   long sum = 0;

@@ -1,10 +1,9 @@
 // libmfs with the program's Kokkos (MFS_KOKKOS=shared): its kernels are that Kokkos' kernels, and it asks for
-// a Kokkos that runs. A Kokkos with CUDA does not start without a device: then nothing is tested.
+// a Kokkos that runs.
 #include <Kokkos_Core.hpp>
 #include <atomic>
 #include <chrono>
 #include <cstdint>
-#include <cstdio>
 #include <cstring>
 #include <numeric>
 #include <stdexcept>
@@ -14,18 +13,12 @@
 
 #include <mfs/mfs.hpp>
 
+#include "expect.hpp"
 #include "kernels/engine.hpp"
+#include "test/kokkos_device.hpp"
 #include "tiny_system.hpp"
 
 namespace {
-
-int failures = 0;
-
-void expect(bool condition, const char* what) {
-  if (condition) return;
-  std::printf("failed: %s\n", what);
-  ++failures;
-}
 
 template <class Body>
 std::string refusal_of(const Body& body) {
@@ -35,10 +28,6 @@ std::string refusal_of(const Body& body) {
     return error.what();
   }
   return "";
-}
-
-bool refuses(const char* word) {
-  return refusal_of([] { TinySystem(); }).find(word) != std::string::npos;
 }
 
 std::atomic<int> kernels_of_mfs{0};
@@ -142,14 +131,8 @@ void views_where_they_lie() {
 }  // namespace
 
 int main() {
-#ifdef KOKKOS_ENABLE_CUDA
-  int devices = 0;
-  if (cudaGetDeviceCount(&devices) != cudaSuccess || devices == 0) {
-    std::puts("skipped: no CUDA device");
-    return 0;
-  }
-#endif
-  expect(refuses("not running"), "without Kokkos");
+  if (!kokkos_can_start()) return 0;
+  expect(refusal_of([] { TinySystem(); }).find("not running") != std::string::npos, "without Kokkos");
   Kokkos::initialize();
   {
     TinySystem system;

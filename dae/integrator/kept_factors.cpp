@@ -30,24 +30,21 @@ using MfsSolver = Amesos2::MFS<Matrix, Tpetra::MultiVector<double>>;
 
 /// Relative residual at which FGMRES stops. Rows of the matrix differ in size, so it has to be small.
 constexpr double kKrylovTolerance = 1e-8;
-/// A solve takes for an entry of the factors the time that a factorization takes for this many flops: by the
-/// tables in docs/performance.md 103 to 115 on an H200, 75 to 81 on a host of 16 cores, and about 40 with
-/// BLAS kernels that suit its processor. There it stays too high, because FGMRES that is begun where a
-/// factorization is worth only a few of its steps loses (perf/results/2026-11-23-dae-fgmres-in-vain.txt).
-constexpr double kFlopsPerEntry = 100.0;
+/// A solve takes for an entry of the factors the time that a factorization takes for this many flops, by the
+/// tables in docs/performance.md: 103 to 115 on an H200, about 40 on a host with BLAS kernels that suit its
+/// processor.
+double flops_per_entry(Backend backend) {
+  return backend == Backend::cuda ? 100.0 : 40.0;
+}
 /// The same for an entry of the matrix, by which FGMRES multiplies on one core of the host (Debian's
-/// Trilinos): about 1.5 ns, in which a core does some 30 flops of a factorization, 16 cores 300 and an H200
-/// 15 000.
-double flops_per_matrix_entry(Backend backend) {
-  return backend == Backend::serial ? 30.0 : backend == Backend::openmp ? 300.0 : 15000.0;
+/// Trilinos): about 1.5 ns, in which a core does some 40 flops of a factorization and an H200 15 000.
+double flops_per_matrix_entry(const Report& report) {
+  return report.backend == Backend::cuda ? 15000.0 : 40.0 * report.threads;
 }
 
 /// What is tiny in a correction of Newton's method needs no accuracy of its own, and what a planar mechanism
 /// has across its plane is rounding: with MFS' tolerance, rows of the scaled system are solved to 1e-14.
 constexpr double kRowFloor = 0.01;
-
-/// FGMRES is not begun where fewer steps are worth a factorization.
-constexpr double kFewSteps = 3.0;
 
 RCP<Factory> make_strategy(const std::string& type, const Teuchos::ParameterList& parameters) {
   Stratimikos::DefaultLinearSolverBuilder builder;
@@ -97,12 +94,10 @@ class KeptSolve : public Thyra::LinearOpWithSolveBase<double> {
     if (solves_.failure != nullptr) std::rethrow_exception(solves_.failure);
     if (!solves_.new_matrix) return;
     solves_.new_matrix = false;
-    if (iterating_) krylov_failures_ = 0;  // it served the last matrix to the end
-    iterating_ = solves_.factored && !solves_.factor_next && krylov_spent_ + kFewSteps < krylov_budget_;
-    if (iterating_ && krylov_pause_ > 0) {
-      --krylov_pause_;
-      iterating_ = false;
-    }
+    if (iterating_) krylov_gain_ += krylov_budget_;  // it served the last matrix to the end
+    iterating_ = solves_.factored && !solves_.factor_next && krylov_gain_ > -krylov_budget_ &&
+                 krylov_spent_ + expected_steps() < krylov_budget_;
+    ++matrices_;
     if (iterating_) {
       if (solves_.remote_matrix != nullptr) solves_.bring_values();
       const auto preconditioner = Thyra::unspecifiedPrec<double>(Thyra::inverse<double>(factors_));
@@ -139,11 +134,10 @@ class KeptSolve : public Thyra::LinearOpWithSolveBase<double> {
       const Thyra::EOpTransp /*transpose*/, const Vectors& h, const Ptr<Vectors>& x,
       const Ptr<const Thyra::SolveCriteria<double>> /*criteria*/) const override {
     make_room();
+    ++solved_;
     solves_.right_side(ExecutorVector::of(h).data(), right_side());
     if (iterating_ && (krylov_spent_ >= krylov_budget_ || !iterate())) {
       iterating_ = false;
-      krylov_failures_ = std::min(krylov_failures_ + 1, 16);
-      krylov_pause_ = (1 << krylov_failures_) - 1;
       factor();
     }
     if (!iterating_) noting_failure([&] { timed(solves_.time_solve, [&] { solve_directly(); }); });
@@ -191,8 +185,14 @@ class KeptSolve : public Thyra::LinearOpWithSolveBase<double> {
     solves_.time_factor += seconds - analysis;
     solves_.bytes = report.bytes_used;
     krylov_budget_ =
-        report.flops.total() / (kFlopsPerEntry * static_cast<double>(report.nnz_factor) +
-                                flops_per_matrix_entry(report.backend) * static_cast<double>(report.nnz));
+        report.flops.total() / (flops_per_entry(report.backend) * static_cast<double>(report.nnz_factor) +
+                                flops_per_matrix_entry(report) * static_cast<double>(report.nnz));
+  }
+  /// Of FGMRES with the next matrix, if that is like those before; at least, where none was tried.
+  double expected_steps() const {
+    const auto tried = static_cast<double>(solves_.krylov_solves);
+    const double of_a_solve = tried > 0 ? krylov_steps_ / tried : 1.0;
+    return of_a_solve * static_cast<double>(solved_) / static_cast<double>(matrices_);
   }
 
   /// Null before the first factorization.
@@ -244,8 +244,12 @@ class KeptSolve : public Thyra::LinearOpWithSolveBase<double> {
     });
     if (executor_.on_device()) executor_.from_host(solution(), numbers(x_), bytes);
     ++solves_.krylov_solves;
-    krylov_spent_ += status.extraParameters->get<int>("Iteration Count");
-    return status.solveStatus == Thyra::SOLVE_STATUS_CONVERGED;
+    const int steps = status.extraParameters->get<int>("Iteration Count");
+    const bool converged = status.solveStatus == Thyra::SOLVE_STATUS_CONVERGED;
+    krylov_spent_ += steps;
+    krylov_steps_ += steps;
+    krylov_gain_ -= steps - (converged ? 1 : 0);
+    return converged;
   }
 
   RCP<const Factory> direct_, krylov_;
@@ -258,10 +262,12 @@ class KeptSolve : public Thyra::LinearOpWithSolveBase<double> {
   mutable Array<double> right_side_, solution_;   ///< on a device, for the solver there
   mutable bool iterating_ = false;
   mutable int analyses_ = 0;
+  std::int64_t matrices_ = 0;
+  mutable std::int64_t solved_ = 0;                      ///< systems with them
+  mutable double krylov_steps_ = 0;                      ///< of all solves
   mutable double krylov_spent_ = 0, krylov_budget_ = 0;  ///< steps since, and worth, a factorization
-  /// FGMRES that ended in a factorization all the same was in vain: after k times in a row the next 2^k - 1
-  /// matrices on which it could begin are factored at once.
-  mutable int krylov_failures_ = 0, krylov_pause_ = 0;
+  /// Steps that FGMRES has saved: factorizations, less what it took. It may lose one factorization in all.
+  mutable double krylov_gain_ = 0;
 };
 
 class KeptFactorsFactory : public Factory {

@@ -2,7 +2,9 @@
 // Newton). It stands between NOX and the strategy that factors: NOX announces a matrix before every
 // iteration; as long as that is the matrix it knows, nothing is done. A new matrix is solved by FGMRES with
 // the factors of an older one as preconditioner, until the steps spent so would have paid a new
-// factorization, or until FGMRES has not converged in the few steps it may take: then it is factored.
+// factorization, or until FGMRES has not converged in the few steps it may take: then it is factored. It is
+// factored at once where its systems, if they are as many as those of matrices before, would take more steps
+// than that, and where FGMRES has lost a factorization in all.
 #pragma once
 
 #include <cstdint>

@@ -2,7 +2,6 @@
 
 #include <Thyra_MFS_Stratimikos.hpp>
 
-#include <algorithm>
 #include <string>
 #include <utility>
 

@@ -29,7 +29,8 @@ __host__ __device__ constexpr int block_lu_entries(int pivots) {
 template <class S>
 constexpr std::size_t block_lu_bytes(int pivots) {
   constexpr int tile = kTile<S>;
-  return sizeof(TileWork<S>) + sizeof(S) * (block_lu_entries<S>(pivots) + tile) + sizeof(int) * tile;
+  return sizeof(TileWork<S>) + sizeof(PivotWork<S>) + sizeof(S) * (block_lu_entries<S>(pivots) + tile) +
+         sizeof(int) * tile;
 }
 
 // A tile that leaves out pivot rows below it does not decide about a small pivot: its front becomes strict,
@@ -45,13 +46,22 @@ struct UndecidedBelow {
   }
 };
 
+// How many entries of a column of the tile make 16 bytes that lie aligned there and at `column`, or 1.
+template <class S>
+__device__ int entries_together(const Tile<S>& tile, const S* column, Offset ld) {
+  constexpr int together = 16 / sizeof(S);
+  const bool aligned =
+      tile.rows % together == 0 && ld % together == 0 && reinterpret_cast<std::size_t>(column) % 16 == 0;
+  return aligned ? together : 1;
+}
+
 template <class S>
 __device__ void load_tile(const Tile<S>& tile, const S* from, Offset ld) {
   const int lane = threadIdx.x % kWarp, warp = threadIdx.x / kWarp, warps = blockDim.x / kWarp;
-  constexpr int kTogether = 16 / sizeof(S);  // entries of 16 bytes
-  if (tile.rows % kTogether == 0 && ld % kTogether == 0 && reinterpret_cast<std::size_t>(from) % 16 == 0) {
+  const int together = entries_together(tile, from, ld);
+  if (together * sizeof(S) == 16) {
     for (int c = warp; c < tile.rows; c += warps) {
-      for (int r = kTogether * lane; r < tile.rows; r += kTogether * kWarp)
+      for (int r = together * lane; r < tile.rows; r += together * kWarp)
         copy_async<16>(shared_address(tile.a + r + c * tile.ld), from + r + c * ld);
     }
   } else {
@@ -67,9 +77,18 @@ __device__ void load_tile(const Tile<S>& tile, const S* from, Offset ld) {
 template <class S>
 __device__ void store_tile(const Tile<S>& tile, S* to, Offset ld) {
   const int lane = threadIdx.x % kWarp, warp = threadIdx.x / kWarp, warps = blockDim.x / kWarp;
+  const int together = entries_together(tile, to, ld);
   __syncthreads();
-  for (int c = warp; c < tile.rows; c += warps) {
-    for (int r = lane; r < tile.rows; r += kWarp) to[r + c * ld] = tile.a[r + c * tile.ld];
+  if (together * sizeof(S) == 16) {
+    for (int c = warp; c < tile.rows; c += warps) {
+#pragma unroll 2
+      for (int r = together * lane; r < tile.rows; r += together * kWarp)
+        *reinterpret_cast<int4*>(to + r + c * ld) = *reinterpret_cast<const int4*>(tile.a + r + c * tile.ld);
+    }
+  } else {
+    for (int c = warp; c < tile.rows; c += warps) {
+      for (int r = lane; r < tile.rows; r += kWarp) to[r + c * ld] = tile.a[r + c * tile.ld];
+    }
   }
 }
 
@@ -98,7 +117,8 @@ __global__ void __launch_bounds__(Threads) factor_diagonal_tiles(DeviceStore<S, 
   const Offset ld = front.lower_ld;
   S* const diagonal = front.lower + k + k * ld;
   TileWork<S>& work = *reinterpret_cast<TileWork<S>*>(memory);
-  S* a = reinterpret_cast<S*>(memory + sizeof(TileWork<S>));
+  PivotWork<S>* pivot_work = reinterpret_cast<PivotWork<S>*>(memory + sizeof(TileWork<S>));
+  S* a = reinterpret_cast<S*>(pivot_work + 1);
   const Tile<S> tile{a, tile_ld(Pivots), s, s};
   constexpr int entries = block_lu_entries<S>(Pivots);
   S* column_work = a + entries;
@@ -112,12 +132,13 @@ __global__ void __launch_bounds__(Threads) factor_diagonal_tiles(DeviceStore<S, 
     if (static_cast<int>(threadIdx.x) < s) row_at[threadIdx.x] = threadIdx.x;
     load_tile(tile, diagonal, ld);
     if (k + s < front.pivots) {
-      tile_lu(tile, store.rule(), UndecidedBelow<S, Value>{&store, f}, row_at, store.fronts.shift + begin,
-              store.fronts.status, work);
+      tile_lu<Threads>(tile, store.rule(), UndecidedBelow<S, Value>{&store, f}, row_at,
+                       store.fronts.shift + begin, store.fronts.status, work, pivot_work);
     } else {
       const BorderBelow<S> below{front.lower + front.pivots + k * ld, ld, front.border, column_work,
                                  work.border};
-      tile_lu(tile, store.rule(), below, row_at, store.fronts.shift + begin, store.fronts.status, work);
+      tile_lu<Threads>(tile, store.rule(), below, row_at, store.fronts.shift + begin, store.fronts.status,
+                       work, pivot_work);
     }
     for (int i = threadIdx.x; i < s; i += blockDim.x) store.fronts.local_row[begin + i] = k + row_at[i];
   }

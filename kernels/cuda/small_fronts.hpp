@@ -7,9 +7,11 @@
 
 namespace mfs::cuda {
 
+/// Fronts of more rows than a warp has lanes have more than one warp.
 template <class S>
 constexpr std::size_t small_front_bytes(int rows) {
-  return sizeof(TileWork<S>) + sizeof(S) * static_cast<std::size_t>(tile_ld(rows)) * ((rows + 15) / 16 * 16) +
+  return sizeof(TileWork<S>) + (rows > kWarp ? sizeof(PivotWork<S>) : 0) +
+         sizeof(S) * static_cast<std::size_t>(tile_ld(rows)) * ((rows + 15) / 16 * 16) +
          sizeof(int) * static_cast<std::size_t>(rows);
 }
 
@@ -64,14 +66,15 @@ __global__ void __launch_bounds__(Threads, Blocks)
   const Front<S> front = store.fronts.front(f);
   const int rows = front.rows();
   TileWork<S>& work = *reinterpret_cast<TileWork<S>*>(memory);
-  S* a = reinterpret_cast<S*>(memory + sizeof(TileWork<S>));
+  PivotWork<S>* pivot_work = reinterpret_cast<PivotWork<S>*>(memory + sizeof(TileWork<S>));
+  S* a = reinterpret_cast<S*>(pivot_work + (Threads > kWarp ? 1 : 0));
   const Tile<S> tile{a, tile_ld(rows), rows, front.pivots};
   int* row_at = reinterpret_cast<int*>(a + tile.ld * ((rows + 15) / 16 * 16));
   if (static_cast<int>(threadIdx.x) < rows) row_at[threadIdx.x] = threadIdx.x;
   assemble_in_tile(store, f, front, tile);
   const Vertex begin = store.fronts.pivot_begin[f];
-  tile_lu(tile, store.rule(), NoFurtherBorder(), row_at, store.fronts.shift + begin, store.fronts.status,
-          work);
+  tile_lu<Threads>(tile, store.rule(), NoFurtherBorder(), row_at, store.fronts.shift + begin,
+                   store.fronts.status, work, pivot_work);
   invert_diagonal_blocks(tile);
   __syncthreads();
   write_tile(front, tile);

@@ -1,48 +1,18 @@
 // LU of one tile in shared memory by one thread block: the pivot block of a small front with its border, or
-// the diagonal tile of a larger one. The pivot of each column is searched in all pivot rows of the tile;
+// the diagonal tile of a larger one. The pivot of each column is sought in all pivot rows of the tile;
 // pivots that are too small are treated as on the host (kernels/panel_lu.hpp).
 //
-// Sixteen columns at a time lie in registers, one row per thread, and rows stay where they are; then all of
-// the panel's row exchanges are made at once, and what is right of it is solved for, by the inverse of its
-// unit lower triangle, and updated on the tensor cores.
+// Sixteen columns at a time, a panel, lie in registers, one row per thread. Where its pivots may be taken
+// from the diagonal, they are (diagonal_panel.hpp). Else they are searched, and rows stay where they are;
+// then all of the panel's row exchanges are made at once. What is right of a panel is solved for, by the
+// inverse of its unit lower triangle, and updated on the tensor cores.
 #pragma once
 
 #include "kernels/cuda/device_plan.hpp"
-#include "kernels/cuda/warp_tile.hpp"
+#include "kernels/cuda/diagonal_panel.hpp"
 #include "kernels/panel_lu.hpp"
 
 namespace mfs::cuda {
-
-constexpr int kPanelColumns = 16;
-constexpr int kMostWarps = 16, kMostPivotWarps = 5;
-
-/// A tile in shared memory, column-major: `rows` rows and columns of which the first `pivots` are eliminated
-/// among each other.
-template <class S>
-struct Tile {
-  S* a;
-  int ld;
-  int rows, pivots;
-};
-
-/// A row that may become pivot row, its part of the panel.
-template <class S>
-struct alignas(16) OfferedRow {
-  S reciprocal;                // of the pivot
-  S right[kPanelColumns - 1];  // what is right of it
-  S pivot;
-};
-
-/// Work of tile_lu in shared memory.
-template <class S>
-struct TileWork {
-  // What each warp offers for the column under way, by turns: one column is read while the next is offered.
-  alignas(16) unsigned key[2][8];
-  OfferedRow<S> offered[2][kMostPivotWarps];
-  int chosen[kPanelColumns];    // rows that became pivot rows of the panel, and lie where they were
-  int exchange[kPanelColumns];  // of a panel of a strict front
-  double border[kMostWarps];
-};
 
 /// Where pivot row i of the tile lies while the panel from `first` on is under way.
 struct PivotPlaces {
@@ -60,27 +30,6 @@ struct NoFurtherBorder {
   }
 };
 
-// What the size of a pivot is judged by: 12 bits beside the exponent are enough to choose one.
-__device__ inline unsigned size_bits(double x) {
-  return __double2hiint(x) & 0x7fffff00u;
-}
-__device__ inline unsigned size_bits(float x) {
-  return __float_as_uint(x) & 0x7fffff00u;
-}
-template <class Real>
-__device__ unsigned size_bits(const Kokkos::complex<Real>& x) {
-  return size_bits(magnitude(x));
-}
-
-/// What size_bits of a pivot is compared with.
-template <class S>
-__device__ unsigned bound_bits(double bound) {
-  if constexpr (std::is_same_v<S, float>)
-    return size_bits(static_cast<float>(bound));
-  else
-    return size_bits(bound);
-}
-
 /// Pivots in the order in which they are preferred: by size, then by row (at most 256).
 template <class S>
 __device__ unsigned pivot_key(const S& pivot, int row) {
@@ -89,18 +38,6 @@ __device__ unsigned pivot_key(const S& pivot, int row) {
 __device__ inline int row_of_key(unsigned key) {
   static_assert(kMostPivotWarps * kWarp <= 256 && kMostPivotWarps <= 8);
   return 0xff - (key & 0xff);
-}
-
-// 1 / x, to an ulp or two, without a branch.
-__device__ inline double reciprocal_of(double x) {
-  double r;
-  asm("rcp.approx.ftz.f64 %0, %1;" : "=d"(r) : "d"(x));
-  const double e = fma(-x, r, 1.0);
-  return fma(r, fma(e, e, e), r);
-}
-template <class S>
-__device__ S reciprocal_of(const S& x) {
-  return S(1) / x;
 }
 
 __device__ inline double block_max(double value, double* work) {
@@ -333,33 +270,6 @@ struct RowMoves {
   }
 };
 
-// Column of a tile of 16 x 8 that stands at place c of the product: so lanes find their sums, and what is
-// multiplied, in different banks.
-__device__ inline int spread_column(int c) {
-  return (c & ~3) + (c >> 1 & 1) + 2 * ((c ^ c >> 2) & 1);
-}
-
-// L^-1 times what is right of a panel.
-template <class S>
-__device__ void solve_right(const Tile<S>& tile, int first, int width) {
-  const int warp = threadIdx.x / kWarp, warps = blockDim.x / kWarp, rows = tile.rows, ld = tile.ld,
-            next = first + width;
-  S* const top = tile.a + first;
-  const S* const lower = top + first * ld;
-  for (int n = next / 16 * 16 + 16 * warp; n < rows; n += 16 * warps) {
-    WarpTile<S, 1, 2> u;
-    u.clear();
-    u.multiply_entries(
-        [&](int m, int k) { return k < m && m < width ? lower[m + k * ld] : S(k == m ? 1 : 0); },
-        [&](int k, int c) { return k < width ? top[k + (n + spread_column(c)) * ld] : S(0); }, kPanelColumns);
-    __syncwarp();
-    u.for_each([&](int r, int c, S& value) {
-      const int column = n + spread_column(c);
-      if (r < width && column >= next && column < rows) top[r + column * ld] = value;
-    });
-  }
-}
-
 // What is right of and below a panel.
 template <int RowTiles, class S>
 __device__ void update_tile(const Tile<S>& tile, int first, int width) {
@@ -387,40 +297,42 @@ __device__ void update_tile(const Tile<S>& tile, int first, int width) {
 
 /// Factors the tile. row_at (in shared memory, set to the identity by the caller) follows the row exchanges;
 /// shift[j] (global memory, zero before) becomes what was added to pivot j. In place of the unit lower
-/// triangle of each panel comes its inverse. All threads of the block call it, at least `rows` of them, a
-/// multiple of 32.
-template <class S, class Border>
+/// triangle of each panel comes its inverse. All threads of the block call it, at least `rows` of them; a
+/// lone warp searches every panel and needs no work for the pivots.
+template <int Threads, class S, class Border>
 __device__ void tile_lu(const Tile<S>& tile, const PivotRule& rule, const Border& further_border, int* row_at,
-                        S* shift, FactorStatus* status, TileWork<S>& work) {
-  const int t = threadIdx.x, warp = t / kWarp, warps = blockDim.x / kWarp;
+                        S* shift, FactorStatus* status, TileWork<S>& work, PivotWork<S>* pivot_work) {
+  constexpr int warps = Threads / kWarp;
+  const int t = threadIdx.x, warp = t / kWarp;
   const int rows = tile.rows, pivots = tile.pivots, ld = tile.ld;
   S* const a = tile.a;
   if (t < 16) work.key[t / 8][t % 8] = 0;
   for (int first = 0; first < pivots; first += kPanelColumns) {
     const int width = min(kPanelColumns, pivots - first), next = first + width;
     __syncthreads();
-    factor_tile_panel(tile, first, width, rule, further_border, shift, status, work);
-    __syncthreads();
-    const RowMoves moves(work.chosen, first, width);
-    if (warp == warps - 1) {
-      invert_unit_lower(a + first * ld, ld, width, [&](int i) { return work.chosen[i]; });
-      moves.apply(a, ld, first, next, 1);
-      moves.apply(row_at, 0, 0, 1, 1);
+    bool factored = false;
+    if constexpr (warps > 1)
+      factored = DiagonalPanel<Threads, S>(tile, first, rule.bound, *pivot_work).factor();
+    if (!factored) {
+      factor_tile_panel(tile, first, width, rule, further_border, shift, status, work);
+      __syncthreads();
+      const RowMoves moves(work.chosen, first, width);
+      if (warp == warps - 1) {
+        invert_unit_lower(a + first * ld, ld, width, [&](int i) { return work.chosen[i]; });
+        moves.apply(a, ld, first, next, 1);
+        moves.apply(row_at, 0, 0, 1, 1);
+      }
+      if (warp < warps - 1 || warps == 1) {
+        const int step = max(warps - 1, 1);
+        moves.apply(a, ld, warp, first, step);
+        moves.apply(a, ld, next + warp, rows, step);
+      }
+      __syncthreads();
+      solve_right(tile, first, width, a + first + first * ld, ld);
     }
-    if (warp < warps - 1 || warps == 1) {
-      const int step = max(warps - 1, 1);
-      moves.apply(a, ld, warp, first, step);
-      moves.apply(a, ld, next + warp, rows, step);
-    }
-    __syncthreads();
     if (next == rows) break;
-    solve_right(tile, first, width);
     __syncthreads();
-    if (warps > 4) {
-      update_tile<2>(tile, first, width);
-    } else {
-      update_tile<1>(tile, first, width);
-    }
+    update_tile<(warps > 4 ? 2 : 1)>(tile, first, width);
   }
   __syncthreads();
 }

@@ -20,9 +20,22 @@ std::vector<Vertex> ancestor_positions(const std::vector<FrontShape>& shapes,
   return positions;
 }
 
+// The column of the large entry of each row: its own for a part of them, a random one for the others.
+std::vector<Vertex> partners(Vertex pivots, double kept, Random& random) {
+  if (kept == 0) return random.permutation(pivots);
+  std::vector<Vertex> partner(pivots), moved;
+  for (Vertex i = 0; i < pivots; ++i) {
+    partner[i] = i;
+    if (!random.chance(kept)) moved.push_back(i);
+  }
+  const std::vector<Vertex> to = random.permutation(static_cast<Vertex>(moved.size()));
+  for (std::size_t k = 0; k < moved.size(); ++k) partner[moved[k]] = moved[to[k]];
+  return partner;
+}
+
 // Entries of one front by position; the first pivot is tied to the whole border, so that none of it is lost.
 void add_front(const std::vector<FrontShape>& shapes, const std::vector<Vertex>& begin, Vertex f,
-               double density, Random& random, std::vector<Entry>& entries) {
+               const ProblemOptions& options, Random& random, std::vector<Entry>& entries) {
   std::vector<Vertex> candidates = ancestor_positions(shapes, begin, f);
   const std::vector<Vertex> draw = random.permutation(static_cast<Vertex>(candidates.size()));
   std::vector<Vertex> border;
@@ -30,18 +43,18 @@ void add_front(const std::vector<FrontShape>& shapes, const std::vector<Vertex>&
 
   const Vertex p = shapes[f].pivots;
   const double large = 4 * std::sqrt(static_cast<double>(p) + static_cast<double>(border.size()));
-  const std::vector<Vertex> partner = random.permutation(p);
+  const std::vector<Vertex> partner = partners(p, options.kept, random);
   for (Vertex i = 0; i < p; ++i) {
     for (Vertex j = 0; j < p; ++j) {
       if (j == partner[i]) {
         entries.push_back({begin[f] + i, begin[f] + j, random.chance(0.5) ? large : -large});
-      } else if (random.chance(density)) {
+      } else if (random.chance(options.density)) {
         entries.push_back({begin[f] + i, begin[f] + j, random.entry()});
       }
     }
     for (const Vertex b : border) {
-      if (i == 0 || random.chance(density)) entries.push_back({begin[f] + i, b, random.entry()});
-      if (i == 0 || random.chance(density)) entries.push_back({b, begin[f] + i, random.entry()});
+      if (i == 0 || random.chance(options.density)) entries.push_back({begin[f] + i, b, random.entry()});
+      if (i == 0 || random.chance(options.density)) entries.push_back({b, begin[f] + i, random.entry()});
     }
   }
 }
@@ -75,7 +88,7 @@ StageProblem<double> artificial_problem(const std::vector<FrontShape>& shapes,
   const Vertex n = tree.node_begin.back();
   std::vector<Entry> entries;
   for (Vertex f = 0; f < tree.num_nodes(); ++f) {
-    add_front(shapes, tree.node_begin, f, options.density, random, entries);
+    add_front(shapes, tree.node_begin, f, options, random, entries);
   }
   tree.order = random.permutation(n);
   const std::vector<Vertex> row_order = random.permutation(n);  // unknown -> row of A

@@ -40,11 +40,12 @@ struct ProblemOptions {
   double density = 1.0;  // of the entries between the pivots of a front, and between them and its border
   Vertex max_block_size = 64;
   AssemblyTurns turns = {};
+  double kept = 0.0;  // of the rows of a pivot block, those whose large entry is on its diagonal
 };
 
 /// Fronts of the given shapes. Numbering of unknowns, rows and borders is random; each pivot block has one
-/// large entry per row, in a random column of the block, so that rows are exchanged all the time and nothing
-/// grows.
+/// large entry per row, in a random column of the block (but see `kept`), so that rows are exchanged all the
+/// time and nothing grows.
 StageProblem<double> artificial_problem(const std::vector<FrontShape>& shapes, const ProblemOptions& options);
 
 /// The matrix on the given tree.

@@ -20,16 +20,22 @@ double default_tolerance() {
   return std::sqrt(static_cast<double>(std::numeric_limits<RealOf<Scalar>>::epsilon()));
 }
 
+/// cuda::kDiagonalThreshold, which only the device's compiler sees.
+constexpr double kDiagonalThreshold = 0.1;
+
 template <class Scalar>
 bool is_small(const SymbolicPlan& plan, Vertex f) {
   return plan.pivots(f) + plan.border_rows(f) <= cuda::kSmallRows<cuda::DeviceScalar<Scalar>>;
 }
-/// Row after the last one in which pivot k of front f is searched.
+/// Where pivot k of front f is searched: in all rows, or in those of its tile, where the diagonal comes
+/// first.
 template <class Scalar>
-Vertex searched(const SymbolicPlan& plan, const std::vector<int>& strict, Vertex f, Vertex k) {
+SearchedRows searched(const SymbolicPlan& plan, const std::vector<int>& strict, Vertex f, Vertex k) {
   constexpr Vertex tile = cuda::kTile<cuda::DeviceScalar<Scalar>>;
   const Vertex p = plan.pivots(f);
-  return is_small<Scalar>(plan, f) || strict[f] ? p : std::min(p, k / tile * tile + tile);
+  if (is_small<Scalar>(plan, f)) return {p, 1 / kDiagonalThreshold};
+  if (strict[f]) return {p};
+  return {std::min(p, k / tile * tile + tile), 1 / kDiagonalThreshold};
 }
 
 /// How much larger errors of a solve may be because multipliers of rows that were not searched are, and U

@@ -63,7 +63,9 @@ std::vector<StageProblem<double>> trees() {
           artificial_problem(leaf_and_root(400, 450), {5}),
           artificial_problem(many_fronts(), {6, 0.3}),
           artificial_problem(fork(), {12, 0.1, 64, cuda::kAssemblyTurns}),
-          artificial_problem(crowd(), {13, 0.2})};
+          artificial_problem(crowd(), {13, 0.2}),
+          artificial_problem(leaf_and_root(400, 450), {14, 1.0, 64, {}, 0.97}),
+          artificial_problem(many_fronts(), {15, 0.3, 64, {}, 0.97})};
 }
 
 /// Fronts whose tiles are cut into parts by the solve, with and without a step that is left over.
@@ -268,6 +270,70 @@ TYPED_TEST(DeviceStagesTest, SearchesFurtherWhereTheTileHasNoPivots) {
       bench.factor(default_tolerance<TypeParam>(), Launches::recorded);
       EXPECT_EQ(bench.passes(), 1) << "the front stays strict";
       expect_reference(problem, bench, followed(problem, bench, default_tolerance<TypeParam>()));
+    }
+  });
+}
+
+constexpr Vertex kFewBorder = 20;
+/// A front of p pivots, all of them large but that of column c: it has `own` on the diagonal and `below` in
+/// row r, and nothing else.
+StageProblem<double> pivot_beside_larger_one(Vertex p, Vertex c, Vertex r, double own, double below) {
+  constexpr Vertex b = kFewBorder;
+  Random random(33);
+  std::vector<Entry> entries;
+  for (Vertex i = 0; i < p; ++i) {
+    for (Vertex j = 0; j < p; ++j) {
+      const bool of_the_pair = (i == c || i == r) && (j == c || j == r);
+      const double entry = i == c && j == c   ? own
+                           : i == r && j == c ? below
+                           : of_the_pair      ? 1.0
+                           : i == j           ? 80.0
+                                              : 0.0;
+      entries.push_back({i, j, entry});
+    }
+    for (Vertex j = p; j < p + b; ++j) {
+      entries.push_back({i, j, random.entry()});
+      entries.push_back({j, i, random.entry()});
+    }
+  }
+  for (Vertex j = p; j < p + b; ++j) entries.push_back({j, j, 80.0});
+  return two_fronts(p, b, entries, 64);
+}
+
+// The row of a multiplier just below and just above 10, 1 / kDiagonalThreshold, in the warp that eliminates
+// the panel and in others, in panels of all kinds, among the rows of a small front and of a tile; and a pivot
+// below the bound, 1e-3 of the largest entry.
+TYPED_TEST(DeviceStagesTest, KeepsPivotsOnTheDiagonalUnlessMultipliersGrow) {
+  struct Case {
+    Vertex pivots, column, row;
+  };
+  this->on_device([&] {
+    for (const auto& [p, c, r] : {Case{2, 0, 1},
+                                  {20, 17, 19},
+                                  {30, 0, 29},
+                                  {40, 20, 30},
+                                  {70, 3, 68},
+                                  {70, 66, 69},
+                                  {300, 0, 1},
+                                  {300, 15, 40},
+                                  {300, 16, 60},
+                                  {300, 47, 50},
+                                  {300, 257, 299},
+                                  {300, 290, 297}}) {
+      for (const auto& [own, below] : {std::pair<double, double>{1, 9.9}, {1, 10.1}, {0, 1}, {0.04, 0.2}}) {
+        SCOPED_TRACE(std::to_string(p) + " pivots, column " + std::to_string(c) + ": " + std::to_string(own) +
+                     ", row " + std::to_string(r) + ": " + std::to_string(below));
+        const auto problem = turned<TypeParam>(pivot_beside_larger_one(p, c, r, own, below));
+        DeviceBench<TypeParam> bench(problem);
+        EXPECT_EQ(bench.factor(1e-3).perturbed, 0u);
+        std::vector<Vertex> expected(p);
+        for (Vertex i = 0; i < p; ++i) expected[i] = i;
+        const bool searched = p + kFewBorder <= 32;  // such fronts have one warp
+        if (below != 9.9 || searched) std::swap(expected[c], expected[r]);
+        EXPECT_EQ(bench.factored().row_at[0], expected);
+        expect_reference(problem, bench, followed(problem, bench, 1e-3));
+        if (this->HasFailure()) return;
+      }
     }
   });
 }

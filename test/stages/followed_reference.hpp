@@ -19,6 +19,12 @@ constexpr double kAsLarge = 1.001;
 /// which the device searches all rows of the front.
 constexpr double kMostMultiplier = 1000 * kAsLarge;
 
+/// The rows in which a pivot was searched, and how much larger than it entries below it may be there.
+struct SearchedRows {
+  Vertex end;
+  double most = 1;
+};
+
 /// Whether `shift` was to be added to pivot k of the front, all columns before being eliminated.
 template <class Scalar>
 void expect_rule(const ReferenceFront<Scalar>& front, Vertex k, const Scalar& shift,
@@ -47,11 +53,11 @@ void expect_rule(const ReferenceFront<Scalar>& front, Vertex k, const Scalar& sh
   }
 }
 
-/// Stage "variable factor" in the given order; pivot k was searched in rows up to searched(k).
+/// Stage "variable factor" in the given order; pivot k was searched in searched(k).
 template <class Scalar>
 void follow_pivots(ReferenceFront<Scalar>& front, const std::vector<Vertex>& row_at,
                    const std::vector<Scalar>& shift, const ReferenceRule& rule,
-                   const std::function<Vertex(Vertex)>& searched) {
+                   const std::function<SearchedRows(Vertex)>& searched) {
   const Vertex p = front.pivots, rows = front.rows();
   const ReferenceFront<Scalar> before = front;
   for (Vertex j = 0; j < rows; ++j) {
@@ -63,8 +69,9 @@ void follow_pivots(ReferenceFront<Scalar>& front, const std::vector<Vertex>& row
     expect_rule(front, k, shift[k], rule);
     const double rounded_zero = shift[k] != Scalar(0) ? (1 + kRuleSlack) * rule.tiny : 0;
     const double size = std::abs(front.at(k, k));
+    const SearchedRows where = searched(k);
     for (Vertex i = k + 1; i < p; ++i) {
-      const double most = i < searched(k) ? kAsLarge : kMostMultiplier;
+      const double most = i < where.end ? where.most * kAsLarge : kMostMultiplier;
       EXPECT_LE(std::abs(front.at(i, k)), most * size + rounded_zero) << "row " << i << " below pivot " << k;
     }
     front.at(k, k) += shift[k];
@@ -79,7 +86,7 @@ void follow_pivots(ReferenceFront<Scalar>& front, const std::vector<Vertex>& row
 template <class Scalar>
 std::vector<ReferenceFront<Scalar>> follow(const StageProblem<Scalar>& problem,
                                            const FactoredFronts<Scalar>& result, const ReferenceRule& rule,
-                                           const std::function<Vertex(Vertex, Vertex)>& searched) {
+                                           const std::function<SearchedRows(Vertex, Vertex)>& searched) {
   std::vector<ReferenceFront<Scalar>> fronts;
   for (Vertex f = 0; f < problem.plan->num_fronts && !testing::Test::HasFailure(); ++f) {
     SCOPED_TRACE("front " + std::to_string(f));

@@ -190,7 +190,7 @@ TYPED_TEST(PerturbationTest, TreesWithManySuspectPivots) {
         }
       }
       follow<double>(problem, result, {kBound, kTiny, kLargest},
-                     [&](Vertex f, Vertex) { return problem.plan->pivots(f); });
+                     [&](Vertex f, Vertex) { return SearchedRows{problem.plan->pivots(f)}; });
       expect_exact_factors(problem, result);
     });
   }

@@ -46,22 +46,13 @@ struct UndecidedBelow {
   }
 };
 
-// How many entries of a column of the tile make 16 bytes that lie aligned there and at `column`, or 1.
-template <class S>
-__device__ int entries_together(const Tile<S>& tile, const S* column, Offset ld) {
-  constexpr int together = 16 / sizeof(S);
-  const bool aligned =
-      tile.rows % together == 0 && ld % together == 0 && reinterpret_cast<std::size_t>(column) % 16 == 0;
-  return aligned ? together : 1;
-}
-
 template <class S>
 __device__ void load_tile(const Tile<S>& tile, const S* from, Offset ld) {
   const int lane = threadIdx.x % kWarp, warp = threadIdx.x / kWarp, warps = blockDim.x / kWarp;
-  const int together = entries_together(tile, from, ld);
-  if (together * sizeof(S) == 16) {
+  constexpr int kTogether = 16 / sizeof(S);  // entries of 16 bytes
+  if (tile.rows % kTogether == 0 && ld % kTogether == 0 && reinterpret_cast<std::size_t>(from) % 16 == 0) {
     for (int c = warp; c < tile.rows; c += warps) {
-      for (int r = together * lane; r < tile.rows; r += together * kWarp)
+      for (int r = kTogether * lane; r < tile.rows; r += kTogether * kWarp)
         copy_async<16>(shared_address(tile.a + r + c * tile.ld), from + r + c * ld);
     }
   } else {
@@ -77,18 +68,9 @@ __device__ void load_tile(const Tile<S>& tile, const S* from, Offset ld) {
 template <class S>
 __device__ void store_tile(const Tile<S>& tile, S* to, Offset ld) {
   const int lane = threadIdx.x % kWarp, warp = threadIdx.x / kWarp, warps = blockDim.x / kWarp;
-  const int together = entries_together(tile, to, ld);
   __syncthreads();
-  if (together * sizeof(S) == 16) {
-    for (int c = warp; c < tile.rows; c += warps) {
-#pragma unroll 2
-      for (int r = together * lane; r < tile.rows; r += together * kWarp)
-        *reinterpret_cast<int4*>(to + r + c * ld) = *reinterpret_cast<const int4*>(tile.a + r + c * tile.ld);
-    }
-  } else {
-    for (int c = warp; c < tile.rows; c += warps) {
-      for (int r = lane; r < tile.rows; r += kWarp) to[r + c * ld] = tile.a[r + c * tile.ld];
-    }
+  for (int c = warp; c < tile.rows; c += warps) {
+    for (int r = lane; r < tile.rows; r += kWarp) to[r + c * ld] = tile.a[r + c * tile.ld];
   }
 }
 

@@ -5,6 +5,8 @@
 // Direct Methods for Sparse Matrices, 2017, section 5.2).
 #pragma once
 
+#include <limits>
+
 #include "kernels/cuda/tile.hpp"
 
 namespace mfs::cuda {
@@ -29,12 +31,14 @@ template <class Real>
 constexpr double kMostPlain =
     static_cast<double>(std::numeric_limits<Real>::max()) * std::numeric_limits<Real>::epsilon();
 
-// The sizes of what a thread saw, as size_bits has them.
+// The sizes of what a thread saw, as size_bits has them; multipliers of pivot rows and of border rows.
 struct SeenSizes {
-  unsigned least_pivot = ~0u, least_determinant = ~0u, most_determinant = 0, most_multiplier = 0;
+  unsigned least_pivot = ~0u, least_determinant = ~0u, most_determinant = 0;
+  unsigned most_multiplier = 0, most_border = 0;
 };
 
-/// The panel from column `first` on of a tile, by a block of Threads threads, all of which call everything.
+/// The panel from column `first` on, a multiple of kPanelColumns, of a tile; by a block of Threads threads,
+/// at least as many as the tile has rows, all of which call everything.
 template <int Threads, class S>
 class DiagonalPanel {
  public:
@@ -149,15 +153,16 @@ class DiagonalPanel {
     return (seen.least_pivot > bound_bits<S>(bound_)) &
            (seen.least_determinant > bound_bits<S>(kLeastPlain<RealOf<S>>)) &
            (seen.most_determinant < bound_bits<S>(kMostPlain<RealOf<S>>)) &
-           (seen.most_multiplier <= bound_bits<S>(1 / kDiagonalThreshold));
+           (seen.most_multiplier <= bound_bits<S>(1 / kDiagonalThreshold)) &
+           (seen.most_border < bound_bits<S>(HUGE_VAL));
   }
   __device__ void put(S* to) const {
 #pragma unroll
     for (int e = 0; e < kEach; ++e) to[own_row() + own_column(e) * kPivotLd] = value_[e];
   }
 
-  // The rows below the pivots times U^-1, 16 by each warp in each turn; as a block has at least as many
-  // threads as the tile has rows, two turns are enough.
+  // The rows below the pivots times U^-1, 16 by each warp in each turn. There are no more rows than threads,
+  // so two turns are enough.
   static constexpr int kTurns = 2;
   __device__ int first_row(int turn) const {
     return (first_ + width_) / 16 * 16 + 16 * (threadIdx.x / kWarp + turn * (Threads / kWarp));
@@ -174,7 +179,12 @@ class DiagonalPanel {
           [&](int k, int c) { return k <= c && c < width_ ? inverses_[k + c * kPivotLd] : S(0); },
           kPanelColumns);
       multipliers[turn].for_each([&](int r, int, const S& value) {
-        if (begin + r < tile_.pivots) seen.most_multiplier = max(seen.most_multiplier, size_bits(value));
+        const unsigned size = size_bits(value);
+        if (begin + r < tile_.pivots) {
+          seen.most_multiplier = max(seen.most_multiplier, size);
+        } else if (begin + r < tile_.rows) {
+          seen.most_border = max(seen.most_border, size);
+        }
       });
     }
   }

@@ -96,10 +96,13 @@ TYPED_TEST(DeviceStagesTest, FactorsFrontsOfAllSizes) {
   this->on_device([&] {
     for (const Vertex p : {1, 2, 31, 32, 33, 64, 65, 127, 128, 129, 257}) {
       for (const Vertex b : {0, 1, 31, 32, 33, 65, 257}) {
-        SCOPED_TRACE(std::to_string(p) + " pivots, border " + std::to_string(b));
-        check_regular<TypeParam>(
-            artificial_problem(leaf_and_root(p, b), {static_cast<std::uint64_t>(1000 * p + b)}));
-        if (this->HasFailure()) return;
+        for (const double kept : {0.0, 1.0}) {
+          SCOPED_TRACE(std::to_string(p) + " pivots, border " + std::to_string(b) + ", of the large ones " +
+                       std::to_string(kept) + " on the diagonal");
+          const std::uint64_t seed = 1000 * p + b;
+          check_regular<TypeParam>(artificial_problem(leaf_and_root(p, b), {seed, 1.0, 64, {}, kept}));
+          if (this->HasFailure()) return;
+        }
       }
     }
   });

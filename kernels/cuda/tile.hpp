@@ -86,7 +86,11 @@ __device__ void solve_right(const Tile<S>& tile, int first, int width, const S* 
     u.clear();
     u.multiply_entries(
         [&](int m, int k) { return k < m && m < width ? lower[m + k * lower_ld] : S(k == m ? 1 : 0); },
-        [&](int k, int c) { return k < width ? top[k + (n + spread_column(c)) * ld] : S(0); }, kPanelColumns);
+        [&](int k, int c) {
+          const int column = n + spread_column(c);  // others may write those of the panel
+          return k < width && column >= next ? top[k + column * ld] : S(0);
+        },
+        kPanelColumns);
     __syncwarp();
     u.for_each([&](int r, int c, S& value) {
       const int column = n + spread_column(c);

@@ -22,6 +22,8 @@ double default_tolerance() {
 
 /// cuda::kDiagonalThreshold, which only the device's compiler sees.
 constexpr double kDiagonalThreshold = 0.1;
+/// Small fronts of up to so many rows have one warp, which searches every pivot.
+constexpr Vertex kOneWarpRows = 32;
 
 template <class Scalar>
 bool is_small(const SymbolicPlan& plan, Vertex f) {
@@ -33,8 +35,8 @@ template <class Scalar>
 SearchedRows searched(const SymbolicPlan& plan, const std::vector<int>& strict, Vertex f, Vertex k) {
   constexpr Vertex tile = cuda::kTile<cuda::DeviceScalar<Scalar>>;
   const Vertex p = plan.pivots(f);
+  if (strict[f] || p + plan.border_rows(f) <= kOneWarpRows) return {p};
   if (is_small<Scalar>(plan, f)) return {p, 1 / kDiagonalThreshold};
-  if (strict[f]) return {p};
   return {std::min(p, k / tile * tile + tile), 1 / kDiagonalThreshold};
 }
 

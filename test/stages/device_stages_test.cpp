@@ -278,6 +278,7 @@ TYPED_TEST(DeviceStagesTest, SearchesFurtherWhereTheTileHasNoPivots) {
 }
 
 constexpr Vertex kFewBorder = 20;
+
 /// A front of p pivots, all of them large but that of column c: it has `own` on the diagonal and `below` in
 /// row r, and nothing else.
 StageProblem<double> pivot_beside_larger_one(Vertex p, Vertex c, Vertex r, double own, double below) {
@@ -303,9 +304,9 @@ StageProblem<double> pivot_beside_larger_one(Vertex p, Vertex c, Vertex r, doubl
   return two_fronts(p, b, entries, 64);
 }
 
-// The row of a multiplier just below and just above 10, 1 / kDiagonalThreshold, in the warp that eliminates
-// the panel and in others, in panels of all kinds, among the rows of a small front and of a tile; and a pivot
-// below the bound, 1e-3 of the largest entry.
+// A multiplier just below and just above 10, 1 / kDiagonalThreshold, in a row of the same panel or below it,
+// in wide and narrow panels of small fronts and of tiles; no pivot at all; and one below the bound, 1e-3 of
+// the largest entry.
 TYPED_TEST(DeviceStagesTest, KeepsPivotsOnTheDiagonalUnlessMultipliersGrow) {
   struct Case {
     Vertex pivots, column, row;
@@ -331,7 +332,7 @@ TYPED_TEST(DeviceStagesTest, KeepsPivotsOnTheDiagonalUnlessMultipliersGrow) {
         EXPECT_EQ(bench.factor(1e-3).perturbed, 0u);
         std::vector<Vertex> expected(p);
         for (Vertex i = 0; i < p; ++i) expected[i] = i;
-        const bool searched = p + kFewBorder <= 32;  // such fronts have one warp
+        const bool searched = p + kFewBorder <= kOneWarpRows;
         if (below != 9.9 || searched) std::swap(expected[c], expected[r]);
         EXPECT_EQ(bench.factored().row_at[0], expected);
         expect_reference(problem, bench, followed(problem, bench, 1e-3));

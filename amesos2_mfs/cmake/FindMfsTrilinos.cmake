@@ -91,6 +91,13 @@ if(TARGET mfs::trilinos)
     if(TARGET mfs_nvcc)
       target_link_libraries(mfs::trilinos INTERFACE mfs_nvcc)
     endif()
+    # What a Tpetra without explicit instantiation needs, as those for CUDA mostly are.
+    find_library(MfsTrilinos_tpetraclassicnodeapi_LIBRARY NAMES tpetraclassicnodeapi
+      PATHS ${_mfs_library_dir} NO_DEFAULT_PATH)
+    mark_as_advanced(MfsTrilinos_tpetraclassicnodeapi_LIBRARY)
+    if(MfsTrilinos_tpetraclassicnodeapi_LIBRARY AND NOT _mfs_static_only)
+      target_link_libraries(mfs::trilinos INTERFACE ${MfsTrilinos_tpetraclassicnodeapi_LIBRARY})
+    endif()
   endif()
   if(_mfs_static_only)
     find_dependency(LAPACK)

@@ -277,22 +277,23 @@ TYPED_TEST(DeviceStagesTest, SearchesFurtherWhereTheTileHasNoPivots) {
   });
 }
 
-constexpr Vertex kFewBorder = 20;
-
-/// A front of p pivots, all of them large but that of column c: it has `own` on the diagonal and `below` in
-/// row r, and nothing else.
-StageProblem<double> pivot_beside_larger_one(Vertex p, Vertex c, Vertex r, double own, double below) {
-  constexpr Vertex b = kFewBorder;
-  Random random(33);
+/// What a column of the pivot block has on its diagonal, and in one row below.
+struct WeakPivot {
+  Vertex column, row;
+  double own, below;
+};
+/// A front of p pivots, all of them large and alone in their column but that one and its partner, the row's.
+StageProblem<double> pivot_beside_larger_one(Vertex p, Vertex b, const WeakPivot& weak, std::uint64_t seed) {
+  Random random(seed);
   std::vector<Entry> entries;
   for (Vertex i = 0; i < p; ++i) {
     for (Vertex j = 0; j < p; ++j) {
-      const bool of_the_pair = (i == c || i == r) && (j == c || j == r);
-      const double entry = i == c && j == c   ? own
-                           : i == r && j == c ? below
-                           : of_the_pair      ? 1.0
-                           : i == j           ? 80.0
-                                              : 0.0;
+      const bool of_the_pair = (i == weak.column || i == weak.row) && (j == weak.column || j == weak.row);
+      const double entry = i == weak.column && j == weak.column ? weak.own
+                           : i == weak.row && j == weak.column  ? weak.below
+                           : of_the_pair                        ? 1.0
+                           : i == j                             ? 80.0
+                                                                : 0.0;
       entries.push_back({i, j, entry});
     }
     for (Vertex j = p; j < p + b; ++j) {
@@ -311,6 +312,7 @@ TYPED_TEST(DeviceStagesTest, KeepsPivotsOnTheDiagonalUnlessMultipliersGrow) {
   struct Case {
     Vertex pivots, column, row;
   };
+  constexpr Vertex border = 20;
   this->on_device([&] {
     for (const auto& [p, c, r] : {Case{2, 0, 1},
                                   {20, 17, 19},
@@ -327,12 +329,12 @@ TYPED_TEST(DeviceStagesTest, KeepsPivotsOnTheDiagonalUnlessMultipliersGrow) {
       for (const auto& [own, below] : {std::pair<double, double>{1, 9.9}, {1, 10.1}, {0, 1}, {0.04, 0.2}}) {
         SCOPED_TRACE(std::to_string(p) + " pivots, column " + std::to_string(c) + ": " + std::to_string(own) +
                      ", row " + std::to_string(r) + ": " + std::to_string(below));
-        const auto problem = turned<TypeParam>(pivot_beside_larger_one(p, c, r, own, below));
+        const auto problem = turned<TypeParam>(pivot_beside_larger_one(p, border, {c, r, own, below}, 33));
         DeviceBench<TypeParam> bench(problem);
         EXPECT_EQ(bench.factor(1e-3).perturbed, 0u);
         std::vector<Vertex> expected(p);
         for (Vertex i = 0; i < p; ++i) expected[i] = i;
-        const bool searched = p + kFewBorder <= kOneWarpRows;
+        const bool searched = p + border <= kOneWarpRows;
         if (below != 9.9 || searched) std::swap(expected[c], expected[r]);
         EXPECT_EQ(bench.factored().row_at[0], expected);
         expect_reference(problem, bench, followed(problem, bench, 1e-3));
@@ -342,32 +344,13 @@ TYPED_TEST(DeviceStagesTest, KeepsPivotsOnTheDiagonalUnlessMultipliersGrow) {
   });
 }
 
-/// A front whose first column has 1 in its tile and `growth` in the last row of the pivot block.
-StageProblem<double> growth_below_the_tile(double growth) {
-  constexpr Vertex p = 300, b = 50, last = p - 1;
-  Random random(32);
-  std::vector<Entry> entries;
-  for (Vertex i = 0; i < p; ++i) {
-    for (Vertex j = 0; j < p; ++j) {
-      const bool of_the_pair = (i == 0 || i == last) && (j == 0 || j == last);
-      const double entry = i == last && j == 0 ? growth : of_the_pair ? 1.0 : i == j ? 80.0 : 0.0;
-      entries.push_back({i, j, entry});
-    }
-    for (Vertex j = p; j < p + b; ++j) {
-      entries.push_back({i, j, random.entry()});
-      entries.push_back({j, i, random.entry()});
-    }
-  }
-  for (Vertex j = p; j < p + b; ++j) entries.push_back({j, j, 80.0});
-  return two_fronts(p, b, entries, 64);
-}
-
 // Just below and just above 1000, kMostGrowth of kernels/cuda/block_lu.hpp.
 TYPED_TEST(DeviceStagesTest, SearchesFurtherOnlyWhereMultipliersGrowTooMuch) {
   this->on_device([&] {
     for (const auto& [growth, strict] : {std::pair<double, int>{999, 0}, {1001, 1}}) {
       SCOPED_TRACE("growth " + std::to_string(growth));
-      const StageProblem<TypeParam> problem = turned<TypeParam>(growth_below_the_tile(growth));
+      // The last row of the pivot block is below the tile of the first.
+      const auto problem = turned<TypeParam>(pivot_beside_larger_one(300, 50, {0, 299, 1.0, growth}, 32));
       DeviceBench<TypeParam> bench(problem);
       const FactorStatus status = bench.factor(default_tolerance<TypeParam>());
       EXPECT_EQ(bench.passes(), 1 + strict);

@@ -1,8 +1,8 @@
 // A panel of a tile with its pivots on the diagonal, as they come, which needs no search: the 16 x 16 block
 // of its pivots is factored and both triangles are inverted in one sweep, a thread for each entry or two, and
-// all else is products. It is kept if no pivot is suspect and no multiplier of a pivot row of the tile is
-// beyond 1 / kDiagonalThreshold (threshold pivoting, which prefers the diagonal: Duff, Erisman and Reid,
-// Direct Methods for Sparse Matrices, 2017, section 5.2).
+// all else is products. It is kept if no pivot is suspect, no multiplier of a pivot row of the tile is beyond
+// 1 / kDiagonalThreshold (threshold pivoting, which prefers the diagonal: Duff, Erisman and Reid, Direct
+// Methods for Sparse Matrices, 2017, section 5.2) and U's inverse is harmless.
 #pragma once
 
 #include <limits>
@@ -14,6 +14,11 @@ namespace mfs::cuda {
 /// A pivot on the diagonal is accepted if it is at least this fraction of the largest entry below it in the
 /// rows in which it would be searched.
 constexpr double kDiagonalThreshold = 0.1;
+
+/// The largest entry that the inverse of U may have in the panel, its rows scaled to a diagonal of ones:
+/// times so much, at most, are rounding errors of multipliers larger than those of a solve with U (its error
+/// is bounded by |A| |U^-1| |U|: Higham, Accuracy and Stability of Numerical Algorithms, 2002, section 8.3).
+constexpr double kMostInverse = 100;
 
 constexpr int kPivotLd = tile_ld(kPanelColumns);
 
@@ -31,10 +36,11 @@ template <class Real>
 constexpr double kMostPlain =
     static_cast<double>(std::numeric_limits<Real>::max()) * std::numeric_limits<Real>::epsilon();
 
-// The sizes of what a thread saw, as size_bits has them; multipliers of pivot rows and of border rows.
+// The sizes of what a thread saw, as size_bits has them; multipliers of pivot rows and of border rows; of the
+// inverse of U with its rows scaled.
 struct SeenSizes {
   unsigned least_pivot = ~0u, least_determinant = ~0u, most_determinant = 0;
-  unsigned most_multiplier = 0, most_border = 0;
+  unsigned most_multiplier = 0, most_border = 0, most_inverse = 0;
 };
 
 /// The panel from column `first` on, a multiple of kPanelColumns, of a tile; by a block of Threads threads,
@@ -145,7 +151,12 @@ class DiagonalPanel {
       seen.least_pivot = min(seen.least_pivot, size_bits(a));
       if (j + 1 < width_) seen.least_pivot = min(seen.least_pivot, size_bits(second));
       seen.most_multiplier = max(seen.most_multiplier, size_bits(l));
-      if (below) seen.most_multiplier = max(seen.most_multiplier, max(size_bits(m1), size_bits(m2)));
+      // Above the two, m1 and m2 times their pivots are entries of the scaled inverse.
+      const unsigned most = max(size_bits(below ? m1 : x0), size_bits(below ? m2 : m2 * second));
+      if (below)
+        seen.most_multiplier = max(seen.most_multiplier, most);
+      else
+        seen.most_inverse = max(seen.most_inverse, most);
     }
     inverses_ = from;
   }
@@ -154,7 +165,7 @@ class DiagonalPanel {
            (seen.least_determinant > bound_bits<S>(kLeastPlain<RealOf<S>>)) &
            (seen.most_determinant < bound_bits<S>(kMostPlain<RealOf<S>>)) &
            (seen.most_multiplier <= bound_bits<S>(1 / kDiagonalThreshold)) &
-           (seen.most_border < bound_bits<S>(HUGE_VAL));
+           (seen.most_inverse <= bound_bits<S>(kMostInverse)) & (seen.most_border < bound_bits<S>(HUGE_VAL));
   }
   __device__ void put(S* to) const {
 #pragma unroll

@@ -277,10 +277,10 @@ TYPED_TEST(DeviceStagesTest, SearchesFurtherWhereTheTileHasNoPivots) {
   });
 }
 
-/// What a column of the pivot block has on its diagonal, and in one row below.
+/// What a column of the pivot block has on its diagonal and in one row below, and what its own row has there.
 struct WeakPivot {
   Vertex column, row;
-  double own, below;
+  double own, below, right = 1;
 };
 /// A front of p pivots, all of them large and alone in their column but that one and its partner, the row's.
 StageProblem<double> pivot_beside_larger_one(Vertex p, Vertex b, const WeakPivot& weak, std::uint64_t seed) {
@@ -291,6 +291,7 @@ StageProblem<double> pivot_beside_larger_one(Vertex p, Vertex b, const WeakPivot
       const bool of_the_pair = (i == weak.column || i == weak.row) && (j == weak.column || j == weak.row);
       const double entry = i == weak.column && j == weak.column ? weak.own
                            : i == weak.row && j == weak.column  ? weak.below
+                           : i == weak.column && j == weak.row  ? weak.right
                            : of_the_pair                        ? 1.0
                            : i == j                             ? 80.0
                                                                 : 0.0;
@@ -306,13 +307,17 @@ StageProblem<double> pivot_beside_larger_one(Vertex p, Vertex b, const WeakPivot
 }
 
 // A multiplier just below and just above 10, 1 / kDiagonalThreshold, in a row of the same panel or below it,
-// in wide and narrow panels of small fronts and of tiles; no pivot at all; and one below the bound, 1e-3 of
-// the largest entry.
+// in wide and narrow panels of small fronts and of tiles; no pivot at all; one below the bound, 1e-3 of the
+// largest entry; and an entry of U's scaled inverse, if it is of the panel, just below and just above 100,
+// kMostInverse.
 TYPED_TEST(DeviceStagesTest, KeepsPivotsOnTheDiagonalUnlessMultipliersGrow) {
   struct Case {
     Vertex pivots, column, row;
   };
-  constexpr Vertex border = 20;
+  struct Entries {
+    double own, below, right;
+  };
+  constexpr Vertex border = 20, panel = 16;
   this->on_device([&] {
     for (const auto& [p, c, r] : {Case{2, 0, 1},
                                   {20, 17, 19},
@@ -323,19 +328,23 @@ TYPED_TEST(DeviceStagesTest, KeepsPivotsOnTheDiagonalUnlessMultipliersGrow) {
                                   {300, 0, 1},
                                   {300, 15, 40},
                                   {300, 16, 60},
+                                  {300, 33, 36},
                                   {300, 47, 50},
                                   {300, 257, 299},
                                   {300, 290, 297}}) {
-      for (const auto& [own, below] : {std::pair<double, double>{1, 9.9}, {1, 10.1}, {0, 1}, {0.04, 0.2}}) {
+      for (const auto& [own, below, right] :
+           {Entries{1, 9.9, 1}, {1, 10.1, 1}, {0, 1, 1}, {0.04, 0.2, 1}, {1, 2, 99}, {1, 2, 101}}) {
         SCOPED_TRACE(std::to_string(p) + " pivots, column " + std::to_string(c) + ": " + std::to_string(own) +
-                     ", row " + std::to_string(r) + ": " + std::to_string(below));
-        const auto problem = turned<TypeParam>(pivot_beside_larger_one(p, border, {c, r, own, below}, 33));
+                     ", row " + std::to_string(r) + ": " + std::to_string(below) + ", right " +
+                     std::to_string(right));
+        const auto problem =
+            turned<TypeParam>(pivot_beside_larger_one(p, border, {c, r, own, below, right}, 33));
         DeviceBench<TypeParam> bench(problem);
         EXPECT_EQ(bench.factor(1e-3).perturbed, 0u);
         std::vector<Vertex> expected(p);
         for (Vertex i = 0; i < p; ++i) expected[i] = i;
-        const bool searched = p + border <= kOneWarpRows;
-        if (below != 9.9 || searched) std::swap(expected[c], expected[r]);
+        const bool kept = below == 9.9 || right == 99 || (right == 101 && c / panel != r / panel);
+        if (!kept || p + border <= kOneWarpRows) std::swap(expected[c], expected[r]);
         EXPECT_EQ(bench.factored().row_at[0], expected);
         expect_reference(problem, bench, followed(problem, bench, 1e-3));
         if (this->HasFailure()) return;

@@ -6,10 +6,10 @@
 //     double; "singular" is never said of the latter. UMFPACK's figure is printed beside it: it depends on
 //     the scaling, and takes the Hilbert matrix of order 12 (1e-16) for a regular one.
 //
-//   test_adversarial [COUNT [FIRST_SEED]]
+//   test_adversarial [COUNT [FIRST_SEED [cuda]]]
 //
-// prints the seed of each failure and a table by kind. Unproved: refused, and the reference has no inverse to
-// hold against it.
+// takes the two backends of the host by turns, or the device, and prints the seed of each failure and a table
+// by kind. Unproved: refused, and the reference has no inverse to hold against it.
 #include <umfpack.h>
 
 #include <algorithm>
@@ -110,6 +110,7 @@ void judge(std::uint64_t seed, mfs::Backend backend, Tally& tally) {
 int main(int argc, char** argv) {
   const std::uint64_t count = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 400;
   const std::uint64_t first = argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 1;
+  const bool on_device = argc > 3 && std::string(argv[3]) == "cuda";
   std::printf("%lu adversarial matrices from seed %lu\n", static_cast<unsigned long>(count),
               static_cast<unsigned long>(first));
   std::map<std::string, Tally> kinds;
@@ -118,7 +119,11 @@ int main(int argc, char** argv) {
     const std::string name = mfs::test::hard_matrix(seed).name;
     Tally& tally = kinds[name.substr(0, name.rfind(", seed"))];
     const int before = tally.wrong + tally.refused_regular;
-    judge(seed, seed % 2 ? mfs::Backend::serial : mfs::Backend::openmp, tally);
+    judge(seed,
+          on_device  ? mfs::Backend::cuda
+          : seed % 2 ? mfs::Backend::serial
+                     : mfs::Backend::openmp,
+          tally);
     bad += tally.wrong + tally.refused_regular - before;
   }
   std::printf("%-28s %8s %8s %8s %8s %8s %10s\n", "kind", "solved", "refused", "unproved", "wrong", "too shy",

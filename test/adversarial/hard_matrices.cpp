@@ -141,6 +141,47 @@ SparseMatrix structurally_singular(Random& random) {
   return from_entries_summed(n, kept);
 }
 
+// Without zeros: fronts of several tiles, whose pivots have to be searched.
+SparseMatrix dense(double decades, Random& random) {
+  const std::int64_t n = random.integer(100, 320);
+  std::vector<Entry> entries;
+  for (std::int64_t i = 0; i < n; ++i) {
+    for (std::int64_t j = 0; j < n; ++j)
+      entries.push_back({i, j, random.entry() * std::pow(10.0, decades * random.entry())});
+  }
+  return from_entries(n, entries);
+}
+
+// Without zeros, of small integers, one row the sum of two others.
+SparseMatrix dense_singular(Random& random) {
+  const std::int64_t n = random.integer(100, 320);
+  std::vector<std::vector<double>> rows(n, std::vector<double>(n));
+  for (std::vector<double>& row : rows) {
+    for (double& entry : row) entry = small_integer(random);
+  }
+  const std::vector<std::int64_t> place = random.permutation(n);
+  for (std::int64_t j = 0; j < n; ++j) rows[place[0]][j] = rows[place[1]][j] + rows[place[2]][j];
+  std::vector<Entry> entries;
+  for (std::int64_t i = 0; i < n; ++i) {
+    for (std::int64_t j = 0; j < n; ++j) entries.push_back({i, j, rows[i][j]});
+  }
+  return from_entries(n, entries);
+}
+
+// Partial pivoting lets it grow by 2^(n - 1), though it is well conditioned (Wilkinson, The Algebraic
+// Eigenvalue Problem, 1965, p. 212): ones on the diagonal and in the last column, -1 below; permuted.
+SparseMatrix growing(Random& random) {
+  const std::int64_t n = random.integer(10, 200);
+  const std::vector<std::int64_t> row = random.permutation(n), column = random.permutation(n);
+  std::vector<Entry> entries;
+  for (std::int64_t i = 0; i < n; ++i) {
+    for (std::int64_t j = 0; j < i; ++j) entries.push_back({row[i], column[j], -1.0});
+    entries.push_back({row[i], column[i], 1.0});
+    if (i < n - 1) entries.push_back({row[i], column[n - 1], 1.0});
+  }
+  return from_entries_summed(n, entries);
+}
+
 SparseMatrix hilbert(Random& random) {
   const std::int64_t n = random.integer(2, 15);
   std::vector<Entry> entries;
@@ -181,6 +222,12 @@ HardMatrix hard_matrix(std::uint64_t seed) {
       return made("integrator", integrator_jacobian(random));
     case 10:
       return made("Hilbert", hilbert(random));
+    case 11:
+      return made("dense", dense(random.integer(0, 4), random));
+    case 12:
+      return made("dense, singular", dense_singular(random), true);
+    case 13:
+      return made("growing", growing(random));
     default:
       break;
   }

@@ -4,6 +4,7 @@
 
 #include <cuda_runtime.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "kernels/arena.hpp"
@@ -52,6 +53,9 @@ class PinnedArena : public RawArena {
  public:
   explicit PinnedArena(Offset bytes);
   ~PinnedArena();
+
+ private:
+  HostArena memory_;
 };
 
 class Event;
@@ -100,6 +104,27 @@ class Event {
 
  private:
   cudaEvent_t event_ = nullptr;
+};
+
+/// Copies from any host memory by way of page-locked memory, which all threads fill: the runtime has one
+/// thread for that. What is copied from may change at once.
+class Upload {
+ public:
+  /// `most`: bytes of all that will be copied.
+  Upload(const Stream& stream, Offset most) : stream_(stream), memory_(std::min(most, 2 * kHalf)) {}
+  /// Waits for the copies.
+  ~Upload() { stream_.drain(); }
+  void to_device(void* to, const void* from, Offset bytes);
+
+ private:
+  static constexpr Offset kHalf = Offset(8) << 20;
+  void turn();
+
+  const Stream& stream_;
+  PinnedArena memory_;  // one half is filled while the other is copied
+  Event copied_[2];
+  int half_ = 0;
+  Offset used_ = 0;  // of the half
 };
 
 /// A stream for what may run beside another one, when that leaves room.

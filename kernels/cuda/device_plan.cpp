@@ -41,6 +41,8 @@ class Builder {
   }
 
  private:
+  static constexpr int kFrontsAtOnce = 64;  // of a thread
+
   DepthLaunches& depth() { return made_.depths.back(); }
   Vertex rows(Vertex f) const { return plan_.pivots(f) + plan_.border_rows(f); }
 
@@ -319,7 +321,7 @@ class Builder {
   // better once there are enough of them and they are deep: else what counts is how many begin and end at
   // different times.
   void place_products(const std::vector<ProductTask>& products, std::vector<Launch>& launches, Order order) {
-    constexpr Offset kEnough = 2 * 132;
+    constexpr Offset kEnough = 2 * kMultiprocessors;
     const bool deep = std::any_of(products.begin(), products.end(), [](const ProductTask& task) {
       return task.k >= kDeep && !for_library(task);
     });
@@ -472,21 +474,35 @@ class Builder {
       }
       ++row;  // where the last row of the step ends
     }
-    made_.source_begin.assign(static_cast<std::size_t>(row), 0);
+    made_.source_begin.resize(static_cast<std::size_t>(row));
   }
 
+  // Row i of a front counts at its source_begin[i + 1]; then source_begin[i] is the place of its next source,
+  // until all have theirs.
   void list_sources() {
-    for_each_child_row([&](Offset of, Offset) { ++made_.source_begin[of + 1]; });
-    place_sources();
     made_.destination.resize(plan_.border.size());
-    std::vector<Vertex> next = made_.source_begin;
-    for_each_child_row([&](Offset of, Offset place) { made_.destination[place] = next[of]++; });
+    made_.source_begin.front() = 0;
+#pragma omp parallel for schedule(dynamic, kFrontsAtOnce)
+    for (Vertex f = 0; f < plan_.num_fronts; ++f) {
+      Vertex* const counts = &made_.source_begin[made_.row_begin[f] + 1];
+      std::fill_n(counts, rows(f), 0);
+      for_each_child_row(f, [&](Vertex row, Offset) { ++counts[row]; });
+    }
+    place_sources();
+#pragma omp parallel for schedule(dynamic, kFrontsAtOnce)
+    for (Vertex f = 0; f < plan_.num_fronts; ++f) {
+      Vertex* const next = &made_.source_begin[made_.row_begin[f]];
+      const Vertex first = *next;
+      for_each_child_row(f, [&](Vertex row, Offset place) { made_.destination[place] = next[row]++; });
+      std::copy_backward(next, next + rows(f) - 1, next + rows(f));
+      *next = first;
+    }
   }
 
   // From counts to places.
   void place_sources() {
     std::vector<Offset> next = place_borders();
-    std::vector<Vertex>& places = made_.source_begin;
+    RawVector<Vertex>& places = made_.source_begin;
     for (Vertex step = 1; step < plan_.num_depths; ++step) {
       const bool last = step + 1 == plan_.num_depths;
       const auto begin = places.begin() + made_.row_begin[plan_.depth_begin[step]];
@@ -528,14 +544,16 @@ class Builder {
       for (Vertex c = plan_.child_begin[f]; c < plan_.child_begin[f + 1]; ++c)
         made_.child_row_begin[c + 1] = made_.child_row_begin[c] + (rows(f) > made_.small_rows ? rows(f) : 0);
     }
-    made_.child_row.assign(static_cast<std::size_t>(made_.child_row_begin.back()), -1);
+    made_.child_row.resize(static_cast<std::size_t>(made_.child_row_begin.back()));
+#pragma omp parallel for schedule(dynamic, kFrontsAtOnce)
     for (Vertex f = 0; f < plan_.num_fronts; ++f) {
       if (rows(f) <= made_.small_rows) continue;
       for (Vertex c = plan_.child_begin[f]; c < plan_.child_begin[f + 1]; ++c) {
         const Vertex child = plan_.children[c];
         const Vertex* map = plan_.border_in_parent.data() + plan_.border_begin[child];
-        for (Vertex i = 0; i < plan_.border_rows(child); ++i)
-          made_.child_row[made_.child_row_begin[c] + map[i]] = i;
+        Vertex* const child_row = made_.child_row.data() + made_.child_row_begin[c];
+        std::fill_n(child_row, rows(f), -1);
+        for (Vertex i = 0; i < plan_.border_rows(child); ++i) child_row[map[i]] = i;
       }
     }
   }
@@ -573,15 +591,13 @@ class Builder {
                       : plan_.upper_begin[f] + (column - p) * p;
   }
 
+  // visit(row of the front, place in the plan's border)
   template <class Visit>
-  void for_each_child_row(const Visit& visit) const {
-    for (Vertex f = 0; f < plan_.num_fronts; ++f) {
-      for (Vertex c = plan_.child_begin[f]; c < plan_.child_begin[f + 1]; ++c) {
-        const Vertex child = plan_.children[c];
-        for (Offset place = plan_.border_begin[child]; place < plan_.border_begin[child + 1]; ++place) {
-          visit(made_.row_begin[f] + plan_.border_in_parent[place], place);
-        }
-      }
+  void for_each_child_row(Vertex f, const Visit& visit) const {
+    for (Vertex c = plan_.child_begin[f]; c < plan_.child_begin[f + 1]; ++c) {
+      const Vertex child = plan_.children[c];
+      for (Offset place = plan_.border_begin[child]; place < plan_.border_begin[child + 1]; ++place)
+        visit(plan_.border_in_parent[place], place);
     }
   }
 

@@ -141,15 +141,18 @@ struct DevicePlan {
   // Row i of front f takes row child_row[child_row_begin[c] + i] of the contribution block of its c-th entry
   // in the plan's children, -1 for none.
   std::vector<Offset> child_row_begin;  // children + 1
-  std::vector<Vertex> child_row;
+  RawVector<Vertex> child_row;
   // Row i of front f takes what its children left at [source_begin[row_begin[f] + i], source_begin[... + 1]).
   // A border row leaves its value at destination[its place in the plan's border]. There are as many places as
   // two neighbouring launches of the forward pass need.
-  std::vector<Offset> row_begin;     // num_fronts
-  std::vector<Vertex> source_begin;  // rows of all fronts, and the end of each depth's last one
-  std::vector<Vertex> destination;
+  std::vector<Offset> row_begin;   // num_fronts
+  RawVector<Vertex> source_begin;  // rows of all fronts, and the end of each depth's last one
+  RawVector<Vertex> destination;
   Offset border_places = 0;
 };
+
+/// Multiprocessors of an H200, which launches are cut for.
+constexpr Vertex kMultiprocessors = 132;
 
 /// In fronts that have at least kPanelled pivots and kPanelledRows rows, kPanel are factored before the rest
 /// of their slab, and kSlab before what is right of that. In smaller ones the launches that this takes cost
@@ -158,7 +161,7 @@ constexpr Vertex kPanel = 512, kSlab = 2048, kPanelled = 1024, kPanelledRows = 4
 
 /// Products of a step that are more tiles than the device runs at once are made beside the next diagonal
 /// tile.
-constexpr Offset kAheadTiles = 4 * 132;
+constexpr Offset kAheadTiles = 4 * kMultiprocessors;
 
 /// Later turns begin once P, L and U of the depth are assembled. More turns make no region smaller (tried:
 /// 8).
@@ -173,8 +176,8 @@ constexpr Vertex kSolveTile = 64, kTallTile = 256;
 constexpr Vertex kInverted = 32;
 /// Steps of a part of a tile.
 constexpr Vertex kSolveSteps = 16;
-/// Tiles of one column that an H200 holds at once.
-constexpr Vertex kCrowd = 3 * 132;
+/// Tiles of one column that run at once.
+constexpr Vertex kCrowd = 3 * kMultiprocessors;
 
 /// Fronts with at most kTinyPivots pivots and so many entries in L are solved with by one warp, in depths
 /// that have many of them: a warp takes longer than a block, which matters where the device is not full.

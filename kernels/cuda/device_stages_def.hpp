@@ -18,12 +18,15 @@ namespace mfs::cuda {
 template <class S, class V>
 struct DeviceStages<S, V>::Layout {
   ArenaLayout arena;
+  Offset copied = 0;  // bytes
 
   Layout(const SymbolicPlan& plan, const Pattern& pattern, const DevicePlan& lists) {
     DeviceStore<S, V> store{};
-    place(plan, pattern, lists, store, [this](auto*& pointer, Offset count, const void*) {
+    place(plan, pattern, lists, store, [this](auto*& pointer, Offset count, const void* source) {
       using T = std::remove_pointer_t<std::remove_reference_t<decltype(pointer)>>;
-      arena.add(count * static_cast<Offset>(sizeof(T)));
+      const Offset bytes = count * static_cast<Offset>(sizeof(T));
+      arena.add(bytes);
+      if (source) copied += bytes;
     });
     arena.add(sizeof(DeviceStatus));
   }
@@ -95,12 +98,13 @@ DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& patter
       lists_(std::move(lists)),
       arena_(Layout(plan, pattern, lists_).arena.total()) {
   open_library();
+  Upload upload(stream_, Layout(plan, pattern, lists_).copied);
   Offset place = 0;
   Layout::place(plan, pattern, lists_, store_, [&](auto*& pointer, Offset count, const void* source) {
     using T = std::remove_pointer_t<std::remove_reference_t<decltype(pointer)>>;
     pointer = arena_.at<T>(place);
     const Offset bytes = count * static_cast<Offset>(sizeof(T));
-    if (source && bytes > 0) stream_.to_device(const_cast<std::remove_const_t<T>*>(pointer), source, bytes);
+    if (source) upload.to_device(const_cast<std::remove_const_t<T>*>(pointer), source, bytes);
     place += (bytes + kRegionAlignment - 1) / kRegionAlignment * kRegionAlignment;
   });
   store_.fronts.n = plan.n;
@@ -115,7 +119,6 @@ DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& patter
   store_.largest = &status_->largest;
   store_.tiny = pivot_rule<RealOf<S>>(0, 1).tiny;
   forget_strict_fronts();
-  stream_.synchronize();  // what was copied from may go
   lists_.entry_place = {};
   set_shared_memory(reinterpret_cast<const void*>(&factor_small_fronts<256, 2, S, V>),
                     small_front_bytes<S>(kSmallRows<S>));

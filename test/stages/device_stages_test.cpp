@@ -1,8 +1,10 @@
 // All stages on the device against the plain reference: factors, exchanges and shifts of fronts of all kinds
 // of sizes, then the solve. Needs a device; skips where there is none.
+#include <numeric>
 #include <string>
 
 #include "kernels/cuda/cuda_factorization.hpp"
+#include "kernels/cuda/device.hpp"
 #include "kernels/cuda/device_stages.hpp"
 #include "test/stages/device_checks.hpp"
 #include "test/stages/in_engine.hpp"
@@ -451,6 +453,36 @@ TEST(DeviceStages, FactorsFrontsInSlabs) {
 
 TEST(DeviceStages, FactorsLargeStepsBesideTheNextTile) {
   check_large_front(cuda::kSlab + 130, 400);
+}
+
+// Pieces of any size, some beyond the end of a half and of both; each changes as soon as it is taken.
+TEST(DeviceUpload, BringsMoreThanItsMemoryHolds) {
+  if (!cuda::device_found()) GTEST_SKIP() << "no CUDA device";
+  in_engine(2, [&] {
+    Engine::use_cuda();
+    constexpr Offset kMegabyte = 1 << 20;
+    for (const auto& pieces : std::vector<std::vector<Offset>>{
+             {3}, {1, 0, 100}, {8 * kMegabyte - 50, 7, 100, 20 * kMegabyte + 1, 0, 12 * kMegabyte, 5}}) {
+      const Offset bytes = std::accumulate(pieces.begin(), pieces.end(), Offset(0));
+      std::vector<char> expected(bytes), piece, brought(bytes);
+      for (Offset k = 0; k < bytes; ++k) expected[k] = static_cast<char>(k % 251);
+      const cuda::Stream stream;
+      const cuda::DeviceArena place(bytes);
+      {
+        cuda::Upload upload(stream, bytes);
+        Offset begin = 0;
+        for (const Offset length : pieces) {
+          piece.assign(expected.begin() + begin, expected.begin() + begin + length);
+          upload.to_device(place.at<char>(begin), piece.data(), length);
+          std::fill(piece.begin(), piece.end(), char(0));
+          begin += length;
+        }
+      }
+      stream.to_host(brought.data(), place.at<char>(0), bytes);
+      stream.synchronize();
+      EXPECT_TRUE(brought == expected) << bytes << " bytes";
+    }
+  });
 }
 
 }  // namespace

@@ -32,6 +32,7 @@ class Builder {
       list_steps();
       list_update();
     }
+    list_parts();
     list_solve();
     list_sources();
     list_wide_tiles();
@@ -71,45 +72,61 @@ class Builder {
   }
 
   void list_assembly() {
-    depth().assemble.begin = static_cast<Offset>(made_.assemble.size());
+    depth().assemble.begin = parts_;
     for (const Vertex f : large_) {
       const Vertex p = plan_.pivots(f);
-      Offset entry = plan_.entry_begin[f];
-      assemble_block(f, {0, rows(f)}, {0, p}, entry);
-      assemble_block(f, {0, p}, {p, rows(f)}, entry);
+      assemble_block(f, {0, rows(f)}, {0, p}, true);
+      assemble_block(f, {0, p}, {p, rows(f)}, true);
     }
-    depth().assemble.end = static_cast<Offset>(made_.assemble.size());
+    depth().assemble.end = parts_;
     Vertex last = 0;
     for (const Vertex f : large_) last = std::max(last, plan_.assembly_turn[f]);
     for (Vertex turn = 0; turn <= last; ++turn) {
-      const Offset begin = static_cast<Offset>(made_.assemble.size());
+      const Offset begin = parts_;
       for (const Vertex f : large_) {
-        if (plan_.assembly_turn[f] == turn) assemble_contribution(f);
+        const Span border{plan_.pivots(f), rows(f)};
+        if (plan_.assembly_turn[f] == turn) assemble_block(f, border, border, false);
       }
-      depth().assemble_contribution.push_back({begin, static_cast<Offset>(made_.assemble.size())});
+      depth().assemble_contribution.push_back({begin, parts_});
     }
-  }
-
-  void assemble_contribution(Vertex f) {
-    const Span border{plan_.pivots(f), rows(f)};
-    Offset none = plan_.entry_begin[f + 1];
-    assemble_block(f, border, border, none);
   }
 
   struct Span {
     Vertex begin, end;
     Vertex length() const { return end - begin; }
   };
+  // Its parts have `columns` columns each.
+  struct AssemblyBlock {
+    Vertex front;
+    Span down, right;
+    Vertex columns;
+    bool has_entries;  // of the matrix
+    Offset first_part;
+  };
 
-  // `entry`: the front's first original entry that has not been listed.
-  void assemble_block(Vertex f, Span down, Span right, Offset& entry) {
+  void assemble_block(Vertex f, Span down, Span right, bool has_entries) {
     if (down.length() == 0) return;
     const Vertex columns = std::max(kAssembleColumns, kAssembleEntries / down.length());
-    for (Vertex begin = right.begin; begin < right.end; begin += columns) {
-      const Vertex end = std::min(begin + columns, right.end);
-      const Offset first = entry;
-      entry = first_entry_from(f, entry, end);
-      made_.assemble.push_back({f, begin, end, down.begin, down.end, first, entry});
+    blocks_.push_back({f, down, right, columns, has_entries, parts_});
+    parts_ += tiles_of(right.length(), columns);
+  }
+
+  void list_parts() {
+    made_.assemble.resize(static_cast<std::size_t>(parts_));
+    const auto blocks = static_cast<Offset>(blocks_.size());
+#pragma omp parallel for schedule(dynamic)
+    for (Offset i = 0; i < blocks; ++i) {
+      const AssemblyBlock& block = blocks_[i];
+      const Vertex f = block.front;
+      Offset part = block.first_part;
+      Offset entry = block.has_entries ? first_entry_from(f, plan_.entry_begin[f], block.right.begin)
+                                       : plan_.entry_begin[f + 1];
+      for (Vertex begin = block.right.begin; begin < block.right.end; begin += block.columns) {
+        const Vertex end = std::min(begin + block.columns, block.right.end);
+        const Offset first = entry;
+        entry = first_entry_from(f, entry, end);
+        made_.assemble[part++] = {f, begin, end, block.down.begin, block.down.end, first, entry};
+      }
     }
   }
 
@@ -174,7 +191,9 @@ class Builder {
     place_products(others, depth().factor, Order::aside);
   }
 
-  Vertex tile_end(Vertex f, Vertex k) const { return std::min<Vertex>(k + made_.tile, plan_.pivots(f)); }
+  Vertex tile_end(Vertex f, Vertex k) const {
+    return std::min<Vertex>(k + made_.tile, plan_.pivots(f));
+  }
   bool panelled(Vertex f) const {
     return plan_.pivots(f) >= cuts_.panelled && rows(f) >= cuts_.panelled_rows;
   }
@@ -428,11 +447,19 @@ class Builder {
     }
   }
 
-  Vertex solve_tiles(Vertex f) const { return tiles_of(plan_.pivots(f), kSolveTile); }
-  Vertex steps_of_border(Vertex f) const { return tiles_of(plan_.border_rows(f), kSolveTile); }
-  Vertex parts_of_border(Vertex f) const { return steps_of_border(f) / cuts_.solve_steps; }
+  Vertex solve_tiles(Vertex f) const {
+    return tiles_of(plan_.pivots(f), kSolveTile);
+  }
+  Vertex steps_of_border(Vertex f) const {
+    return tiles_of(plan_.border_rows(f), kSolveTile);
+  }
+  Vertex parts_of_border(Vertex f) const {
+    return steps_of_border(f) / cuts_.solve_steps;
+  }
   // Row where the tile of this turn begins: the last tile has the first turn.
-  Vertex tile_of_turn(Vertex f, Vertex turn) const { return (solve_tiles(f) - 1 - turn) * kSolveTile; }
+  Vertex tile_of_turn(Vertex f, Vertex turn) const {
+    return (solve_tiles(f) - 1 - turn) * kSolveTile;
+  }
 
   void list_parts_back(Vertex f, Vertex turn, Offset first_place) {
     if (turn < 0 || turn >= solve_tiles(f)) return;
@@ -604,6 +631,8 @@ class Builder {
   const SymbolicPlan& plan_;
   const PlanCuts& cuts_;
   std::vector<Vertex> small_, large_;
+  std::vector<AssemblyBlock> blocks_;
+  Offset parts_ = 0;                         // of them all
   std::vector<std::size_t> forward_launch_;  // of each depth
   DevicePlan made_;
 };

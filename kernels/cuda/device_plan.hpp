@@ -126,7 +126,7 @@ struct SolveLaunch {
 struct DevicePlan {
   Vertex tile = 0, small_rows = 0;
   std::vector<Vertex> small_fronts, tiny_fronts;
-  std::vector<AssemblyPart> assemble;
+  RawVector<AssemblyPart> assemble;
   // Where the plan's original entries go: from the first entry of the first column of their part, or from the
   // first entry of [P; L] of a small front, as if U followed at once.
   RawVector<Vertex> entry_place;

@@ -1,4 +1,5 @@
 // The engine with the program's Kokkos (MFS_KOKKOS=shared): kernels are started by the thread that calls.
+#include <omp.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -9,9 +10,6 @@
 #include <thread>
 
 #include <Kokkos_Core.hpp>
-#ifdef KOKKOS_ENABLE_OPENMP
-#include <omp.h>
-#endif
 
 #include <mfs/error.hpp>
 
@@ -35,6 +33,18 @@ void check_kokkos() {
     throw StateError("called from inside a parallel region of OpenMP, where Kokkos has no threads");
 #endif
 }
+
+// Parallel loops that are not Kokkos' have so many threads, in this thread, as long as this lives.
+class LoopThreads {
+ public:
+  explicit LoopThreads(int count) { omp_set_num_threads(count); }
+  ~LoopThreads() { omp_set_num_threads(before_); }
+  LoopThreads(const LoopThreads&) = delete;
+  LoopThreads& operator=(const LoopThreads&) = delete;
+
+ private:
+  const int before_ = omp_get_max_threads();
+};
 
 // Calls `idle` about ten times per second in a thread of its own, as the caller's is at work.
 class Beside {
@@ -88,10 +98,11 @@ struct Engine::State {
 
 Engine::Engine() : state_(new State) {}
 
-void Engine::run(int /*threads*/, const std::function<void()>& work, const std::function<void()>& idle) {
+void Engine::run(int threads, const std::function<void()>& work, const std::function<void()>& idle) {
   check_process(state_->process);
   const std::lock_guard<std::mutex> one_caller(state_->caller);
   check_kokkos();
+  const LoopThreads loops(threads);
   Beside beside(idle);
   work();
   beside.finish();

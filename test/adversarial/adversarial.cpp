@@ -110,7 +110,11 @@ void judge(std::uint64_t seed, mfs::Backend backend, Tally& tally) {
 int main(int argc, char** argv) {
   const std::uint64_t count = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 400;
   const std::uint64_t first = argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 1;
-  const bool on_device = argc > 3 && std::string(argv[3]) == "cuda";
+  const bool on_device = argc > 3;
+  if (on_device && std::string(argv[3]) != "cuda") {
+    std::fprintf(stderr, "%s: no backend to choose but cuda\n", argv[3]);
+    return 2;
+  }
   std::printf("%lu adversarial matrices from seed %lu\n", static_cast<unsigned long>(count),
               static_cast<unsigned long>(first));
   std::map<std::string, Tally> kinds;

@@ -141,18 +141,24 @@ SparseMatrix structurally_singular(Random& random) {
   return from_entries_summed(n, kept);
 }
 
-// Without zeros: fronts of several tiles, whose pivots have to be searched.
-SparseMatrix dense(double decades, Random& random) {
-  const std::int64_t n = random.integer(100, 320);
+// Without zeros; entry(i, j) is asked row by row.
+template <class EntryAt>
+SparseMatrix full(std::int64_t n, const EntryAt& entry) {
   std::vector<Entry> entries;
   for (std::int64_t i = 0; i < n; ++i) {
-    for (std::int64_t j = 0; j < n; ++j)
-      entries.push_back({i, j, random.entry() * std::pow(10.0, decades * random.entry())});
+    for (std::int64_t j = 0; j < n; ++j) entries.push_back({i, j, entry(i, j)});
   }
   return from_entries(n, entries);
 }
 
-// Without zeros, of small integers, one row the sum of two others.
+// Fronts of several tiles, whose pivots have to be searched.
+SparseMatrix dense(double decades, Random& random) {
+  return full(random.integer(100, 320), [&](std::int64_t, std::int64_t) {
+    return random.entry() * std::pow(10.0, decades * random.entry());
+  });
+}
+
+// Of small integers, one row the sum of two others.
 SparseMatrix dense_singular(Random& random) {
   const std::int64_t n = random.integer(100, 320);
   std::vector<std::vector<double>> rows(n, std::vector<double>(n));
@@ -161,11 +167,7 @@ SparseMatrix dense_singular(Random& random) {
   }
   const std::vector<std::int64_t> place = random.permutation(n);
   for (std::int64_t j = 0; j < n; ++j) rows[place[0]][j] = rows[place[1]][j] + rows[place[2]][j];
-  std::vector<Entry> entries;
-  for (std::int64_t i = 0; i < n; ++i) {
-    for (std::int64_t j = 0; j < n; ++j) entries.push_back({i, j, rows[i][j]});
-  }
-  return from_entries(n, entries);
+  return full(n, [&](std::int64_t i, std::int64_t j) { return rows[i][j]; });
 }
 
 // Partial pivoting lets it grow by 2^(n - 1), though it is well conditioned (Wilkinson, The Algebraic
@@ -183,12 +185,8 @@ SparseMatrix growing(Random& random) {
 }
 
 SparseMatrix hilbert(Random& random) {
-  const std::int64_t n = random.integer(2, 15);
-  std::vector<Entry> entries;
-  for (std::int64_t i = 0; i < n; ++i) {
-    for (std::int64_t j = 0; j < n; ++j) entries.push_back({i, j, 1.0 / static_cast<double>(i + j + 1)});
-  }
-  return from_entries_summed(n, entries);
+  return full(random.integer(2, 15),
+              [](std::int64_t i, std::int64_t j) { return 1.0 / static_cast<double>(i + j + 1); });
 }
 
 }  // namespace

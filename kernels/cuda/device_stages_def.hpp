@@ -119,6 +119,7 @@ DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& patter
   store_.largest = &status_->largest;
   store_.tiny = pivot_rule<RealOf<S>>(0, 1).tiny;
   forget_strict_fronts();
+  stream_.synchronize();  // copies that failed are told of here
   lists_.entry_place = {};
   set_shared_memory(reinterpret_cast<const void*>(&factor_small_fronts<256, 2, S, V>),
                     small_front_bytes<S>(kSmallRows<S>));

@@ -16,7 +16,7 @@ std::size_t available_device_memory() {
 }
 
 template <class Value>
-std::future<void> load_library(bool, Offset) {
+std::future<void> load_library(bool, const Pattern&) {
   return {};
 }
 
@@ -28,7 +28,7 @@ std::unique_ptr<Factorization<Value>> make_cuda_factorization(bool, std::shared_
 }
 
 #define MFS_INSTANTIATE(Value)                                                   \
-  template std::future<void> load_library<Value>(bool, Offset);                  \
+  template std::future<void> load_library<Value>(bool, const Pattern&);          \
   template std::unique_ptr<Factorization<Value>> make_cuda_factorization<Value>( \
       bool, std::shared_ptr<const SymbolicPlan>, std::shared_ptr<const Pattern>);
 MFS_INSTANTIATE(float)

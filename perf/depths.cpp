@@ -21,9 +21,10 @@ namespace {
 
 using mfs::Vertex;
 using mfs::cuda::Kernel;
+using mfs::cuda::PivotSearch;
 
-constexpr const char* kNames[] = {"largest",  "small",    "assemble", "diagonal", "strips",
-                                  "products", "exchange", "update",   "inverses"};
+constexpr const char* kNames[] = {"largest",  "small", "assemble", "diagonal", "strips",
+                                  "products", "roots", "exchange", "update",   "inverses"};
 constexpr int kKinds = static_cast<int>(Kernel::end);
 
 struct Launch {
@@ -87,11 +88,11 @@ void measure(const std::string& name) {
   stream.to_device(stages.row_scale(), analysis.matched.row_scale.data(), bytes(analysis.plan->n));
   stream.to_device(stages.column_scale(), analysis.matched.column_scale.data(), bytes(analysis.plan->n));
   constexpr double kTolerance = 1.5e-8;
-  stages.factor(kTolerance, true);
-  stages.factor(kTolerance, true);
+  stages.factor(kTolerance, PivotSearch::not_in_roots);
+  stages.factor(kTolerance, PivotSearch::not_in_roots);
   stream.synchronize();
   std::vector<Launch> launches;
-  stages.factor(kTolerance, false, [&](Kernel kernel, Vertex step) {
+  stages.factor(kTolerance, PivotSearch::not_in_roots, [&](Kernel kernel, Vertex step) {
     launches.push_back({kernel, step});
     launches.back().begin->record(stream);
   });

@@ -41,9 +41,9 @@ std::size_t available_memory(Backend backend) {
 }
 
 template <class Scalar>
-std::future<void> load_beside(Backend backend, bool single_precision, Offset entries) {
+std::future<void> load_beside(Backend backend, bool single_precision, const Pattern& pattern) {
   if (backend != Backend::cuda) return {};
-  return cuda::load_library<Scalar>(single_precision, entries);
+  return cuda::load_library<Scalar>(single_precision, pattern);
 }
 
 template <class Scalar>
@@ -59,7 +59,7 @@ std::unique_ptr<Factorization<Scalar>> make_numeric_factorization(Backend backen
 }
 
 #define MFS_INSTANTIATE(Scalar)                                                       \
-  template std::future<void> load_beside<Scalar>(Backend, bool, Offset);              \
+  template std::future<void> load_beside<Scalar>(Backend, bool, const Pattern&);      \
   template std::unique_ptr<Factorization<Scalar>> make_numeric_factorization<Scalar>( \
       Backend, bool, std::shared_ptr<const SymbolicPlan>, std::shared_ptr<const Pattern>, int);
 MFS_INSTANTIATE(float)

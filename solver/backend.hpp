@@ -19,10 +19,10 @@ AssemblyTurns assembly_turns(Backend backend);
 /// Bytes left where the factors lie; inside Engine::run.
 std::size_t available_memory(Backend backend);
 
-/// What the backend may load beside the analysis of a matrix with so many entries. The future ends when that
+/// What the backend may load beside the analysis of a matrix with this pattern. The future ends when that
 /// has.
 template <class Scalar>
-std::future<void> load_beside(Backend backend, bool single_precision, Offset entries);
+std::future<void> load_beside(Backend backend, bool single_precision, const Pattern& pattern);
 
 /// The factorization that `backend` means. Throws OutOfMemory before it takes what is not there. Inside
 /// Engine::run, with `threads` the number given there.

@@ -27,7 +27,7 @@ void MatrixFactors<Scalar>::analyze(const CsrView<Scalar>& a) {
   forget();
   std::future<void> loading;
   const auto begin_loading = [&](const Pattern& pattern) {
-    loading = load_beside<Scalar>(options_.backend, report_.single_precision, pattern.nnz());
+    loading = load_beside<Scalar>(options_.backend, report_.single_precision, pattern);
   };
   phases_.run_analysis("matching", [&] {
     analysis_ = analyze_matrix(a, options_.analysis, assembly_turns(options_.backend),

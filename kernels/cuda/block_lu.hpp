@@ -20,10 +20,14 @@ template <class S>
 constexpr int kNarrowTile = kTile<S> / 2;
 constexpr int kNarrowThreads = kTileThreads / 2;
 
+/// Entries of a tile of so many pivots in shared memory.
+__host__ __device__ constexpr int tile_entries(int pivots) {
+  return tile_ld(pivots) * ((pivots + 15) / 16 * 16);
+}
 /// Of a tile, and of the panels of a strict front in its place.
 template <class S>
 __host__ __device__ constexpr int block_lu_entries(int pivots) {
-  const int tile = tile_ld(pivots) * ((pivots + 15) / 16 * 16), panels = kPanelColumns * (kTile<S> + pivots);
+  const int tile = tile_entries(pivots), panels = kPanelColumns * (kTile<S> + pivots);
   return tile > panels ? tile : panels;
 }
 template <class S>

@@ -7,6 +7,7 @@
 
 #include "kernels/cuda/device.hpp"
 #include "kernels/cuda/device_blas.hpp"
+#include "kernels/cuda/device_lapack.hpp"
 #include "kernels/cuda/device_scalar.hpp"
 #include "kernels/cuda/factors.hpp"
 #include "kernels/engine.hpp"
@@ -36,14 +37,30 @@ void make_product() {
   stream.synchronize();
 }
 
+/// An LU as those of roots (DevicePlan::roots).
+template <class S>
+void make_lu() {
+  constexpr int kRows = 4096;
+  const Stream stream;
+  DeviceLapack lapack(stream);
+  const DeviceArena arena(Offset{kRows} * kRows * static_cast<Offset>(sizeof(S)));
+  stream.clear(arena.at<S>(0), arena.bytes());
+  lapack.reserve(kRows, arena.at<S>(0), kRows);
+  lapack.getrf(kRows, arena.at<S>(0), kRows);
+  stream.synchronize();
+}
+
 template <class Scalar>
-std::future<void> load_library_once() {
-  static std::atomic<bool> begun{false};
-  if (begun.exchange(true)) return {};
+std::future<void> load_library_once(bool with_lu) {
+  static std::atomic<bool> begun{false}, begun_lu{false};
+  const bool product = !begun.exchange(true), lu = with_lu && !begun_lu.exchange(true);
+  if (!product && !lu) return {};
   try {
-    return std::async(std::launch::async, [] {
+    return std::async(std::launch::async, [product, lu] {
+      using S = DeviceScalar<Scalar>;
       try {
-        make_product<DeviceScalar<Scalar>>();
+        if (product) make_product<S>();
+        if (lu) make_lu<S>();
       } catch (...) {  // the factorization will meet it, too
       }
     });
@@ -69,10 +86,13 @@ std::size_t available_device_memory() {
 }
 
 template <class Value>
-std::future<void> load_library(bool single_precision, Offset entries) {
+std::future<void> load_library(bool single_precision, const Pattern& pattern) {
   constexpr Offset kLarge = 1000000;
-  if (entries < kLarge) return {};
-  return single_precision ? load_library_once<Narrow<Value>>() : load_library_once<Value>();
+  // Few have factors as large as it takes with fewer unknowns; and their analysis is not over before.
+  constexpr Vertex kManyUnknowns = 100000;
+  if (pattern.nnz() < kLarge) return {};
+  const bool with_lu = pattern.n >= kManyUnknowns;
+  return single_precision ? load_library_once<Narrow<Value>>(with_lu) : load_library_once<Value>(with_lu);
 }
 
 template <class Value>
@@ -84,7 +104,7 @@ std::unique_ptr<Factorization<Value>> make_cuda_factorization(bool single_precis
 }
 
 #define MFS_INSTANTIATE(Value)                                                   \
-  template std::future<void> load_library<Value>(bool, Offset);                  \
+  template std::future<void> load_library<Value>(bool, const Pattern&);          \
   template std::unique_ptr<Factorization<Value>> make_cuda_factorization<Value>( \
       bool, std::shared_ptr<const SymbolicPlan>, std::shared_ptr<const Pattern>);
 MFS_INSTANTIATE(float)

@@ -17,11 +17,11 @@ void require_device();
 /// Bytes free on the device; inside Engine::run.
 std::size_t available_device_memory();
 
-/// The first large product of a process takes the library tens of milliseconds, in which it finds and loads
-/// its kernels. This makes one by another thread, beside the analysis of a matrix that is large enough to
-/// need the library; what fails is left to the factorization to find. The future's end waits for it.
+/// The first large product and LU of a process take the libraries tens of milliseconds, in which they find
+/// and load their kernels. This makes one of each by another thread, beside the analysis of a matrix that is
+/// large enough to need them; what fails is left to the factorization to find. The future's end waits for it.
 template <class Value>
-std::future<void> load_library(bool single_precision, Offset entries);
+std::future<void> load_library(bool single_precision, const Pattern& pattern);
 
 /// As make_factorization; throws OutOfMemory(device) and BackendError as well.
 template <class Value>

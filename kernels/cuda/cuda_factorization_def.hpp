@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kernels/cuda/detour.hpp"
 #include "kernels/cuda/device_stages_def.hpp"
 #include "kernels/cuda/diagonal.hpp"
 #include "kernels/cuda/factors.hpp"
@@ -23,9 +24,6 @@ constexpr std::size_t kMostSharedMemory = 227 * 1024;
 /// Vectors of kSolveColumns columns may take so many bytes beside the region of the plan, or this part of the
 /// factors' memory; where they would take more, kFewColumns are solved for at once.
 constexpr Offset kLittle = Offset(1) << 24, kShare = 8;
-
-/// Factorizations with strict fronts before it is tried without them again.
-constexpr int kMostPatience = 64;
 
 template <class S>
 constexpr bool fits_shared_memory() {
@@ -85,11 +83,7 @@ class CudaFactorization final : public AccuracyLadder<HostThreads, PinnedArena, 
     this->forget_factors();
     pivots_read_ = false;
     send_matrix();
-    const bool again = strict_ && ++strict_for_ >= patience_;
-    if (again) strict_ = false;
-    if (!strict_) stages_.forget_strict_fronts();
-    while (launch_factor(tolerance).found_strict > 0) strict_ = true;
-    note_strictness(again);
+    find_factors(tolerance);
     FactorStatus status = status_->pivots;
     status.getrf = plan().flops.getrf;
     status.trsm = plan().flops.trsm;
@@ -205,25 +199,42 @@ class CudaFactorization final : public AccuracyLadder<HostThreads, PinnedArena, 
     return !(read_error() > 0);
   }
 
-  // Strict fronts cost far more, but matrices that follow may not need them: now and then they are factored
-  // without, the less often the more often that was in vain.
-  void note_strictness(bool again) {
-    if (again || !strict_) strict_for_ = 0;
-    patience_ = !strict_ ? 1 : again ? std::min(2 * patience_, kMostPatience) : patience_;
+  // Again where fronts have to be strict, or roots do need pivots.
+  void find_factors(double tolerance) {
+    strict_.begin();
+    pivoted_roots_.begin();
+    if (!strict_.taken()) stages_.forget_strict_fronts();
+    for (bool found = false; !found;) {
+      const DeviceStatus& status = launch_factor(tolerance);
+      found = status.found_strict == 0 && status.pivots_needed == 0;
+      if (status.found_strict > 0) {
+        strict_.take();
+      } else if (!found) {
+        pivoted_roots_.take();
+      }
+    }
+    strict_.end();
+    pivoted_roots_.end();
+  }
+
+  PivotSearch search() const {
+    return strict_.taken()                                          ? PivotSearch::strict
+           : pivoted_roots_.taken() || !stages_.has_library_roots() ? PivotSearch::tiles
+                                                                    : PivotSearch::not_in_roots;
   }
 
   const DeviceStatus& launch_factor(double tolerance) {
-    const bool look_ahead = !strict_;
-    Graph& graph = graph_[look_ahead];
+    const PivotSearch where = search();
     if (!warm_) {
-      stages_.factor(tolerance, look_ahead);
+      stages_.factor(tolerance, where);
       warm_ = true;
     } else {
-      if (!graph.recorded() || tolerance != graph_tolerance_) {
-        if (tolerance != graph_tolerance_) graph_[!look_ahead].reset();
-        graph.record(stream_, [&] { stages_.factor(tolerance, look_ahead); });
+      if (tolerance != graph_tolerance_) {
+        for (Graph& graph : graph_) graph.reset();
         graph_tolerance_ = tolerance;
       }
+      Graph& graph = graph_[static_cast<int>(where)];
+      if (!graph.recorded()) graph.record(stream_, [&] { stages_.factor(tolerance, where); });
       graph.launch(stream_);
     }
     stream_.to_host(status_, stages_.status(), sizeof(DeviceStatus));
@@ -451,10 +462,10 @@ class CudaFactorization final : public AccuracyLadder<HostThreads, PinnedArena, 
   double* error_;
   DeviceStatus* status_;
   bool scales_sent_ = false, values_sent_ = false, values_here_ = true, warm_ = false;
-  bool strict_ = false;                // some front is, else none
-  int strict_for_ = 0, patience_ = 1;  // factorizations since, and until it is tried without
+  Detour strict_;         // some front is, else none
+  Detour pivoted_roots_;  // those that the library could have are factored by tiles
   Event foreign_;
-  Graph graph_[2], solve_graph_[2][3];  // by look-ahead; by transposed, by width
+  Graph graph_[3], solve_graph_[2][3];  // by PivotSearch; by transposed, by width
   double graph_tolerance_ = 0;
   std::unique_ptr<DeviceArena> vectors_, rhs_, transposed_;
   RowAccess<V> transposed_rows_{};

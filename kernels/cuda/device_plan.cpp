@@ -32,6 +32,7 @@ class Builder {
       list_steps();
       list_update();
     }
+    list_roots();
     list_parts();
     list_solve();
     list_sources();
@@ -296,6 +297,24 @@ class Builder {
     }
     launch.tasks.end = static_cast<Offset>(made_.steps.size());
     depth().factor.push_back(launch);
+  }
+
+  // After all depths: large_ is that of the last, whose fronts are roots.
+  void list_roots() {
+    const auto for_tiles = [&](Vertex f) {
+      return plan_.pivots(f) < cuts_.least_root || plan_.pivots(f) > cuts_.most_root;
+    };
+    if (large_.empty() || std::any_of(large_.begin(), large_.end(), for_tiles)) return;
+    for (const Vertex f : large_) {
+      made_.roots.push_back({plan_.lower_begin[f], plan_.pivots(f), plan_.lower_ld(f)});
+      for (Vertex k = 0; k < plan_.pivots(f); k += made_.tile) made_.unpivoted.push_back({f, k, k});
+    }
+    const Offset tiles = static_cast<Offset>(made_.unpivoted.size());
+    made_.on_diagonal = {0, tiles};
+    const Range& blocks = made_.depths.back().exchange;
+    made_.unpivoted.insert(made_.unpivoted.end(), made_.exchange.begin() + blocks.begin,
+                           made_.exchange.begin() + blocks.end);
+    made_.below_diagonal = {tiles, static_cast<Offset>(made_.unpivoted.size())};
   }
 
   void list_exchanges() {

@@ -18,8 +18,12 @@
 // rest is updated beside the next slab's tiles, whose chain of short launches cannot fill the device
 // (look-ahead). Where a depth has no front with so many, what its next diagonal tiles need comes first in the
 // same way.
+//
+// Where roots have many pivots, the library can factor them without pivoting; tiles are the way for those
+// that turn out to need it.
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "ordering/symbolic_plan.hpp"
@@ -123,6 +127,12 @@ struct SolveLaunch {
   Range border;  // forward: the places of what its fronts leave
 };
 
+/// The LU of a root's pivot block as one call of the library: its place in the region of the plan.
+struct RootTask {
+  Offset at;
+  Vertex pivots, ld;
+};
+
 struct DevicePlan {
   Vertex tile = 0, small_rows = 0;
   std::vector<Vertex> small_fronts, tiny_fronts;
@@ -138,6 +148,11 @@ struct DevicePlan {
   std::vector<StepTask> steps;
   std::vector<ProductTask> products;
   std::vector<DepthLaunches> depths;
+  // In place of DepthLaunches::factor of the last depth, if there are any: then the library can have all
+  // roots that are not small.
+  std::vector<RootTask> roots;
+  std::vector<FrontPart> unpivoted;  // their tiles: first those on the diagonal, then those below it
+  Range on_diagonal, below_diagonal;
   // Row i of front f takes row child_row[child_row_begin[c] + i] of the contribution block of its c-th entry
   // in the plan's children, -1 for none.
   std::vector<Offset> child_row_begin;  // children + 1
@@ -151,6 +166,9 @@ struct DevicePlan {
   Offset border_places = 0;
 };
 
+/// As PlanCuts::least_root.
+constexpr Vertex kNoRoots = std::numeric_limits<Vertex>::max();
+
 /// Multiprocessors of an H200, which launches are cut for.
 constexpr Vertex kMultiprocessors = 132;
 
@@ -158,6 +176,9 @@ constexpr Vertex kMultiprocessors = 132;
 /// of their slab, and kSlab before what is right of that. In smaller ones the launches that this takes cost
 /// more than deeper products save.
 constexpr Vertex kPanel = 512, kSlab = 2048, kPanelled = 1024, kPanelledRows = 4096;
+
+/// Roots with fewer or more pivots stay with the tiles: those of more fill the device by their look-ahead.
+constexpr Vertex kLeastRoot = 1024, kMostRoot = 10240;
 
 /// Products of a step that are more tiles than the device runs at once are made beside the next diagonal
 /// tile.
@@ -189,7 +210,8 @@ constexpr Vertex kTinyPivots = 32, kTinyEntries = 16384, kManyTiny = 1024;
 /// diagonal tile; `many_tiny` tiny fronts of a depth are solved with by warps; parts of a tile of the solve
 /// take `solve_steps` steps, and so many tiles may come before parts of theirs, which they wait for: the
 /// device must run one block more than that at once. Where the border of a depth has more tiles than `crowd`,
-/// some are tall.
+/// some are tall. The library can have the roots that are not small if all of them have `least_root` to
+/// `most_root` pivots.
 struct PlanCuts {
   Vertex tile, small_rows;
   bool wide_products;
@@ -198,6 +220,7 @@ struct PlanCuts {
   Vertex panelled_rows = kPanelledRows;
   Offset ahead_tiles = kAheadTiles;
   Vertex crowd = kCrowd;
+  Vertex least_root = kNoRoots, most_root = kMostRoot;
 };
 
 DevicePlan make_device_plan(const SymbolicPlan& plan, const PlanCuts& cuts);

@@ -8,6 +8,7 @@
 
 #include "kernels/cuda/device.hpp"
 #include "kernels/cuda/device_blas.hpp"
+#include "kernels/cuda/device_lapack.hpp"
 #include "kernels/cuda/device_plan.hpp"
 #include "kernels/cuda/device_store.hpp"
 #include "kernels/factorization.hpp"
@@ -18,9 +19,13 @@ namespace mfs::cuda {
 /// What a factorization says when it is done, as the device writes it.
 struct DeviceStatus {
   FactorStatus pivots;
-  int found_strict;
+  int found_strict, pivots_needed;
   double largest;
 };
+
+/// Where pivots are searched: in strict fronts in all rows of the pivot block, or, as long as no front is
+/// strict, in tiles; or so, but not in the roots that the library factors (DevicePlan::roots).
+enum class PivotSearch { strict, tiles, not_in_roots };
 
 /// Told what is launched next, and for which step of the plan (deepest depth first); inverses, of all fronts,
 /// count as the last one's.
@@ -31,6 +36,7 @@ enum class Kernel {
   diagonal,
   strips,
   products,
+  roots,
   exchange,
   update,
   inverses,
@@ -63,6 +69,9 @@ class DeviceStages {
  public:
   /// Copies the plan to the device and takes all memory of a factorization. Throws OutOfMemory, BackendError.
   DeviceStages(const SymbolicPlan& plan, const Pattern& pattern, const Stream& stream);
+  /// With the library for roots of `least_root` pivots and more, however much its handle takes beside the
+  /// factors.
+  DeviceStages(const SymbolicPlan& plan, const Pattern& pattern, const Stream& stream, Vertex least_root);
 
   V* matrix_values() const { return store_.fronts.matrix_values; }
   double* row_scale() const { return store_.fronts.row_scale; }
@@ -73,7 +82,7 @@ class DeviceStages {
   Offset bytes() const {
     Offset bytes = arena_.bytes();
     for (const auto* blas : {&blas_, &blas_ahead_}) bytes += *blas ? (*blas)->bytes() : 0;
-    return bytes;
+    return bytes + (lapack_ ? lapack_->bytes() : 0);
   }
   /// What contribution blocks leave free between two factorizations: `spare_bytes` bytes.
   void* spare() const { return store_.fronts.storage + plan_.factor_entries; }
@@ -82,10 +91,12 @@ class DeviceStages {
   }
 
   /// Launches assemble, factor and update of all depths for matrix_values(). `tolerance` of pivots is
-  /// relative to the largest scaled entry. `look_ahead`: large fronts are updated beside their next panel,
-  /// which is only right while no front is strict: those exchange rows that the update works on. `mark`,
-  /// where given, is called before each launch, one after the other then, and once at the end.
-  void factor(double tolerance, bool look_ahead, const Mark& mark = {});
+  /// relative to the largest scaled entry. Unless fronts are strict, which exchange rows that an update works
+  /// on, large fronts are updated beside their next panel. `mark`, where given, is called before each launch,
+  /// one after the other then, and once at the end.
+  void factor(double tolerance, PivotSearch search, const Mark& mark = {});
+  /// Whether PivotSearch::not_in_roots is another way than `tiles`.
+  bool has_library_roots() const { return !lists_.roots.empty(); }
   /// No front is strict any more, until a factorization finds that it has to be.
   void forget_strict_fronts();
   /// Launches v := A'^-1 v (elimination order, scaled) for the factors, or the transposed. All have
@@ -100,10 +111,13 @@ class DeviceStages {
  private:
   struct Layout;
   DeviceStages(const SymbolicPlan& plan, const Pattern& pattern, const Stream& stream, DevicePlan lists);
-  void open_library();
+  void open_libraries();
   void launch_small_fronts(const std::vector<SmallLaunch>& launches);
   void join_small_fronts(const std::vector<SmallLaunch>& launches);
-  void launch_stages(double tolerance, bool look_ahead, const Mark& mark);
+  void launch_stages(double tolerance, PivotSearch search, const Mark& mark);
+  template <class Next>
+  void launch_steps(const DepthLaunches& depth, bool look_ahead, const Next& next);
+  void launch_roots();
   void launch(const Launch& what, const Stream& stream, const std::optional<DeviceBlas>& blas);
   void assemble(const DepthLaunches& depth, bool look_ahead);
   void assemble(const Range& parts, const Stream& stream);
@@ -121,6 +135,7 @@ class DeviceStages {
   SideStream assembly_, ahead_;
   DevicePlan lists_;
   std::optional<DeviceBlas> blas_, blas_ahead_;  // where the plan has products for them
+  std::optional<DeviceLapack> lapack_;           // or roots
   DeviceArena arena_;
   DeviceStore<S, V> store_;
   DeviceStatus* status_;

@@ -11,6 +11,7 @@
 #include "kernels/cuda/substitution.hpp"
 #include "kernels/cuda/tile_inverses.hpp"
 #include "kernels/cuda/tiny_substitution.hpp"
+#include "kernels/cuda/unpivoted_roots.hpp"
 
 namespace mfs::cuda {
 
@@ -66,6 +67,7 @@ struct DeviceStages<S, V>::Layout {
     copy(store.assemble, lists.assemble);
     copy(store.exchange, lists.exchange);
     copy(store.wide_tiles, lists.wide_tiles);
+    copy(store.unpivoted, lists.unpivoted);
     copy(store.solve, lists.solve);
     copy(store.steps, lists.steps);
     copy(store.products, lists.products);
@@ -78,17 +80,31 @@ struct DeviceStages<S, V>::Layout {
   }
 };
 
+/// The library's handle may take this part of the factors' memory.
+constexpr Offset kHandleShare = 10;
+
 template <class S>
-PlanCuts cuts_for_device() {
+PlanCuts cuts_for_device(Vertex least_root) {
   static_assert(kSmallRows<S> <= kAssemblyTurns.rows);
   PlanCuts cuts{kTile<S>, kSmallRows<S>, kWideProducts<S>};
   cuts.waiting_tiles = multiprocessors() - 1;
+  cuts.least_root = least_root;
   return cuts;
+}
+template <class S>
+Vertex least_root_for(const SymbolicPlan& plan) {
+  const Offset factors = plan.factor_entries * static_cast<Offset>(sizeof(S));
+  return DeviceLapack::kHandleBytes <= factors / kHandleShare ? kLeastRoot : kNoRoots;
 }
 
 template <class S, class V>
 DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& pattern, const Stream& stream)
-    : DeviceStages(plan, pattern, stream, make_device_plan(plan, cuts_for_device<S>())) {}
+    : DeviceStages(plan, pattern, stream, least_root_for<S>(plan)) {}
+
+template <class S, class V>
+DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& pattern, const Stream& stream,
+                                 Vertex least_root)
+    : DeviceStages(plan, pattern, stream, make_device_plan(plan, cuts_for_device<S>(least_root))) {}
 
 template <class S, class V>
 DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& pattern, const Stream& stream,
@@ -97,7 +113,7 @@ DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& patter
       stream_(stream),
       lists_(std::move(lists)),
       arena_(Layout(plan, pattern, lists_).arena.total()) {
-  open_library();
+  open_libraries();
   Upload upload(stream_, Layout(plan, pattern, lists_).copied);
   Offset place = 0;
   Layout::place(plan, pattern, lists_, store_, [&](auto*& pointer, Offset count, const void* source) {
@@ -116,6 +132,7 @@ DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& patter
   status_ = arena_.at<DeviceStatus>(place);
   store_.fronts.status = &status_->pivots;
   store_.found_strict = &status_->found_strict;
+  store_.pivots_needed = &status_->pivots_needed;
   store_.largest = &status_->largest;
   store_.tiny = pivot_rule<RealOf<S>>(0, 1).tiny;
   forget_strict_fronts();
@@ -131,6 +148,7 @@ DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& patter
                     block_lu_bytes<S>(kWide));
   set_shared_memory(reinterpret_cast<const void*>(&factor_diagonal_tiles<kNarrow, kNarrowThreads, S, V>),
                     block_lu_bytes<S>(kNarrow));
+  set_shared_memory(reinterpret_cast<const void*>(&take_unpivoted_tiles<S, V>), tile_bytes<S>());
   for (const Vertex pivots : {kInverted, 2 * kInverted, kTile<S>}) {
     with_strip_blocks<S>(pivots, [](auto blocks) {
       set_shared_memory(reinterpret_cast<const void*>(&solve_strips<blocks(), S, V>),
@@ -145,9 +163,9 @@ DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& patter
                       WideShape::bytes<S>());
 }
 
-// Its working memory would be most of what a small system takes.
+// Their working memory would be most of what a small system takes.
 template <class S, class V>
-void DeviceStages<S, V>::open_library() {
+void DeviceStages<S, V>::open_libraries() {
   for (const DepthLaunches& depth : lists_.depths) {
     for (const auto* launches : {&depth.factor, &depth.update}) {
       for (const Launch& part : *launches) {
@@ -156,6 +174,10 @@ void DeviceStages<S, V>::open_library() {
         if (part.order == Order::aside && !blas_ahead_) blas_ahead_.emplace(ahead_.stream());
       }
     }
+  }
+  for (const RootTask& root : lists_.roots) {
+    if (!lapack_) lapack_.emplace(stream_);
+    lapack_->reserve(root.pivots, static_cast<const S*>(nullptr), root.ld);
   }
 }
 
@@ -236,12 +258,14 @@ void DeviceStages<S, V>::join_small_fronts(const std::vector<SmallLaunch>& launc
 }
 
 template <class S, class V>
-void DeviceStages<S, V>::factor(double tolerance, bool look_ahead, const Mark& mark) {
-  with_sides([&] { launch_stages(tolerance, look_ahead && !mark, mark); });
+void DeviceStages<S, V>::factor(double tolerance, PivotSearch search, const Mark& mark) {
+  with_sides([&] { launch_stages(tolerance, search, mark); });
 }
 
 template <class S, class V>
-void DeviceStages<S, V>::launch_stages(double tolerance, bool look_ahead, const Mark& mark) {
+void DeviceStages<S, V>::launch_stages(double tolerance, PivotSearch search, const Mark& mark) {
+  const bool look_ahead = search != PivotSearch::strict && !mark;
+  const bool library_roots = search == PivotSearch::not_in_roots && has_library_roots();
   store_.tolerance = tolerance;
   stream_.clear(status_, sizeof(DeviceStatus));
   stream_.clear(store_.fronts.shift, plan_.n * static_cast<Offset>(sizeof(S)));
@@ -263,18 +287,12 @@ void DeviceStages<S, V>::launch_stages(double tolerance, bool look_ahead, const 
     if (mark) join_small_fronts(depth.small);  // else their time would show as that of what they run beside
     next(Kernel::assemble);
     assemble(depth, look_ahead);
-    for (const Launch& part : depth.factor) {
-      next(part.kind == Launch::Kind::diagonal ? Kernel::diagonal
-           : part.kind == Launch::Kind::strips ? Kernel::strips
-                                               : Kernel::products);
-      if (part.order == Order::joined) ahead_.join(stream_);
-      if (look_ahead && part.order == Order::aside) {
-        launch(part, ahead_.begin_after(stream_), blas_ahead_);
-      } else {
-        launch(part, stream_, blas_);
-      }
+    if (library_roots && &depth == &lists_.depths.back()) {
+      next(Kernel::roots);
+      launch_roots();
+    } else {
+      launch_steps(depth, look_ahead, next);
     }
-    ahead_.join(stream_);
     next(Kernel::exchange);
     if (depth.exchange.count() > 0) {
       exchange_block_rows<<<static_cast<unsigned>(depth.exchange.count()), kTileThreads,
@@ -294,6 +312,36 @@ void DeviceStages<S, V>::launch_stages(double tolerance, bool look_ahead, const 
   }
   next(Kernel::end);
   check_launch("factor");
+}
+
+template <class S, class V>
+template <class Next>
+void DeviceStages<S, V>::launch_steps(const DepthLaunches& depth, bool look_ahead, const Next& next) {
+  for (const Launch& part : depth.factor) {
+    next(part.kind == Launch::Kind::diagonal ? Kernel::diagonal
+         : part.kind == Launch::Kind::strips ? Kernel::strips
+                                             : Kernel::products);
+    if (part.order == Order::joined) ahead_.join(stream_);
+    if (look_ahead && part.order == Order::aside) {
+      launch(part, ahead_.begin_after(stream_), blas_ahead_);
+    } else {
+      launch(part, stream_, blas_);
+    }
+  }
+  ahead_.join(stream_);
+}
+
+template <class S, class V>
+void DeviceStages<S, V>::launch_roots() {
+  for (const RootTask& root : lists_.roots)
+    lapack_->getrf(root.pivots, store_.fronts.storage + root.at, root.ld);
+  const Range &below = lists_.below_diagonal, &on = lists_.on_diagonal;
+  if (below.count() > 0) {
+    check_unpivoted_tiles<<<static_cast<unsigned>(below.count()), kCheckThreads, 0, stream_.get()>>>(
+        store_, below.begin);
+  }
+  take_unpivoted_tiles<<<static_cast<unsigned>(on.count()), kTileThreads, tile_bytes<S>(), stream_.get()>>>(
+      store_, on.begin);
 }
 
 // Contribution blocks beside all else, where it may be; later turns write over blocks that P, L and U of the

@@ -17,13 +17,14 @@ struct DeviceStore {
   // factorization on its pivots are searched in all rows of the pivot block, as on the host.
   int* strict;            // by front: 0, kStrict or kBecomesStrict
   int* found_strict;      // fronts that became strict in this factorization
+  int* pivots_needed;     // whether a root of this factorization should have been searched for pivots
   const double* largest;  // scaled entry of the matrix
   double tolerance;       // of pivots, relative to it
   double tiny;
 
   const Vertex *small_fronts, *tiny_fronts;
   const AssemblyPart* assemble;
-  const FrontPart *exchange, *wide_tiles;
+  const FrontPart *exchange, *wide_tiles, *unpivoted;
   const SolvePart* solve;
   const StepTask* steps;
   const ProductTask* products;

@@ -1,5 +1,6 @@
-// Lets a test see what becomes of a call to CUDA or cuBLAS that fails: each is counted at its seam
-// (device.cpp, device_blas.cpp), and the one that the test names is left out and said to have failed.
+// Lets a test see what becomes of a call to CUDA, cuBLAS or cuSOLVER that fails: each is counted at its seam
+// (device.cpp, device_blas.cpp, device_lapack.cpp), and the one that the test names is left out and said to
+// have failed.
 #pragma once
 
 namespace mfs::cuda {

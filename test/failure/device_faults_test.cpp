@@ -1,6 +1,6 @@
-// Every call to CUDA and cuBLAS that a solver makes is let fail once, through all its phases: it must be told
-// as what it is, leave no memory taken and no wrong solution behind, and an object that works. Needs a
-// device; skips where there is none. The solver is compiled into this program: libmfs shows no seam.
+// Every call to CUDA, cuBLAS and cuSOLVER that a solver makes is let fail once, through all its phases: it
+// must be told as what it is, leave no memory taken and no wrong solution behind, and an object that works.
+// Needs a device; skips where there is none. The solver is compiled into this program: libmfs shows no seam.
 #include <algorithm>
 #include <limits>
 
@@ -8,6 +8,8 @@
 #include "kernels/cuda/faults.hpp"
 #include "test/failure/fresh_solver.hpp"
 #include "test/solver/on_device.hpp"
+#include "test/stages/device_bench.hpp"
+#include "test/stages/in_engine.hpp"
 
 namespace mfs::test {
 namespace {
@@ -44,7 +46,7 @@ void use(Solver& solver, const System& system, std::vector<double>& x) {
 
 /// Runs work with the fault, and returns whether an error came out, which must be the right one.
 template <class Work>
-bool fails_properly(cuda::Fault& fault, const Work& work) {
+bool fails_properly(cuda::Fault& fault, const Work& work, const std::string& library = "cuBLAS") {
   bool failed = true;
   cuda::planned_fault = &fault;
   try {
@@ -55,7 +57,7 @@ bool fails_properly(cuda::Fault& fault, const Work& work) {
     EXPECT_EQ(error.space(), fault.kind == CallKind::host_memory ? MemorySpace::host : MemorySpace::device);
   } catch (const BackendError& error) {
     EXPECT_TRUE(fault.kind == CallKind::runtime || fault.kind == CallKind::library) << error.what();
-    EXPECT_EQ(error.library(), fault.kind == CallKind::library ? "cuBLAS" : "CUDA");
+    EXPECT_EQ(error.library(), fault.kind == CallKind::library ? library : "CUDA");
   } catch (const std::exception& error) {
     ADD_FAILURE() << "another error: " << error.what();
   }
@@ -115,6 +117,35 @@ TEST_F(DeviceFaults, EveryCallThatFailsIsToldAndForgotten) {
     ASSERT_GT(calls, 50);
     for (long n = 0; n < calls && !HasFailure(); ++n) expect_survives(options_, system, n);
   }
+}
+
+// The library's LU of a root, which a solver has for factors far too large for this only.
+TEST_F(DeviceFaults, EveryCallForALibraryRootThatFailsIsTold) {
+  in_engine(1, [] {
+    Engine::use_cuda();
+    const StageProblem<double> problem =
+        artificial_problem({{150, 220, 1}, {257, 0, -1}}, {18, 1.0, 64, {}, 1.0});
+    const auto factor = [&] {
+      try {
+        DeviceBench<double> bench(problem, 257);
+        for (const Launches launches : {Launches::direct, Launches::recorded}) bench.factor(1.5e-8, launches);
+        EXPECT_TRUE(bench.library_roots());
+        expect_exact_factors(problem, bench.factored(), Measure::row);
+      } catch (const std::bad_alloc&) {  // what the solver makes of it
+        throw OutOfMemory(MemorySpace::host, 0, 0);
+      }
+    };
+    int of_library = 0;
+    bool failed = true;
+    for (long n = 0; failed && !HasFailure(); ++n) {
+      SCOPED_TRACE("call " + std::to_string(n));
+      cuda::Fault fault{n};
+      failed = fails_properly(fault, factor, "cuSOLVER");
+      EXPECT_EQ(failed, fault.met);
+      if (failed && fault.kind == CallKind::library) ++of_library;
+    }
+    EXPECT_EQ(of_library, 6) << "handle, parameters, stream, workspace, two LUs";
+  });
 }
 
 // What the driver keeps for itself is there after the first rounds.

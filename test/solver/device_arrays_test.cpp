@@ -254,5 +254,48 @@ TEST_F(DeviceArraysOfDoubles, ForgetOtherMatrices) {
   EXPECT_EQ(x, first);
 }
 
+/// Dense, and just large enough for the library to factor it without pivoting. Large entries are on the
+/// diagonal, or, where they are `away`, beside it.
+BasicSparseMatrix<std::complex<double>> large_root(bool away) {
+  constexpr std::int64_t n = 8192;
+  Random random(32);
+  BasicSparseMatrix<std::complex<double>> a{n, {0}, {}, {}};
+  a.columns.reserve(n * n);
+  a.values.reserve(n * n);
+  for (std::int64_t i = 0; i < n; ++i) {
+    const std::int64_t large = away ? i ^ 1 : i;
+    for (std::int64_t j = 0; j < n; ++j) {
+      const double real = random.entry();
+      a.columns.push_back(j);
+      a.values.push_back(j == large ? std::complex<double>(0, 600) : std::complex<double>(real, 1 - real));
+    }
+    a.offsets.push_back(static_cast<std::int64_t>(a.columns.size()));
+  }
+  return a;
+}
+
+// A root that needs pivots after all gets them, and those that follow are tried without again.
+TEST_F(DeviceArraysOfDoubles, LargeRootsDoWithoutPivotsWhereTheyCan) {
+  const auto common = large_root(false), rare = large_root(true);
+  BasicSolver<std::complex<double>> solver(options_);
+  solver.factor(common.view());
+  const auto b = right_hand_sides(common, 1, common.n, 3);
+  auto first = b, x = b, with_pivots = b;
+  solver.solve(b.data(), first.data());
+  EXPECT_LE(worst_error(common, b, common.n, first, common.n, 1), kPromised);
+  for (auto* to : {&with_pivots, &x}) {
+    solver.refactor(rare.view());
+    solver.solve(b.data(), to->data());
+    EXPECT_LE(worst_error(rare, b, rare.n, *to, rare.n, 1), kPromised);
+  }
+  EXPECT_EQ(x, with_pivots);
+  for (int again = 0; again < 2; ++again) {
+    solver.refactor(common.view());
+    solver.solve(b.data(), x.data());
+    EXPECT_LE(worst_error(common, b, common.n, x, common.n, 1), kPromised);
+    EXPECT_EQ(x == first, again == 1) << "the second factorization is tried without pivots";
+  }
+}
+
 }  // namespace
 }  // namespace mfs::test

@@ -26,22 +26,23 @@ class DeviceBench {
  public:
   using S = cuda::DeviceScalar<Scalar>;
 
-  explicit DeviceBench(const StageProblem<Scalar>& problem)
-      : plan_(problem.plan), pattern_(problem.pattern), stages_(*plan_, *pattern_, stream_) {
+  /// The library has roots of `least_root` pivots and more.
+  explicit DeviceBench(const StageProblem<Scalar>& problem, Vertex least_root = cuda::kNoRoots)
+      : plan_(problem.plan), pattern_(problem.pattern), stages_(*plan_, *pattern_, stream_, least_root) {
     put_values(problem.values);
     put(stages_.row_scale(), problem.row_scale);
     put(stages_.column_scale(), problem.column_scale);
   }
   void put_values(const std::vector<Scalar>& values) { put(stages_.matrix_values(), values); }
 
-  /// Factors until no front becomes strict, as often as passes() then says.
+  /// Factors until no front becomes strict and no root needs pivots, as often as passes() then says.
   FactorStatus factor(double tolerance, Launches launches = Launches::direct) {
     const auto& at = stages_.store().fronts;
     stream_.fill(at.storage, kNan, plan_->storage_entries * size_of<S>());
     stream_.fill(at.local_row, kNan, plan_->n * size_of<Vertex>());
     stream_.fill(at.shift, kNan, plan_->n * size_of<S>());
     for (passes_ = 0;;) {
-      const auto launch = [&] { stages_.factor(tolerance, look_ahead_); };
+      const auto launch = [&] { stages_.factor(tolerance, search_); };
       if (launches == Launches::recorded) {
         graph_.record(stream_, launch);
         graph_.launch(stream_);
@@ -50,8 +51,9 @@ class DeviceBench {
       }
       ++passes_;
       const cuda::DeviceStatus status = get(stages_.status(), 1)[0];
-      if (status.found_strict == 0 || passes_ > plan_->num_fronts) return status_ = status.pivots;
-      look_ahead_ = false;
+      if (passes_ > plan_->num_fronts + 1 || (status.found_strict == 0 && status.pivots_needed == 0))
+        return status_ = status.pivots;
+      search_ = status.found_strict > 0 ? cuda::PivotSearch::strict : cuda::PivotSearch::tiles;
     }
   }
   int passes() const { return passes_; }
@@ -83,6 +85,10 @@ class DeviceBench {
     }
     result.status = status_;
     return result;
+  }
+  /// Whether the last factorization had the library's roots.
+  bool library_roots() const {
+    return search_ == cuda::PivotSearch::not_in_roots && stages_.has_library_roots();
   }
   std::vector<int> strict() const { return get_as<int>(stages_.store().strict, plan_->num_fronts); }
 
@@ -170,7 +176,7 @@ class DeviceBench {
   cuda::DeviceStages<S, S> stages_;
   cuda::Graph graph_;
   int passes_ = 0;
-  bool look_ahead_ = true;
+  cuda::PivotSearch search_ = cuda::PivotSearch::not_in_roots;
   FactorStatus status_{};
 };
 

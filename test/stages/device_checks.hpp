@@ -30,11 +30,14 @@ bool is_small(const SymbolicPlan& plan, Vertex f) {
   return plan.pivots(f) + plan.border_rows(f) <= cuda::kSmallRows<cuda::DeviceScalar<Scalar>>;
 }
 /// Where pivot k of front f is searched: in all rows, or in those of its tile, where the diagonal comes
-/// first.
+/// first; in roots that the library has it must do, beside all rows.
 template <class Scalar>
-SearchedRows searched(const SymbolicPlan& plan, const std::vector<int>& strict, Vertex f, Vertex k) {
+SearchedRows searched(const SymbolicPlan& plan, const DeviceBench<Scalar>& bench,
+                      const std::vector<int>& strict, Vertex f, Vertex k) {
   constexpr Vertex tile = cuda::kTile<cuda::DeviceScalar<Scalar>>;
   const Vertex p = plan.pivots(f);
+  if (bench.library_roots() && plan.parent[f] < 0 && !is_small<Scalar>(plan, f))
+    return {p, 1 / kBorderThreshold};
   if (strict[f] || p + plan.border_rows(f) <= kOneWarpRows) return {p};
   if (is_small<Scalar>(plan, f)) return {p, 1 / kDiagonalThreshold};
   return {std::min(p, k / tile * tile + tile), 1 / kDiagonalThreshold};
@@ -60,7 +63,7 @@ std::vector<ReferenceFront<Scalar>> followed(const StageProblem<Scalar>& problem
   const SymbolicPlan& plan = *problem.plan;
   const std::vector<int> strict = bench.strict();
   return follow<Scalar>(problem, bench.factored(), rule_of(problem, tolerance),
-                        [&](Vertex f, Vertex k) { return searched<Scalar>(plan, strict, f, k); });
+                        [&](Vertex f, Vertex k) { return searched(plan, bench, strict, f, k); });
 }
 
 template <class Scalar>

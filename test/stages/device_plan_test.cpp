@@ -198,6 +198,49 @@ TEST(DevicePlan, ExchangesRowsOfEveryBlockLeftOfTheDiagonal) {
 
 // What a launch of the forward pass leaves is read by itself and the next one, and the next but one may write
 // there.
+TEST(DevicePlan, TheLibraryHasRootsIfAllThatAreNotSmallHaveItsSize) {
+  const std::vector<FrontShape> shapes = {{20, 3, 1}, {45, 0, -1}, {77, 0, -1}, {9, 0, -1}};
+  const StageProblem<double> problem = artificial_problem(shapes, {17});
+  const SymbolicPlan& plan = *problem.plan;
+  struct Sizes {
+    Vertex least, most;
+    bool library;
+  };
+  for (const auto& [least, most, library] : {Sizes{45, 77, true},
+                                             {1, 100, true},
+                                             {46, 77, false},
+                                             {45, 76, false},
+                                             {cuda::kNoRoots, 100, false}}) {
+    SCOPED_TRACE(std::to_string(least) + " to " + std::to_string(most));
+    cuda::PlanCuts cut = kCuts[2];
+    cut.least_root = least;
+    cut.most_root = most;
+    const cuda::DevicePlan lists = cuda::make_device_plan(plan, cut);
+    std::vector<std::pair<Offset, Vertex>> roots, expected;
+    for (const cuda::RootTask& root : lists.roots) {
+      roots.emplace_back(root.at, root.pivots);
+      EXPECT_EQ(root.ld, plan.lower_ld(root.pivots == 45 ? 1 : 2));
+    }
+    if (library) expected = {{plan.lower_begin[1], 45}, {plan.lower_begin[2], 77}};
+    EXPECT_EQ(roots, expected);
+    std::set<std::tuple<Vertex, Vertex, Vertex>> tiles, all;
+    for (const Vertex f : {1, 2}) {
+      for (Vertex i = 0; library && i < plan.pivots(f); i += cut.tile)
+        for (Vertex j = 0; j <= i; j += cut.tile) all.emplace(f, i, j);
+    }
+    const auto list = [&](const cuda::Range& range, bool on_diagonal) {
+      for (Offset i = range.begin; i < range.end; ++i) {
+        const cuda::FrontPart& part = lists.unpivoted[i];
+        EXPECT_EQ(part.begin == part.column, on_diagonal);
+        EXPECT_TRUE(tiles.emplace(part.front, part.begin, part.column).second);
+      }
+    };
+    list(lists.on_diagonal, true);
+    list(lists.below_diagonal, false);
+    EXPECT_EQ(tiles, all);
+  }
+}
+
 TEST(DevicePlan, BordersOfALaunchAndTheNextHavePlacesOfTheirOwn) {
   for (const auto& shapes : {mixed_tree(), chain()}) {
     const StageProblem<double> problem = artificial_problem(shapes, {7});

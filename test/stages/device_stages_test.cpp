@@ -119,6 +119,33 @@ TYPED_TEST(DeviceStagesTest, FactorsTrees) {
   });
 }
 
+/// Solves against the reference, for factors that are its own but for rounding.
+template <class Scalar>
+void check_solves(DeviceBench<Scalar>& bench, const std::vector<ReferenceFront<Scalar>>& reference,
+                  Vertex n) {
+  const double growth = growth_of(reference);
+  for (const Vertex columns : {1, 3, 4, 5, 16, 17}) {
+    const std::vector<Scalar> v = Random(77).vector<Scalar>(static_cast<std::int64_t>(n) * columns);
+    for (const bool transposed : {false, true}) {
+      SCOPED_TRACE(std::to_string(columns) + " columns" + (transposed ? ", transposed" : ""));
+      std::vector<Scalar> y, x;
+      for (Vertex j = 0; j < columns; ++j) {
+        std::vector<Scalar> column(v.begin() + static_cast<Offset>(j) * n,
+                                   v.begin() + static_cast<Offset>(j + 1) * n);
+        solve_forward(reference, transposed, column);
+        y.insert(y.end(), column.begin(), column.end());
+        solve_backward(reference, transposed, column);
+        x.insert(x.end(), column.begin(), column.end());
+      }
+      const Substitution<Scalar> actual = bench.solve(columns, v, transposed);
+      const double tolerance = growth * kDeviceTolerance<Scalar>;
+      EXPECT_LT(difference(actual.y, y), tolerance) << "forward";
+      EXPECT_LT(difference(actual.x, x), tolerance) << "backward";
+      if (testing::Test::HasFailure()) return;
+    }
+  }
+}
+
 TYPED_TEST(DeviceStagesTest, SolvesAsTheReferenceDoes) {
   this->on_device([&] {
     std::vector<StageProblem<double>> problems = trees();
@@ -133,43 +160,23 @@ TYPED_TEST(DeviceStagesTest, SolvesAsTheReferenceDoes) {
       const StageProblem<TypeParam> problem = in_numbers_of<TypeParam>(of_doubles);
       DeviceBench<TypeParam> bench(problem);
       bench.factor(default_tolerance<TypeParam>());
-      const auto reference = followed(problem, bench, default_tolerance<TypeParam>());
-      const double growth = growth_of(reference);
-      const Vertex n = problem.plan->n;
-      for (const Vertex columns : {1, 3, 4, 5, 16, 17}) {
-        const std::vector<TypeParam> v = Random(77).vector<TypeParam>(static_cast<std::int64_t>(n) * columns);
-        for (const bool transposed : {false, true}) {
-          SCOPED_TRACE(std::to_string(columns) + " columns" + (transposed ? ", transposed" : ""));
-          std::vector<TypeParam> y, x;
-          for (Vertex j = 0; j < columns; ++j) {
-            std::vector<TypeParam> column(v.begin() + static_cast<Offset>(j) * n,
-                                          v.begin() + static_cast<Offset>(j + 1) * n);
-            solve_forward(reference, transposed, column);
-            y.insert(y.end(), column.begin(), column.end());
-            solve_backward(reference, transposed, column);
-            x.insert(x.end(), column.begin(), column.end());
-          }
-          const Substitution<TypeParam> actual = bench.solve(columns, v, transposed);
-          const double tolerance = growth * kDeviceTolerance<TypeParam>;
-          EXPECT_LT(difference(actual.y, y), tolerance) << "forward";
-          EXPECT_LT(difference(actual.x, x), tolerance) << "backward";
-          if (this->HasFailure()) return;
-        }
-      }
+      check_solves(bench, followed(problem, bench, default_tolerance<TypeParam>()), problem.plan->n);
+      if (this->HasFailure()) return;
     }
   });
 }
 
+template <class Scalar>
+void expect_same_bits(const FactoredFronts<Scalar>& actual, const FactoredFronts<Scalar>& expected) {
+  EXPECT_EQ(actual.row_at, expected.row_at);
+  EXPECT_EQ(actual.shift, expected.shift);
+  for (std::size_t f = 0; f < expected.fronts.size(); ++f) {
+    EXPECT_TRUE(actual.fronts[f].lower == expected.fronts[f].lower) << "P and L of front " << f;
+    EXPECT_TRUE(actual.fronts[f].upper == expected.fronts[f].upper) << "U of front " << f;
+  }
+}
+
 TYPED_TEST(DeviceStagesTest, GivesTheSameBitsFromRunToRunAndFromTheGraph) {
-  const auto expect_same = [](const FactoredFronts<TypeParam>& actual,
-                              const FactoredFronts<TypeParam>& expected) {
-    EXPECT_EQ(actual.row_at, expected.row_at);
-    EXPECT_EQ(actual.shift, expected.shift);
-    for (std::size_t f = 0; f < expected.fronts.size(); ++f) {
-      EXPECT_TRUE(actual.fronts[f].lower == expected.fronts[f].lower) << "P and L of front " << f;
-      EXPECT_TRUE(actual.fronts[f].upper == expected.fronts[f].upper) << "U of front " << f;
-    }
-  };
   this->on_device([&] {
     std::vector<StageProblem<double>> problems = trees();
     for (StageProblem<double>& problem : long_borders()) problems.push_back(std::move(problem));
@@ -182,13 +189,13 @@ TYPED_TEST(DeviceStagesTest, GivesTheSameBitsFromRunToRunAndFromTheGraph) {
       const Substitution<TypeParam> solution = bench.solve(5, v, false);
       for (const Launches launches : {Launches::direct, Launches::recorded, Launches::recorded}) {
         bench.factor(1e-4, launches);
-        expect_same(bench.as_left(), first);
+        expect_same_bits(bench.as_left(), first);
         const Substitution<TypeParam> again = bench.solve(5, v, false, launches);
         EXPECT_TRUE(again.x == solution.x);
         EXPECT_TRUE(again.y == solution.y);
       }
       other.factor(1e-4);
-      expect_same(other.as_left(), first);
+      expect_same_bits(other.as_left(), first);
     }
   });
 }
@@ -285,7 +292,8 @@ struct WeakPivot {
   double own, below, right = 1;
 };
 /// A front of p pivots, all of them large and alone in their column but that one and its partner, the row's.
-StageProblem<double> pivot_beside_larger_one(Vertex p, Vertex b, const WeakPivot& weak, std::uint64_t seed) {
+StageProblem<double> pivot_beside_larger_one(Vertex p, Vertex b, const WeakPivot& weak, std::uint64_t seed,
+                                             double large = 80) {
   Random random(seed);
   std::vector<Entry> entries;
   for (Vertex i = 0; i < p; ++i) {
@@ -295,7 +303,7 @@ StageProblem<double> pivot_beside_larger_one(Vertex p, Vertex b, const WeakPivot
                            : i == weak.row && j == weak.column  ? weak.below
                            : i == weak.column && j == weak.row  ? weak.right
                            : of_the_pair                        ? 1.0
-                           : i == j                             ? 80.0
+                           : i == j                             ? large
                                                                 : 0.0;
       entries.push_back({i, j, entry});
     }
@@ -368,6 +376,76 @@ TYPED_TEST(DeviceStagesTest, SearchesFurtherOnlyWhereMultipliersGrowTooMuch) {
       EXPECT_EQ(bench.strict()[0], strict);
       EXPECT_EQ(status.perturbed, 0u);
       expect_reference(problem, bench, followed(problem, bench, default_tolerance<TypeParam>()));
+    }
+  });
+}
+
+// Beside small roots, with several of them, and with children; then solves by them, direct and recorded.
+TYPED_TEST(DeviceStagesTest, TheLibraryFactorsRoots) {
+  constexpr Vertex least = 200;
+  this->on_device([&] {
+    const std::vector<std::vector<FrontShape>> forests = {
+        {{200, 0, -1}},
+        {{150, 220, 1}, {257, 0, -1}},
+        {{30, 25, 2}, {20, 40, 3}, {301, 0, -1}, {450, 0, -1}, {40, 0, -1}, {7, 0, -1}}};
+    for (const auto& shapes : forests) {
+      SCOPED_TRACE(std::to_string(shapes.size()) + " fronts");
+      const auto problem = in_numbers_of<TypeParam>(artificial_problem(shapes, {18, 1.0, 64, {}, 1.0}));
+      DeviceBench<TypeParam> bench(problem, least);
+      const double tolerance = default_tolerance<TypeParam>();
+      EXPECT_EQ(bench.factor(tolerance).perturbed, 0u);
+      EXPECT_EQ(bench.passes(), 1);
+      ASSERT_TRUE(bench.library_roots());
+      const auto reference = followed(problem, bench, tolerance);
+      expect_reference(problem, bench, reference);
+      check_solves(bench, reference, problem.plan->n);
+      const FactoredFronts<TypeParam> direct = bench.as_left();
+      bench.factor(tolerance, Launches::recorded);
+      expect_same_bits(bench.as_left(), direct);
+      if (this->HasFailure()) return;
+    }
+  });
+}
+
+// A multiplier just below and just above 100, kMostUnpivoted of kernels/cuda/unpivoted_roots.hpp, in the
+// pivot's own tile and below it; a pivot of zero, one just below and just above the tolerance; no number.
+// Above, tiles factor the root as they do without the library.
+TYPED_TEST(DeviceStagesTest, TilesFactorRootsThatNeedPivots) {
+  struct Case {
+    Vertex column, row;
+    double own, below;
+    bool library;
+  };
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN(), tolerance = 1e-3;
+  this->on_device([&] {
+    for (const auto& [c, r, own, below, library] : {Case{5, 9, 1, 99, true},
+                                                    {5, 9, 1, 101, false},
+                                                    {5, 290, 1, 99, true},
+                                                    {5, 290, 1, 101, false},
+                                                    {140, 299, 0.5, 49, true},
+                                                    {140, 299, 0.5, 51, false},
+                                                    {290, 299, 1, 101, false},
+                                                    {7, 20, 0, 1, false},
+                                                    {7, 20, 0.102, 0.2, true},
+                                                    {7, 20, 0.098, 0.2, false},
+                                                    {260, 270, nan, 1, false}}) {
+      SCOPED_TRACE("column " + std::to_string(c) + ": " + std::to_string(own) + ", row " + std::to_string(r) +
+                   ": " + std::to_string(below));
+      const auto problem = turned<TypeParam>(pivot_beside_larger_one(300, 0, {c, r, own, below}, 34, 100));
+      DeviceBench<TypeParam> bench(problem, 300);
+      const FactorStatus status = bench.factor(tolerance);
+      EXPECT_EQ(bench.library_roots(), library);
+      if (std::isnan(own)) {
+        EXPECT_GT(status.nonfinite, 0u);
+        continue;
+      }
+      EXPECT_EQ(bench.passes(), library ? 1 : 2);
+      EXPECT_EQ(status.perturbed, 0u);
+      expect_reference(problem, bench, followed(problem, bench, tolerance));
+      if (library) continue;
+      DeviceBench<TypeParam> tiles(problem);
+      tiles.factor(tolerance);
+      expect_same_bits(bench.as_left(), tiles.as_left());
     }
   });
 }

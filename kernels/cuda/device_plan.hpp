@@ -178,7 +178,7 @@ constexpr Vertex kMultiprocessors = 132;
 constexpr Vertex kPanel = 512, kSlab = 2048, kPanelled = 1024, kPanelledRows = 4096;
 
 /// Roots with fewer or more pivots stay with the tiles: those of more fill the device by their look-ahead.
-constexpr Vertex kLeastRoot = 1024, kMostRoot = 10240;
+constexpr Vertex kLeastRoot = 1024, kMostRoot = 8192;
 
 /// Products of a step that are more tiles than the device runs at once are made beside the next diagonal
 /// tile.

@@ -17,13 +17,13 @@ const std::string kScripts = MFS_SCRIPTS "/";
 const std::string kDepths =
     R"({"case": "a:1", "depth": 1, "fronts": 2, "gflop": 0.1, "gbyte": 4.2, "most_pivots": 64, "ms": 2.024, )"
     R"("largest_ms": 0, "small_ms": 2.024, "assemble_ms": 0, "diagonal_ms": 0, "strips_ms": 0, "products_ms": 0, )"
-    R"("exchange_ms": 0, "update_ms": 0, "inverses_ms": 0}
+    R"("roots_ms": 0, "exchange_ms": 0, "update_ms": 0, "inverses_ms": 0}
 {"case": "a:1", "depth": 0, "fronts": 1, "gflop": 500, "gbyte": 0.1, "most_pivots": 100, "ms": 20.048, )"
     R"("largest_ms": 0, "small_ms": 0, "assemble_ms": 0, "diagonal_ms": 0.048, "strips_ms": 0, "products_ms": 20, )"
-    R"("exchange_ms": 0, "update_ms": 0, "inverses_ms": 0}
+    R"("roots_ms": 0, "exchange_ms": 0, "update_ms": 0, "inverses_ms": 0}
 {"case": "a:1", "depth": "all", "fronts": 3, "gflop": 500.1, "gbyte": 4.3, "most_pivots": 100, "ms": 22.072, )"
     R"("largest_ms": 0, "small_ms": 2.024, "assemble_ms": 0, "diagonal_ms": 0.048, "strips_ms": 0, "products_ms": 20, )"
-    R"("exchange_ms": 0, "update_ms": 0, "inverses_ms": 0}
+    R"("roots_ms": 0, "exchange_ms": 0, "update_ms": 0, "inverses_ms": 0}
 )";
 
 TEST(PlotDepths, TableWithFloor) {

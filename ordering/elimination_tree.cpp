@@ -1,26 +1,101 @@
 #include "ordering/elimination_tree.hpp"
 
+#include <algorithm>
+#include <cstddef>
+#include <iterator>
 #include <utility>
+
+#include "ordering/first_error.hpp"
 
 namespace mfs {
 namespace {
 
-/// Liu's algorithm: each earlier neighbour climbs to the root of its tree so far; `ancestor` shortens the
-/// climbs.
-std::vector<Vertex> find_parents(const Graph& graph, const std::vector<Vertex>& order) {
-  const std::vector<Vertex> position = inverse_permutation(order);
-  std::vector<Vertex> parent(graph.n, -1), ancestor(graph.n, -1);
-  for (Vertex i = 0; i < graph.n; ++i) {
-    for (Offset k = graph.offsets[order[i]]; k < graph.offsets[order[i] + 1]; ++k) {
-      Vertex j = position[graph.neighbors[k]];
-      while (j != -1 && j < i) {
-        const Vertex next = ancestor[j];
-        ancestor[j] = i;
-        if (next == -1) parent[j] = i;
-        j = next;
-      }
+/// Positions begin ... end - 1, which one thread does by itself.
+struct Piece {
+  Vertex begin, end;
+  Vertex size() const { return end - begin; }
+};
+
+/// Ascending pieces, in which neighbours are joined as long as they have at most `most` positions.
+std::vector<Piece> joined(const std::vector<Piece>& pieces, Vertex most) {
+  std::vector<Piece> result;
+  for (const Piece& piece : pieces) {
+    if (!result.empty() && result.back().end == piece.begin && piece.end - result.back().begin <= most) {
+      result.back().end = piece.end;
+    } else {
+      result.push_back(piece);
     }
   }
+  return result;
+}
+
+/// Ascending pieces of at most `most` positions that no edge joins to an earlier position outside. Every
+/// position begins as one; it takes in those before it that its earliest neighbour asks for.
+std::vector<Piece> closed_pieces(const Graph& graph, const std::vector<Vertex>& order,
+                                 const std::vector<Vertex>& position, int threads, Vertex most) {
+  RawVector<Vertex> earliest(order.size());
+#pragma omp parallel for num_threads(threads) schedule(static)
+  for (Vertex i = 0; i < graph.n; ++i) {
+    earliest[i] = i;
+    for (Offset k = graph.offsets[order[i]]; k < graph.offsets[order[i] + 1]; ++k)
+      earliest[i] = std::min(earliest[i], position[graph.neighbors[k]]);
+  }
+  std::vector<Piece> open, closed;
+  for (Vertex i = 0; i < graph.n; ++i) {
+    Piece grown{i, i + 1};
+    auto taken = open.end();
+    while (earliest[i] < grown.begin) grown.begin = (--taken)->begin;
+    if (grown.size() > most) {
+      std::copy_if(taken, open.end(), std::back_inserter(closed),
+                   [&](const Piece& piece) { return piece.size() <= most; });
+    }
+    open.erase(taken, open.end());
+    open.push_back(grown);
+  }
+  std::copy_if(open.begin(), open.end(), std::back_inserter(closed),
+               [&](const Piece& piece) { return piece.size() <= most; });
+  std::sort(closed.begin(), closed.end(), [](const Piece& a, const Piece& b) { return a.begin < b.begin; });
+  return joined(closed, most);
+}
+
+/// `inside(k)` for the pieces, by all threads; the last first, which would show if one needed another.
+template <class Inside>
+void for_pieces(const std::vector<Piece>& pieces, int threads, const Inside& inside) {
+  FirstError error;
+#pragma omp parallel for num_threads(threads) schedule(dynamic)
+  for (std::size_t k = pieces.size(); k > 0; --k) error.attempt([&] { inside(k - 1); });
+  error.rethrow();
+}
+
+/// Liu's algorithm: each earlier neighbour climbs to the root of its tree so far; `ancestor` shortens the
+/// climbs.
+std::vector<Vertex> find_parents(const Graph& graph, const std::vector<Vertex>& order, int threads,
+                                 Vertex most) {
+  const std::vector<Vertex> position = inverse_permutation(order);
+  std::vector<Vertex> parent(graph.n, -1), ancestor(graph.n, -1);
+  const auto join = [&](Vertex begin, Vertex end) {
+    for (Vertex i = begin; i < end; ++i) {
+      for (Offset k = graph.offsets[order[i]]; k < graph.offsets[order[i] + 1]; ++k) {
+        Vertex j = position[graph.neighbors[k]];
+        while (j != -1 && j < i) {
+          const Vertex next = ancestor[j];
+          ancestor[j] = i;
+          if (next == -1) parent[j] = i;
+          j = next;
+        }
+      }
+    }
+  };
+  Vertex done = 0;
+  if (threads > 1) {
+    const std::vector<Piece> pieces = closed_pieces(graph, order, position, threads, most);
+    for_pieces(pieces, threads, [&](std::size_t k) { join(pieces[k].begin, pieces[k].end); });
+    for (const Piece& piece : pieces) {
+      join(done, piece.begin);
+      done = piece.end;
+    }
+  }
+  join(done, graph.n);
   return parent;
 }
 
@@ -73,60 +148,103 @@ class ColumnCounts {
   ColumnCounts(const Graph& graph, const EliminationTree& tree)
       : graph_(graph),
         tree_(tree),
+        position_(inverse_permutation(tree.order)),
         delta_(graph.n, 0),
-        first_descendant_(graph.n, -1),
+        size_(graph.n, 1),
         largest_first_(graph.n, -1),
         previous_leaf_(graph.n, -1),
-        ancestor_(graph.n) {}
+        ancestor_(tree.parent) {}
 
-  std::vector<Vertex> run() {
-    find_first_descendants();
-    const std::vector<Vertex> position = inverse_permutation(tree_.order);
-    for (Vertex j = 0; j < graph_.n; ++j) ancestor_[j] = j;
-    for (Vertex j = 0; j < graph_.n; ++j) {
-      const Vertex vertex = tree_.order[j], parent = tree_.parent[j];
-      if (parent >= 0) delta_[parent] -= graph_.weight[vertex];
-      for (Offset k = graph_.offsets[vertex]; k < graph_.offsets[vertex + 1]; ++k) {
-        const Vertex i = position[graph_.neighbors[k]];
-        if (i > j) add_leaf(i, j, graph_.weight[graph_.neighbors[k]]);
+  std::vector<Vertex> run(int threads, Vertex most) {
+    measure_subtrees();
+    const auto add_pair = [&](const Pair& pair) { add(pair); };
+    Vertex done = 0;
+    if (threads > 1) {
+      const std::vector<Piece> pieces = subtrees(most);
+      std::vector<std::vector<Pair>> leaving(pieces.size());  // to rows that other pieces have, too
+      for_pieces(pieces, threads, [&](std::size_t k) {
+        visit_pairs(pieces[k], [&](const Pair& pair) {
+          if (pair.i < pieces[k].end) {
+            add(pair);
+          } else {
+            leaving[k].push_back(pair);
+          }
+        });
+      });
+      ancestor_ = tree_.parent;  // shortcuts that hold at the end of a piece do not at its begin
+      for (std::size_t k = 0; k < pieces.size(); ++k) {
+        visit_pairs({done, pieces[k].begin}, add_pair);
+        for (const Pair& pair : leaving[k]) add(pair);
+        done = pieces[k].end;
       }
-      if (parent >= 0) ancestor_[j] = parent;
     }
+    visit_pairs({done, graph_.n}, add_pair);
     for (Vertex j = 0; j < graph_.n; ++j) {
-      if (tree_.parent[j] >= 0) delta_[tree_.parent[j]] += delta_[j];
+      const Vertex parent = tree_.parent[j];
+      if (parent >= 0) delta_[parent] += delta_[j] - graph_.weight[tree_.order[j]];
     }
     return std::move(delta_);
   }
 
  private:
-  void find_first_descendants() {
-    for (Vertex k = 0; k < graph_.n; ++k) {
-      if (first_descendant_[k] == -1)
-        delta_[k] = graph_.weight[tree_.order[k]];  // a leaf: its own row begins here
-      for (Vertex j = k; j != -1 && first_descendant_[j] == -1; j = tree_.parent[j]) first_descendant_[j] = k;
+  /// j < i is a neighbour of i, which has `weight` unknowns.
+  struct Pair {
+    Vertex i, j, weight;
+  };
+
+  void measure_subtrees() {
+    for (Vertex j = 0; j < graph_.n; ++j) {
+      if (size_[j] == 1) delta_[j] = graph_.weight[tree_.order[j]];  // a leaf: its own row begins here
+      if (tree_.parent[j] >= 0) size_[tree_.parent[j]] += size_[j];
+    }
+  }
+  Vertex first_descendant(Vertex j) const { return j - size_[j] + 1; }
+
+  /// The largest subtrees of at most `most` positions, joined.
+  std::vector<Piece> subtrees(Vertex most) const {
+    std::vector<Piece> found;
+    for (Vertex j = 0; j < graph_.n; ++j) {
+      const Vertex parent = tree_.parent[j];
+      if (size_[j] <= most && (parent < 0 || size_[parent] > most))
+        found.push_back({first_descendant(j), j + 1});
+    }
+    return joined(found, most);
+  }
+
+  /// `visit` all pairs of neighbours of which the earlier lies in the piece, by that one.
+  template <class Visit>
+  void visit_pairs(const Piece& piece, const Visit& visit) const {
+    for (Vertex j = piece.begin; j < piece.end; ++j) {
+      const Vertex vertex = tree_.order[j];
+      for (Offset k = graph_.offsets[vertex]; k < graph_.offsets[vertex + 1]; ++k) {
+        const Vertex i = position_[graph_.neighbors[k]];
+        if (i > j) visit(Pair{i, j, graph_.weight[graph_.neighbors[k]]});
+      }
     }
   }
 
-  /// j < i is a neighbour of i; is it a leaf of i's row subtree?
-  void add_leaf(Vertex i, Vertex j, Vertex weight) {
-    if (first_descendant_[j] <= largest_first_[i]) return;
-    largest_first_[i] = first_descendant_[j];
+  /// Is j a leaf of i's row subtree? For each i pairs have to come by ascending j.
+  void add(const Pair& pair) {
+    const auto [i, j, weight] = pair;
+    if (first_descendant(j) <= largest_first_[i]) return;
+    largest_first_[i] = first_descendant(j);
     delta_[j] += weight;
     const Vertex previous = std::exchange(previous_leaf_[i], j);
-    if (previous >= 0) delta_[common_ancestor(previous)] -= weight;
+    if (previous >= 0) delta_[common_ancestor(previous, j)] -= weight;
   }
 
-  /// Of `previous` and the position that is being done: the root of previous' set, with path compression.
-  Vertex common_ancestor(Vertex previous) {
-    Vertex root = previous;
-    while (root != ancestor_[root]) root = ancestor_[root];
-    while (previous != root) previous = std::exchange(ancestor_[previous], root);
-    return root;
+  /// Of `previous` and a later position: the first ancestor that is not before it, with path compression.
+  Vertex common_ancestor(Vertex previous, Vertex later) {
+    Vertex common = previous;
+    while (common < later) common = ancestor_[common];
+    while (previous < later) previous = std::exchange(ancestor_[previous], common);
+    return common;
   }
 
   const Graph& graph_;
   const EliminationTree& tree_;
-  std::vector<Vertex> delta_, first_descendant_, largest_first_, previous_leaf_, ancestor_;
+  const std::vector<Vertex> position_;
+  std::vector<Vertex> delta_, size_, largest_first_, previous_leaf_, ancestor_;
 };
 
 }  // namespace
@@ -137,12 +255,13 @@ std::vector<Vertex> inverse_permutation(const std::vector<Vertex>& order) {
   return position;
 }
 
-EliminationTree elimination_tree(const Graph& graph, const std::vector<Vertex>& order) {
+EliminationTree elimination_tree(const Graph& graph, const std::vector<Vertex>& order, int threads,
+                                 Vertex most) {
   EliminationTree tree;
   tree.order = order;
-  tree.parent = find_parents(graph, order);
+  tree.parent = find_parents(graph, order, threads, most);
   renumber(postorder(tree.parent), tree);
-  tree.count = ColumnCounts(graph, tree).run();
+  tree.count = ColumnCounts(graph, tree).run(threads, most);
   return tree;
 }
 

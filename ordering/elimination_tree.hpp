@@ -24,7 +24,12 @@ struct EliminationTree {
 /// position[order[i]] = i.
 std::vector<Vertex> inverse_permutation(const std::vector<Vertex>& order);
 
-/// `order`: position -> vertex of `graph`; any elimination order.
-EliminationTree elimination_tree(const Graph& graph, const std::vector<Vertex>& order);
+/// Positions that one thread does at once.
+constexpr Vertex kTreePiece = 10000;
+
+/// `order`: position -> vertex of `graph`; any elimination order. Parts of the tree of at most `most`
+/// positions are found by several threads, the same tree by any number of them.
+EliminationTree elimination_tree(const Graph& graph, const std::vector<Vertex>& order, int threads,
+                                 Vertex most = kTreePiece);
 
 }  // namespace mfs

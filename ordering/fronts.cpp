@@ -320,8 +320,9 @@ SeparatorTree breadth_first(const NodeList& nodes) {
   return tree;
 }
 
-NodeList fronts_of_order(const Graph& graph, const Partition& partition, const std::vector<Vertex>& order) {
-  const EliminationTree tree = elimination_tree(graph, order);
+NodeList fronts_of_order(const Graph& graph, const Partition& partition, const std::vector<Vertex>& order,
+                         int threads) {
+  const EliminationTree tree = elimination_tree(graph, order, threads);
   FrontTree fronts = fundamental_supernodes(graph, tree);
   amalgamate(fronts);
   bundle_crowds(graph, tree, fronts);

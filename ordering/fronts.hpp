@@ -35,6 +35,7 @@ NodeList align_nodes(const NodeList& nodes, const std::vector<Vertex>& pair);
 SeparatorTree breadth_first(const NodeList& nodes);
 
 /// The fronts of the vertices of `graph` eliminated in `order`, with the unknowns of `partition` in them.
-NodeList fronts_of_order(const Graph& graph, const Partition& partition, const std::vector<Vertex>& order);
+NodeList fronts_of_order(const Graph& graph, const Partition& partition, const std::vector<Vertex>& order,
+                         int threads);
 
 }  // namespace mfs

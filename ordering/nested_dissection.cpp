@@ -37,8 +37,8 @@ class Dissection {
         order_(graph.n) {}
 
   std::vector<Vertex> run(int threads) {
-    order_dense_last();
-    SubGraph rest = whole_graph(graph_, dense_);
+    order_dense_last(threads);
+    SubGraph rest = whole_graph(graph_, dense_, threads);
     if (rest.size() > 0) {
 #pragma omp parallel num_threads(threads)
 #pragma omp master
@@ -50,16 +50,20 @@ class Dissection {
 
  private:
   /// The dense vertices take the last positions, the densest the very last.
-  void order_dense_last() {
+  void order_dense_last(int threads) {
     const double limit =
         std::max(kLeastDense, options_.dense_row * std::sqrt(static_cast<double>(unknowns_)));
+    RawVector<Offset> degree(static_cast<std::size_t>(graph_.n));
+#pragma omp parallel for num_threads(threads) schedule(static)
+    for (Vertex v = 0; v < graph_.n; ++v) {
+      degree[v] = graph_.weight[v] - 1;
+      for (Offset k = graph_.offsets[v]; k < graph_.offsets[v + 1]; ++k)
+        degree[v] += graph_.weight[graph_.neighbors[k]];
+    }
     std::vector<std::pair<Offset, Vertex>> dense;
     for (Vertex v = 0; v < graph_.n; ++v) {
-      Offset degree = graph_.weight[v] - 1;
-      for (Offset k = graph_.offsets[v]; k < graph_.offsets[v + 1]; ++k)
-        degree += graph_.weight[graph_.neighbors[k]];
-      if (static_cast<double>(degree) <= limit) continue;
-      dense.emplace_back(degree, v);
+      if (static_cast<double>(degree[v]) <= limit) continue;
+      dense.emplace_back(degree[v], v);
       dense_[v] = true;
     }
     std::sort(dense.begin(), dense.end());
@@ -73,7 +77,7 @@ class Dissection {
       order_leaf(sub, begin, level);
       return;
     }
-    std::vector<idx_t> part_of;
+    RawVector<idx_t> part_of;
     const Components components = find_components(sub, options_.leaf_size, part_of);
     if (components.large + components.any_small > 1) {
       std::vector<SubGraph> parts = split(sub, part_of, components.large + components.any_small);
@@ -117,7 +121,7 @@ class Dissection {
   }
 
   /// The separator (part 2) takes the last positions of its sub-graph and leaves it.
-  void place_separator(const SubGraph& sub, Vertex begin, std::vector<idx_t>& part_of) {
+  void place_separator(const SubGraph& sub, Vertex begin, RawVector<idx_t>& part_of) {
     Vertex next = begin + sub.size();
     for (Vertex v = sub.size() - 1; v >= 0; --v) {
       if (part_of[v] != 2) continue;

@@ -32,8 +32,8 @@ struct OrderedGraph {
   std::vector<Vertex> order;
 };
 
-double elimination_flops(const OrderedGraph& ordered) {
-  const EliminationTree tree = elimination_tree(ordered.compressed.graph, ordered.order);
+double elimination_flops(const OrderedGraph& ordered, int threads) {
+  const EliminationTree tree = elimination_tree(ordered.compressed.graph, ordered.order, threads);
   double flops = 0;
   for (std::size_t p = 0; p < tree.order.size(); ++p) {
     const double weight = ordered.compressed.graph.weight[tree.order[p]], count = tree.count[p];
@@ -71,7 +71,7 @@ OrderedGraph dissect(const Pattern& pattern, const MatchedScaling& matched, cons
   parted.order = std::move(deferral.order);
   if (deferral.moved <= kManyMoved * parted.compressed.graph.n) return parted;
   OrderedGraph paired = dissected(matched, {});
-  return elimination_flops(paired) < elimination_flops(parted) ? paired : parted;
+  return elimination_flops(paired, threads) < elimination_flops(parted, threads) ? paired : parted;
 }
 
 }  // namespace
@@ -82,11 +82,11 @@ SeparatorTree order_matrix(const Pattern& pattern, const MatchedScaling& matched
   const bool user_tree = !options.tree.parent.empty() || !options.tree.offsets.empty();
   if (user_tree) return tree_of_caller(paired_graph(pattern, matched, threads), options);
   if (!options.permutation.empty())
-    return tree_of_permutation(paired_graph(pattern, matched, threads), options);
+    return tree_of_permutation(paired_graph(pattern, matched, threads), options, threads);
 
   const OrderedGraph ordered = dissect(pattern, matched, options, threads, progress);
   const NodeList fronts =
-      fronts_of_order(ordered.compressed.graph, ordered.compressed.partition, ordered.order);
+      fronts_of_order(ordered.compressed.graph, ordered.compressed.partition, ordered.order, threads);
   return breadth_first(align_nodes(fronts, matched.pair));
 }
 

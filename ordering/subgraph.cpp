@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <numeric>
 #include <string>
 
 #include <mfs/error.hpp>
@@ -74,52 +75,73 @@ std::size_t bytes(const SubGraph& sub) {
 
 }  // namespace
 
-SubGraph whole_graph(const Graph& graph, const std::vector<bool>& left_out) {
+SubGraph whole_graph(const Graph& graph, const std::vector<bool>& left_out, int threads) {
   constexpr Offset limit = std::numeric_limits<idx_t>::max();
   if (graph.offsets[graph.n] > limit) {
     throw BackendError("METIS", METIS_ERROR_INPUT,
                        "the graph has more than " + std::to_string(limit) + " edges");
   }
-  std::vector<Vertex> number(graph.n, -1);
+  RawVector<Vertex> number(static_cast<std::size_t>(graph.n));
   SubGraph sub;
+  sub.vertices.reserve(number.size());
   for (Vertex v = 0; v < graph.n; ++v) {
-    if (left_out[v]) continue;
-    number[v] = sub.size();
-    sub.vertices.push_back(v);
-    sub.weights.push_back(graph.weight[v]);
-    sub.weight += graph.weight[v];
+    number[v] = left_out[v] ? -1 : sub.size();
+    if (!left_out[v]) sub.vertices.push_back(v);
   }
-  sub.offsets.reserve(sub.vertices.size() + 1);
-  sub.offsets.push_back(0);
-  sub.neighbors.reserve(graph.neighbors.size());
-  for (const Vertex v : sub.vertices) {
+  const Vertex n = sub.size();
+  sub.weights.resize(sub.vertices.size());
+  sub.offsets.resize(sub.vertices.size() + 1);
+  sub.offsets[0] = 0;
+#pragma omp parallel for num_threads(threads) schedule(static)
+  for (Vertex i = 0; i < n; ++i) {
+    const Vertex v = sub.vertices[i];
+    const auto first = graph.neighbors.begin() + graph.offsets[v],
+               last = graph.neighbors.begin() + graph.offsets[v + 1];
+    sub.weights[i] = graph.weight[v];
+    sub.offsets[i + 1] =
+        static_cast<idx_t>(std::count_if(first, last, [&](Vertex w) { return number[w] >= 0; }));
+  }
+  std::partial_sum(sub.offsets.begin(), sub.offsets.end(), sub.offsets.begin());
+  sub.weight = std::accumulate(sub.weights.begin(), sub.weights.end(), Offset(0));
+  sub.neighbors.resize(static_cast<std::size_t>(sub.offsets[n]));
+#pragma omp parallel for num_threads(threads) schedule(static)
+  for (Vertex i = 0; i < n; ++i) {
+    const Vertex v = sub.vertices[i];
+    idx_t next = sub.offsets[i];
     for (Offset k = graph.offsets[v]; k < graph.offsets[v + 1]; ++k) {
       const Vertex w = number[graph.neighbors[k]];
-      if (w >= 0) sub.neighbors.push_back(w);
+      if (w >= 0) sub.neighbors[next++] = w;
     }
-    sub.offsets.push_back(static_cast<idx_t>(sub.neighbors.size()));
   }
   return sub;
 }
 
-std::vector<SubGraph> split(const SubGraph& sub, const std::vector<idx_t>& part_of, int parts) {
+std::vector<SubGraph> split(const SubGraph& sub, const RawVector<idx_t>& part_of, int parts) {
+  struct Size {
+    std::size_t vertices = 0, neighbors = 0;  // these at most
+  };
+  std::vector<Size> sizes(parts);
+  RawVector<idx_t> number(sub.vertices.size());
+  for (Vertex v = 0; v < sub.size(); ++v) {
+    if (part_of[v] < 0) continue;
+    Size& size = sizes[part_of[v]];
+    number[v] = static_cast<idx_t>(size.vertices++);
+    size.neighbors += static_cast<std::size_t>(sub.offsets[v + 1] - sub.offsets[v]);
+  }
   std::vector<SubGraph> result(parts);
-  std::vector<idx_t> number(sub.vertices.size());
+  for (int p = 0; p < parts; ++p) {
+    result[p].vertices.reserve(sizes[p].vertices);
+    result[p].weights.reserve(sizes[p].vertices);
+    result[p].offsets.reserve(sizes[p].vertices + 1);
+    result[p].offsets.push_back(0);
+    result[p].neighbors.reserve(sizes[p].neighbors);
+  }
   for (Vertex v = 0; v < sub.size(); ++v) {
     if (part_of[v] < 0) continue;
     SubGraph& part = result[part_of[v]];
-    number[v] = part.size();
     part.vertices.push_back(sub.vertices[v]);
     part.weights.push_back(sub.weights[v]);
     part.weight += sub.weights[v];
-  }
-  for (SubGraph& part : result) {
-    part.offsets.reserve(part.vertices.size() + 1);
-    part.offsets.push_back(0);
-  }
-  for (Vertex v = 0; v < sub.size(); ++v) {
-    if (part_of[v] < 0) continue;
-    SubGraph& part = result[part_of[v]];
     for (idx_t k = sub.offsets[v]; k < sub.offsets[v + 1]; ++k) {
       const idx_t w = sub.neighbors[k];
       if (part_of[w] == part_of[v]) part.neighbors.push_back(number[w]);
@@ -129,7 +151,7 @@ std::vector<SubGraph> split(const SubGraph& sub, const std::vector<idx_t>& part_
   return result;
 }
 
-Components find_components(const SubGraph& sub, Offset small, std::vector<idx_t>& part_of) {
+Components find_components(const SubGraph& sub, Offset small, RawVector<idx_t>& part_of) {
   part_of.assign(sub.vertices.size(), -1);
   std::vector<Vertex> component;
   Components found;
@@ -181,9 +203,10 @@ Separator find_separator(const SubGraph& sub, idx_t seed, idx_t refinement) {
 
 std::vector<Vertex> minimum_degree(const Graph& graph, const std::vector<bool>& left_out,
                                    const SubGraph& sub) {
-  if (sub.size() == 1) return sub.vertices;
+  std::vector<Vertex> order(sub.vertices.begin(), sub.vertices.end());
+  if (sub.size() == 1) return order;
   WithBoundary input = with_boundary(graph, left_out, sub);
-  if (input.rows.empty()) return sub.vertices;  // single vertices, all of them
+  if (input.rows.empty()) return order;  // single vertices, all of them
   const int count = static_cast<int>(input.constraint.size());
   std::vector<int> permutation(count);
   double control[CAMD_CONTROL], info[CAMD_INFO];
@@ -192,7 +215,6 @@ std::vector<Vertex> minimum_degree(const Graph& graph, const std::vector<bool>& 
                                 info, input.constraint.data());
   if (status == CAMD_OUT_OF_MEMORY) throw OutOfMemory(MemorySpace::host, bytes(sub), 0);
   if (status < CAMD_OK) throw BackendError("CAMD", status, "minimum degree");
-  std::vector<Vertex> order(sub.vertices.size());
   std::transform(permutation.begin(), permutation.begin() + sub.size(), order.begin(),
                  [&](int v) { return sub.vertices[v]; });
   return order;

@@ -11,20 +11,20 @@
 namespace mfs {
 
 struct SubGraph {
-  std::vector<Vertex> vertices;  // of the whole graph, ascending
-  std::vector<idx_t> offsets;    // vertices + 1
-  std::vector<idx_t> neighbors;  // numbers within this sub-graph, ascending in each row
-  std::vector<idx_t> weights;    // unknowns in each vertex
-  Offset weight = 0;             // their sum
+  RawVector<Vertex> vertices;  // of the whole graph, ascending
+  RawVector<idx_t> offsets;    // vertices + 1
+  RawVector<idx_t> neighbors;  // numbers within this sub-graph, ascending in each row
+  RawVector<idx_t> weights;    // unknowns in each vertex
+  Offset weight = 0;           // their sum
   Vertex size() const { return static_cast<Vertex>(vertices.size()); }
 };
 
 /// The sub-graph of all vertices that are not left out. Throws BackendError where it is too large for METIS.
-SubGraph whole_graph(const Graph& graph, const std::vector<bool>& left_out);
+SubGraph whole_graph(const Graph& graph, const std::vector<bool>& left_out, int threads);
 
 /// part_of[v] in [0, parts) sends vertex v to a part; edges between parts are dropped, and so are vertices
 /// with -1.
-std::vector<SubGraph> split(const SubGraph& sub, const std::vector<idx_t>& part_of, int parts);
+std::vector<SubGraph> split(const SubGraph& sub, const RawVector<idx_t>& part_of, int parts);
 
 /// Connected components: part_of[v] in [0, large) for those heavier than `small`; all lighter ones share part
 /// `large`.
@@ -32,11 +32,11 @@ struct Components {
   int large = 0;
   bool any_small = false;
 };
-Components find_components(const SubGraph& sub, Offset small, std::vector<idx_t>& part_of);
+Components find_components(const SubGraph& sub, Offset small, RawVector<idx_t>& part_of);
 
 /// part_of[v] = 0 or 1 for the two sides, 2 for the separator.
 struct Separator {
-  std::vector<idx_t> part_of;
+  RawVector<idx_t> part_of;
   /// Weight of the separator, times 1 + d^2 where d is the share by which the sides differ: sides of (1 + d)
   /// / 2 and (1 - d) / 2 have 1 + d^2 times the squares of halves, and operations grow with the square in
   /// three dimensions. Infinity where the separator is not worth it: a side empty or tiny, or a separator of

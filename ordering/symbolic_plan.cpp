@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <string>
 #include <tuple>
+#include <utility>
 
 #include <mfs/error.hpp>
 #include "ordering/contribution_places.hpp"
@@ -68,6 +69,7 @@ class PlanBuilder {
     plan_.row_of.resize(plan_.n);
     position_of_row_.resize(plan_.n);
     position_of_column_.resize(plan_.n);
+#pragma omp parallel for num_threads(threads_) schedule(static)
     for (Vertex p = 0; p < plan_.n; ++p) {
       const Vertex unknown = tree_.order[p];
       plan_.row_of[p] = row_order_.empty() ? unknown : row_order_[unknown];
@@ -99,10 +101,6 @@ class PlanBuilder {
     std::vector<Vertex> next(plan_.child_begin.begin(), plan_.child_begin.end() - 1);
     for (Vertex f = 0; f < fronts; ++f) {
       if (plan_.parent[f] >= 0) plan_.children[next[plan_.parent[f]]++] = f;
-    }
-    front_of_.resize(plan_.n);
-    for (Vertex f = 0; f < fronts; ++f) {
-      std::fill(front_of_.begin() + plan_.pivot_begin[f], front_of_.begin() + plan_.pivot_begin[f + 1], f);
     }
   }
 
@@ -168,35 +166,57 @@ class PlanBuilder {
     }
   }
 
+  // What one thread found of the borders of a depth, one after the other.
+  struct Finder {
+    RawVector<Vertex> seen_by;  // position -> front that reached it last
+    std::vector<Vertex> borders;
+  };
+  struct Found {
+    int finder;
+    std::size_t begin, end;  // in its borders
+  };
+
   // border(f) = rows and columns beyond f's pivots that its own entries or its children's borders reach.
   void find_borders() {
     plan_.border_begin.assign(plan_.num_fronts + 1, 0);
-    std::vector<std::vector<Vertex>> seen_by(threads_, std::vector<Vertex>(plan_.n, -1));
-    std::vector<std::vector<Vertex>> found;  // of the fronts of one depth
+    std::vector<Finder> finders(threads_);
+    std::vector<Found> found;  // by front of one depth
     for (Vertex k = 0; k < plan_.num_depths; ++k) {
       const Vertex first = plan_.depth_begin[k], last = plan_.depth_begin[k + 1];
-      found.assign(last - first, {});
-      for_fronts(first, last,
-                 [&](Vertex f) { found[f - first] = border_of(f, seen_by[omp_get_thread_num()]); });
+      for (Finder& finder : finders) finder.borders.clear();
+      found.resize(last - first);
+      for_fronts(first, last, [&](Vertex f) {
+        const int thread = omp_get_thread_num();
+        const std::size_t begin = finders[thread].borders.size();
+        append_border(f, finders[thread]);
+        found[f - first] = {thread, begin, finders[thread].borders.size()};
+      });
+      const auto border_of = [&](Vertex f) {
+        const Found& place = found[f - first];
+        const Vertex* const borders = finders[place.finder].borders.data();
+        return std::pair(borders + place.begin, borders + place.end);
+      };
       for (Vertex f = first; f < last; ++f) {
-        check_branch(f, found[f - first]);
-        plan_.border_begin[f + 1] = plan_.border_begin[f] + static_cast<Offset>(found[f - first].size());
+        const auto [begin, end] = border_of(f);
+        check_branch(f, begin, end);
+        plan_.border_begin[f + 1] = plan_.border_begin[f] + (end - begin);
       }
       plan_.border.resize(plan_.border_begin[last]);
       for_fronts(first, last, [&](Vertex f) {
-        std::copy(found[f - first].begin(), found[f - first].end(),
-                  plan_.border.begin() + plan_.border_begin[f]);
+        const auto [begin, end] = border_of(f);
+        std::copy(begin, end, plan_.border.begin() + plan_.border_begin[f]);
       });
     }
   }
 
-  std::vector<Vertex> border_of(Vertex f, std::vector<Vertex>& seen_by) const {
+  void append_border(Vertex f, Finder& finder) const {
     const Vertex pivots_end = plan_.pivot_begin[f + 1];
-    std::vector<Vertex> found;
+    if (finder.seen_by.empty()) finder.seen_by.assign(static_cast<std::size_t>(plan_.n), -1);
+    const auto begin = static_cast<std::ptrdiff_t>(finder.borders.size());
     const auto reach = [&](Vertex position) {
-      if (position >= pivots_end && seen_by[position] != f) {
-        seen_by[position] = f;
-        found.push_back(position);
+      if (position >= pivots_end && finder.seen_by[position] != f) {
+        finder.seen_by[position] = f;
+        finder.borders.push_back(position);
       }
     };
     for (Offset e = plan_.entry_begin[f]; e < plan_.entry_begin[f + 1]; ++e) {
@@ -207,15 +227,14 @@ class PlanBuilder {
       for (Offset b = plan_.border_begin[child]; b < plan_.border_begin[child + 1]; ++b)
         reach(plan_.border[b]);
     }
-    std::sort(found.begin(), found.end());
-    return found;
+    std::sort(finder.borders.begin() + begin, finder.borders.end());
   }
 
   // The border of a front begins in its parent at the earliest, and a root has none.
-  void check_branch(Vertex f, const std::vector<Vertex>& border) const {
+  void check_branch(Vertex f, const Vertex* begin, const Vertex* end) const {
     const Vertex parent = plan_.parent[f];
-    if (border.empty() || (parent >= 0 && border.front() >= plan_.pivot_begin[parent])) return;
-    throw InvalidInput("tree", "an entry joins two branches of the tree", plan_.row_of[border.front()],
+    if (begin == end || (parent >= 0 && *begin >= plan_.pivot_begin[parent])) return;
+    throw InvalidInput("tree", "an entry joins two branches of the tree", plan_.row_of[*begin],
                        plan_.column_of[plan_.pivot_begin[f]]);
   }
 
@@ -243,9 +262,10 @@ class PlanBuilder {
 
   void map_children_and_entries() {
     plan_.border_in_parent.resize(plan_.border.size());
-    std::vector<std::vector<Vertex>> local_of_thread(threads_, std::vector<Vertex>(plan_.n));
+    std::vector<RawVector<Vertex>> local_of_thread(threads_);
     for_all_fronts([&](Vertex f) {
-      std::vector<Vertex>& local = local_of_thread[omp_get_thread_num()];
+      RawVector<Vertex>& local = local_of_thread[omp_get_thread_num()];
+      if (local.empty()) local.resize(static_cast<std::size_t>(plan_.n));
       const Vertex p = plan_.pivots(f), front_rows = p + plan_.border_rows(f), ld = plan_.lower_ld(f);
       for (Vertex i = 0; i < p; ++i) local[plan_.pivot_begin[f] + i] = i;
       for (Vertex i = p; i < front_rows; ++i) local[plan_.border[plan_.border_begin[f] + i - p]] = i;
@@ -294,7 +314,7 @@ class PlanBuilder {
   const std::vector<Vertex>& row_order_;
   const int threads_;
   const AssemblyTurns turns_;
-  std::vector<Vertex> position_of_row_, position_of_column_, front_of_;
+  RawVector<Vertex> position_of_row_, position_of_column_;
   TransposedPattern by_column_;
   RawVector<Vertex> entry_column_;  // position of the column of each entry of the plan
   SymbolicPlan plan_;

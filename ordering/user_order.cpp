@@ -135,7 +135,8 @@ NodeList filled_nodes(const CompressedGraph& paired, const std::vector<Vertex>& 
 
 }  // namespace
 
-SeparatorTree tree_of_permutation(const CompressedGraph& paired, const AnalysisOptions& options) {
+SeparatorTree tree_of_permutation(const CompressedGraph& paired, const AnalysisOptions& options,
+                                  int threads) {
   const auto n = static_cast<Vertex>(paired.partition.vertex_of.size());
   const std::vector<Vertex> position = checked_positions(options.permutation, n);
   std::vector<Vertex> last(paired.graph.n, -1);  // position of a vertex' last unknown
@@ -149,7 +150,7 @@ SeparatorTree tree_of_permutation(const CompressedGraph& paired, const AnalysisO
     const Vertex v = paired.partition.vertex_of[options.permutation[p]];
     if (last[v] == p) order.push_back(v);
   }
-  return breadth_first(fronts_of_order(paired.graph, paired.partition, order));
+  return breadth_first(fronts_of_order(paired.graph, paired.partition, order, threads));
 }
 
 SeparatorTree tree_of_caller(const CompressedGraph& paired, const AnalysisOptions& options) {

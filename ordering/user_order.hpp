@@ -11,7 +11,7 @@ namespace mfs {
 /// The tree of options.permutation: its elimination tree with supernodes and amalgamation, the same fill but
 /// for the zeros that amalgamation adds. A pair takes the place of its later unknown. Throws
 /// InvalidInput("permutation", first position that is wrong).
-SeparatorTree tree_of_permutation(const CompressedGraph& paired, const AnalysisOptions& options);
+SeparatorTree tree_of_permutation(const CompressedGraph& paired, const AnalysisOptions& options, int threads);
 
 /// The nodes of options.tree as they are (empty ones vanish), renumbered breadth first. A pair moves to the
 /// node of the unknown that is nearer to the root. Throws InvalidInput("permutation"), InvalidInput("tree",

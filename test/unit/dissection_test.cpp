@@ -45,7 +45,7 @@ AnalysisOptions small_leaves(std::int32_t leaf_size) {
 
 TEST(SubGraph, SplitKeepsTheEdgesOfEachPart) {
   const Graph g = graph_of(6, path(6));
-  const SubGraph whole = whole_graph(g, std::vector<bool>(6, false));
+  const SubGraph whole = whole_graph(g, std::vector<bool>(6, false), 1);
   EXPECT_EQ(whole.weight, 6);
   const auto parts = split(whole, {0, 0, -1, 1, 1, 1}, 2);
   EXPECT_THAT(parts[0].vertices, ElementsAre(0, 1));
@@ -59,8 +59,8 @@ TEST(SubGraph, SplitKeepsTheEdgesOfEachPart) {
 TEST(SubGraph, SmallComponentsShareAPart) {
   // Components {0, 1, 2}, {3}, {4, 5, 6}, {7, 8}.
   const Graph g = graph_of(9, symmetric(9, {{0, 1}, {1, 2}, {4, 5}, {5, 6}, {7, 8}}));
-  std::vector<idx_t> part_of;
-  const Components found = find_components(whole_graph(g, std::vector<bool>(9, false)), 2, part_of);
+  RawVector<idx_t> part_of;
+  const Components found = find_components(whole_graph(g, std::vector<bool>(9, false), 1), 2, part_of);
   EXPECT_EQ(found.large, 2);
   EXPECT_TRUE(found.any_small);
   EXPECT_THAT(part_of, ElementsAre(0, 0, 0, 2, 1, 1, 1, 2, 2));
@@ -71,7 +71,7 @@ TEST(SubGraph, BoundaryKeepsADegreeTrue) {
   // three are alike, and the boundary must not show up in the order.
   const Graph g = graph_of(5, path(5));
   std::vector<bool> ends(5, false);
-  const SubGraph inner = split(whole_graph(g, ends), {-1, 0, 0, 0, -1}, 1)[0];
+  const SubGraph inner = split(whole_graph(g, ends, 1), {-1, 0, 0, 0, -1}, 1)[0];
   std::vector<Vertex> order = minimum_degree(g, ends, inner);
   std::sort(order.begin(), order.end());
   EXPECT_THAT(order, ElementsAre(1, 2, 3));
@@ -81,20 +81,20 @@ TEST(SubGraph, ConstrainedOrderEliminatesAwayFromTheBoundary) {
   // A star's centre 0 and spokes 1, 2, 3; spokes 4 to 9 are outside. Inside, the spokes go before the centre.
   const Graph g = graph_of(10, star(10));
   std::vector<bool> none(10, false);
-  const SubGraph inner = split(whole_graph(g, none), {0, 0, 0, 0, -1, -1, -1, -1, -1, -1}, 1)[0];
+  const SubGraph inner = split(whole_graph(g, none, 1), {0, 0, 0, 0, -1, -1, -1, -1, -1, -1}, 1)[0];
   EXPECT_EQ(minimum_degree(g, none, inner).back(), 0);
 }
 
 TEST(SubGraph, CostOfASeparator) {
   const Graph g = graph_of(101, path(101));
-  const Separator cut = find_separator(whole_graph(g, std::vector<bool>(101, false)), 42, 10);
+  const Separator cut = find_separator(whole_graph(g, std::vector<bool>(101, false), 1), 42, 10);
   const double sides[] = {static_cast<double>(std::count(cut.part_of.begin(), cut.part_of.end(), 0)),
                           static_cast<double>(std::count(cut.part_of.begin(), cut.part_of.end(), 1))};
   ASSERT_EQ(sides[0] + sides[1], 100);
   EXPECT_DOUBLE_EQ(cut.cost, 1 + std::pow((sides[0] - sides[1]) / 100, 2));
   // Three vertices that are all joined: whatever is taken out leaves no two sides.
   const Graph triangle = graph_of(3, symmetric(3, {{0, 1}, {1, 2}, {0, 2}}));
-  EXPECT_TRUE(std::isinf(find_separator(whole_graph(triangle, std::vector<bool>(3, false)), 42, 10).cost));
+  EXPECT_TRUE(std::isinf(find_separator(whole_graph(triangle, std::vector<bool>(3, false), 1), 42, 10).cost));
 }
 
 TEST(Dissection, APathIsCutInTheMiddle) {
@@ -149,7 +149,7 @@ TEST(Dissection, TheBestTrialIsTaken) {
   for (const unsigned seed : {1, 2, 3, 4}) {
     const Vertex n = 600;
     const Graph g = graph_of(n, ring_with_chords(n, seed));
-    const SubGraph whole = whole_graph(g, std::vector<bool>(n, false));
+    const SubGraph whole = whole_graph(g, std::vector<bool>(n, false), 1);
     AnalysisOptions options = small_leaves(30);
     options.separator_trials = 3;
     Separator best;

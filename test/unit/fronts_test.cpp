@@ -23,16 +23,16 @@ std::vector<Vertex> natural(Vertex n) {
 SeparatorTree fronts(Vertex n, const Entries& entries, const std::vector<Vertex>& order) {
   const Partition partition = trivial_partition(n);
   return breadth_first(
-      fronts_of_order(build_graph(pattern_of(n, entries), {}, partition, 1), partition, order));
+      fronts_of_order(build_graph(pattern_of(n, entries), {}, partition, 1), partition, order, 1));
 }
 
 TEST(EliminationTree, OfAPath) {
   const Graph g = build_graph(pattern_of(5, path(5)), {}, trivial_partition(5), 1);
-  const EliminationTree chain = elimination_tree(g, natural(5));
+  const EliminationTree chain = elimination_tree(g, natural(5), 1);
   EXPECT_THAT(chain.order, ElementsAre(0, 1, 2, 3, 4));
   EXPECT_THAT(chain.parent, ElementsAre(1, 2, 3, 4, -1));
   EXPECT_THAT(chain.count, ElementsAre(2, 2, 2, 2, 1));
-  const EliminationTree cut = elimination_tree(g, {0, 1, 3, 4, 2});
+  const EliminationTree cut = elimination_tree(g, {0, 1, 3, 4, 2}, 1);
   EXPECT_THAT(cut.order, ElementsAre(0, 1, 3, 4, 2));
   EXPECT_THAT(cut.parent, ElementsAre(1, 4, 3, 4, -1));
   EXPECT_THAT(cut.count, ElementsAre(2, 2, 3, 2, 1));  // 3 fills: 4 and 2 become neighbours
@@ -40,8 +40,8 @@ TEST(EliminationTree, OfAPath) {
 
 TEST(EliminationTree, OfAStar) {
   const Graph g = build_graph(pattern_of(5, star(5)), {}, trivial_partition(5), 1);
-  EXPECT_THAT(elimination_tree(g, {1, 2, 3, 4, 0}).parent, ElementsAre(4, 4, 4, 4, -1));
-  const EliminationTree worst = elimination_tree(g, natural(5));
+  EXPECT_THAT(elimination_tree(g, {1, 2, 3, 4, 0}, 1).parent, ElementsAre(4, 4, 4, 4, -1));
+  const EliminationTree worst = elimination_tree(g, natural(5), 1);
   EXPECT_THAT(worst.parent, ElementsAre(1, 2, 3, 4, -1));
   EXPECT_THAT(worst.count, ElementsAre(5, 4, 3, 2, 1));
 }
@@ -57,7 +57,7 @@ TEST(EliminationTree, RandomGraphsAgainstPlainElimination) {
     for (Vertex& weight : g.weight) weight = 1 + static_cast<Vertex>(generator() % 3);
     std::vector<Vertex> order = natural(n);
     std::shuffle(order.begin(), order.end(), generator);
-    const EliminationTree tree = elimination_tree(g, order);
+    const EliminationTree tree = elimination_tree(g, order, 1);
     expect_permutation(tree.order, n);
     const auto columns = plain_elimination(plain_graph(n, entries), tree.order);
     EXPECT_EQ(plain_fill(plain_graph(n, entries), tree.order), plain_fill(plain_graph(n, entries), order));
@@ -66,6 +66,33 @@ TEST(EliminationTree, RandomGraphsAgainstPlainElimination) {
       Vertex weight = g.weight[tree.order[p]];
       for (const Vertex q : columns[p]) weight += g.weight[tree.order[q]];
       EXPECT_EQ(tree.count[p], weight) << "position " << p;
+    }
+  }
+}
+
+void expect_equal(const EliminationTree& tree, const EliminationTree& expected) {
+  EXPECT_EQ(tree.order, expected.order);
+  EXPECT_EQ(tree.parent, expected.parent);
+  EXPECT_EQ(tree.count, expected.count);
+}
+
+TEST(EliminationTree, ThreadsFindTheSameByPieces) {
+  for (unsigned seed = 0; seed < 300; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937 generator(seed);
+    const Vertex n = 1 + static_cast<Vertex>(generator() % 120);
+    const Entries entries =
+        random_entries(generator, n, 0.25 * static_cast<double>(1 + seed % 8), 1.0, false);
+    Graph g = build_graph(pattern_of(n, entries), {}, trivial_partition(n), 1);
+    for (Vertex& weight : g.weight) weight = 1 + static_cast<Vertex>(generator() % 3);
+    std::vector<Vertex> order = natural(n);
+    std::shuffle(order.begin(), order.end(), generator);
+    for (const Vertex most : {1, 2, 5, 11, 40, 200}) {
+      SCOPED_TRACE("most " + std::to_string(most));
+      const EliminationTree tree = elimination_tree(g, order, 1);
+      expect_equal(elimination_tree(g, order, 3, most), tree);
+      // In a postorder each subtree is a piece.
+      expect_equal(elimination_tree(g, tree.order, 3, most), elimination_tree(g, tree.order, 1));
     }
   }
 }
@@ -123,7 +150,7 @@ TEST(Fronts, LargeSiblingsStayByThemselves) {
     const auto n = static_cast<Vertex>(leader.size());
     const Partition partition = partition_by_leader(leader);
     const Graph graph = build_graph(pattern_of(n, symmetric(n, edges)), {}, partition, 1);
-    return breadth_first(fronts_of_order(graph, partition, natural(partition.num_vertices()))).node_begin;
+    return breadth_first(fronts_of_order(graph, partition, natural(partition.num_vertices()), 1)).node_begin;
   };
   EXPECT_THAT(sizes({2048, 2048, 100}), ElementsAre(0, 2048, 4096, 4196));
   EXPECT_THAT(sizes({2047, 2047, 100}), ElementsAre(0, 2047, 4194));

@@ -41,21 +41,33 @@ std::vector<Piece> closed_pieces(const Graph& graph, const std::vector<Vertex>& 
       earliest[i] = std::min(earliest[i], position[graph.neighbors[k]]);
   }
   std::vector<Piece> open, closed;
+  const auto close_from = [&](std::vector<Piece>::const_iterator first) {
+    std::copy_if(first, open.cend(), std::back_inserter(closed),
+                 [&](const Piece& piece) { return piece.size() <= most; });
+  };
   for (Vertex i = 0; i < graph.n; ++i) {
     Piece grown{i, i + 1};
     auto taken = open.end();
     while (earliest[i] < grown.begin) grown.begin = (--taken)->begin;
-    if (grown.size() > most) {
-      std::copy_if(taken, open.end(), std::back_inserter(closed),
-                   [&](const Piece& piece) { return piece.size() <= most; });
-    }
+    if (grown.size() > most) close_from(taken);
     open.erase(taken, open.end());
     open.push_back(grown);
   }
-  std::copy_if(open.begin(), open.end(), std::back_inserter(closed),
-               [&](const Piece& piece) { return piece.size() <= most; });
+  close_from(open.begin());
   std::sort(closed.begin(), closed.end(), [](const Piece& a, const Piece& b) { return a.begin < b.begin; });
   return joined(closed, most);
+}
+
+/// What lies before each of ascending pieces, and last what is behind them.
+std::vector<Piece> gaps_beside(const std::vector<Piece>& pieces, Vertex n) {
+  std::vector<Piece> gaps;
+  Vertex done = 0;
+  for (const Piece& piece : pieces) {
+    gaps.push_back({done, piece.begin});
+    done = piece.end;
+  }
+  gaps.push_back({done, n});
+  return gaps;
 }
 
 /// `inside(k)` for the pieces, by all threads; the last first, which would show if one needed another.
@@ -73,8 +85,8 @@ std::vector<Vertex> find_parents(const Graph& graph, const std::vector<Vertex>& 
                                  Vertex most) {
   const std::vector<Vertex> position = inverse_permutation(order);
   std::vector<Vertex> parent(graph.n, -1), ancestor(graph.n, -1);
-  const auto join = [&](Vertex begin, Vertex end) {
-    for (Vertex i = begin; i < end; ++i) {
+  const auto join = [&](const Piece& piece) {
+    for (Vertex i = piece.begin; i < piece.end; ++i) {
       for (Offset k = graph.offsets[order[i]]; k < graph.offsets[order[i] + 1]; ++k) {
         Vertex j = position[graph.neighbors[k]];
         while (j != -1 && j < i) {
@@ -86,16 +98,10 @@ std::vector<Vertex> find_parents(const Graph& graph, const std::vector<Vertex>& 
       }
     }
   };
-  Vertex done = 0;
-  if (threads > 1) {
-    const std::vector<Piece> pieces = closed_pieces(graph, order, position, threads, most);
-    for_pieces(pieces, threads, [&](std::size_t k) { join(pieces[k].begin, pieces[k].end); });
-    for (const Piece& piece : pieces) {
-      join(done, piece.begin);
-      done = piece.end;
-    }
-  }
-  join(done, graph.n);
+  std::vector<Piece> pieces;
+  if (threads > 1) pieces = closed_pieces(graph, order, position, threads, most);
+  for_pieces(pieces, threads, [&](std::size_t k) { join(pieces[k]); });
+  for (const Piece& gap : gaps_beside(pieces, graph.n)) join(gap);
   return parent;
 }
 
@@ -157,28 +163,24 @@ class ColumnCounts {
 
   std::vector<Vertex> run(int threads, Vertex most) {
     measure_subtrees();
-    const auto add_pair = [&](const Pair& pair) { add(pair); };
-    Vertex done = 0;
-    if (threads > 1) {
-      const std::vector<Piece> pieces = subtrees(most);
-      std::vector<std::vector<Pair>> leaving(pieces.size());  // to rows that other pieces have, too
-      for_pieces(pieces, threads, [&](std::size_t k) {
-        visit_pairs(pieces[k], [&](const Pair& pair) {
-          if (pair.i < pieces[k].end) {
-            add(pair);
-          } else {
-            leaving[k].push_back(pair);
-          }
-        });
+    std::vector<Piece> pieces;
+    if (threads > 1) pieces = subtrees(most);
+    const std::vector<Piece> gaps = gaps_beside(pieces, graph_.n);
+    std::vector<std::vector<Pair>> leaving(gaps.size());  // of each piece, to rows that others have, too
+    for_pieces(pieces, threads, [&](std::size_t k) {
+      visit_pairs(pieces[k], [&](const Pair& pair) {
+        if (pair.i < pieces[k].end) {
+          add(pair);
+        } else {
+          leaving[k].push_back(pair);
+        }
       });
-      ancestor_ = tree_.parent;  // shortcuts that hold at the end of a piece do not at its begin
-      for (std::size_t k = 0; k < pieces.size(); ++k) {
-        visit_pairs({done, pieces[k].begin}, add_pair);
-        for (const Pair& pair : leaving[k]) add(pair);
-        done = pieces[k].end;
-      }
+    });
+    ancestor_ = tree_.parent;  // shortcuts that hold at the end of a piece do not at its begin
+    for (std::size_t k = 0; k < gaps.size(); ++k) {
+      visit_pairs(gaps[k], [&](const Pair& pair) { add(pair); });
+      for (const Pair& pair : leaving[k]) add(pair);
     }
-    visit_pairs({done, graph_.n}, add_pair);
     for (Vertex j = 0; j < graph_.n; ++j) {
       const Vertex parent = tree_.parent[j];
       if (parent >= 0) delta_[parent] += delta_[j] - graph_.weight[tree_.order[j]];

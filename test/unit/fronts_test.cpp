@@ -46,17 +46,30 @@ TEST(EliminationTree, OfAStar) {
   EXPECT_THAT(worst.count, ElementsAre(5, 4, 3, 2, 1));
 }
 
+/// A graph of up to `most` weighted vertices in random order; `densities` of them by turns.
+struct Problem {
+  Vertex n;
+  Entries entries;
+  Graph graph;
+  std::vector<Vertex> order;
+};
+Problem random_problem(unsigned seed, unsigned most, unsigned densities) {
+  std::mt19937 generator(seed);
+  Problem made;
+  made.n = 1 + static_cast<Vertex>(generator() % most);
+  made.entries =
+      random_entries(generator, made.n, 0.25 * static_cast<double>(1 + seed % densities), 1.0, false);
+  made.graph = build_graph(pattern_of(made.n, made.entries), {}, trivial_partition(made.n), 1);
+  for (Vertex& weight : made.graph.weight) weight = 1 + static_cast<Vertex>(generator() % 3);
+  made.order = natural(made.n);
+  std::shuffle(made.order.begin(), made.order.end(), generator);
+  return made;
+}
+
 TEST(EliminationTree, RandomGraphsAgainstPlainElimination) {
   for (unsigned seed = 0; seed < 300; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
-    std::mt19937 generator(seed);
-    const Vertex n = 1 + static_cast<Vertex>(generator() % 40);
-    const Entries entries =
-        random_entries(generator, n, 0.25 * static_cast<double>(1 + seed % 12), 1.0, false);
-    Graph g = build_graph(pattern_of(n, entries), {}, trivial_partition(n), 1);
-    for (Vertex& weight : g.weight) weight = 1 + static_cast<Vertex>(generator() % 3);
-    std::vector<Vertex> order = natural(n);
-    std::shuffle(order.begin(), order.end(), generator);
+    const auto [n, entries, g, order] = random_problem(seed, 40, 12);
     const EliminationTree tree = elimination_tree(g, order, 1);
     expect_permutation(tree.order, n);
     const auto columns = plain_elimination(plain_graph(n, entries), tree.order);
@@ -79,14 +92,7 @@ void expect_equal(const EliminationTree& tree, const EliminationTree& expected) 
 TEST(EliminationTree, ThreadsFindTheSameByPieces) {
   for (unsigned seed = 0; seed < 300; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
-    std::mt19937 generator(seed);
-    const Vertex n = 1 + static_cast<Vertex>(generator() % 120);
-    const Entries entries =
-        random_entries(generator, n, 0.25 * static_cast<double>(1 + seed % 8), 1.0, false);
-    Graph g = build_graph(pattern_of(n, entries), {}, trivial_partition(n), 1);
-    for (Vertex& weight : g.weight) weight = 1 + static_cast<Vertex>(generator() % 3);
-    std::vector<Vertex> order = natural(n);
-    std::shuffle(order.begin(), order.end(), generator);
+    const auto [n, entries, g, order] = random_problem(seed, 120, 8);
     for (const Vertex most : {1, 2, 5, 11, 40, 200}) {
       SCOPED_TRACE("most " + std::to_string(most));
       const EliminationTree tree = elimination_tree(g, order, 1);

@@ -122,6 +122,22 @@ TEST(FourBar, IsMovedToWhereItsMotionBegins) {
                  AllOf(HasSubstr("motion drive, equation 1 of 1 (along ground x)"), HasSubstr("-1.5 off")));
 }
 
+TEST(FourBar, ByOtherFormulas) {
+  const FourBar bars;
+  Json json = bars.model(1.0, 8, kDown);
+  json["motions"]["drive"] = drive("A", 0.0, 2 * M_PI);
+  for (const Json& integrator :
+       {Json{{"unknowns", "full"}}, {{"method", "generalized_alpha"}, {"fixed_step", 0.01}}}) {
+    json["integrator"] = integrator;
+    const MotionRun result = run(json, 1e-6);
+    EXPECT_THAT(result.report.redundant, SizeIs(3));
+    for (const State& state : result.outputs) {
+      const auto [b, c] = bars.positions(0.5 * M_PI + 2 * M_PI * state.t);
+      EXPECT_LT((result.position(state, "coupler") - 0.5 * (b + c)).norm(), 1e-7) << state.t;
+    }
+  }
+}
+
 TEST(FourBar, MotionsThatContradictAreNamed) {
   Json json = FourBar().model(1.0, 1, kDown);
   json["motions"]["one"] = drive("A", 0.0, 1.0);
@@ -335,6 +351,80 @@ TEST(ChainOfFourBars, TwoFallThroughFlatPositions) {
 
 TEST(ChainOfFourBars, FortyFour) {
   expect_pendulum(44, 2.0, 1e-6, 2e-3);
+}
+
+// Six rods along the edges of a cube, joined by axes perpendicular to both (Bricard's loop); one is the
+// ground. Its 35 constraints leave 35 coordinates one freedom. Reference: one coordinate along the curve of
+// joint angles that close the loop (Newton's method in the product of the six rotations), Lagrange's equation
+// by central differences, SciPy's DOP853 with 1e-11; its energy stays within 6e-8 J.
+TEST(Bricard, OneConstraintIsRedundant) {
+  Json json = mechanism(5.0, 10, kDown);
+  const Vector3d corner[] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {1, 1, 1}, {0, 1, 1}, {0, 0, 1}};
+  for (int i = 0; i < 6; ++i) {
+    const std::string before = i == 0 ? "ground" : "rod" + std::to_string(i);
+    const std::string after = i == 5 ? "ground" : "rod" + std::to_string(i + 1);
+    const Vector3d along = corner[(i + 1) % 6] - corner[i], to = corner[i] - corner[(i + 5) % 6];
+    if (i < 5) json["bodies"][after] = rod(corner[i], corner[i + 1]);
+    json["joints"]["joint" + std::to_string(i)] =
+        joint("revolute", before, after, corner[i], to.cross(along));
+  }
+  const MotionRun result = run(json, 1e-8);
+  EXPECT_THAT(result.report.redundant, AllOf(SizeIs(1), Each(HasSubstr("joint joint5"))));
+  const std::pair<double, Vector3d> expected[] = {
+      {0.5, {1.118568035, 0.844543890, 0.764425890}},   {1.0, {1.250905260, -0.481931674, 1.113199980}},
+      {1.5, {-0.693014005, -1.189774752, 0.053583747}}, {2.0, {-1.249175771, 0.489862923, 1.108368373}},
+      {3.0, {-1.031272197, 0.966641405, 0.564496366}},  {5.0, {1.115123351, 0.850415921, 0.756017824}}};
+  for (const auto& [t, middle] : expected) {
+    const State& state = result.outputs.at(static_cast<std::size_t>(std::lround(2 * t)));
+    EXPECT_LT((result.position(state, "rod3") - middle).norm(), 1e-4) << t;
+  }
+}
+
+// Two arms of 1 m hang on a shaft, links of 0.5 m from their middles carry a collar that slides on it. With
+// the angle b of the arms from the shaft, J the inertia about it and the momentum J w, which stays,
+// m b'' + m' b'^2 / 2 = J' w^2 / 2 - V'.
+TEST(FlyballGovernor, SwingsAsItTurns) {
+  const double begin = 0.5, spin = 6.0;
+  Json json = mechanism(2.0, 10, kDown);
+  const Vector3d pivot(0, 0, 0), right(std::sin(begin), -std::cos(begin), 0), left(-right[0], right[1], 0);
+  const Vector3d collar(0, -std::cos(begin), 0);
+  json["bodies"] = {{"shaft", rod(pivot, kY)},   {"collar", rod(collar, collar - kY)},
+                    {"arm1", rod(pivot, right)}, {"link1", rod(0.5 * right, collar)},
+                    {"arm2", rod(pivot, left)},  {"link2", rod(0.5 * left, collar)}};
+  json["joints"] = {{"bearing", joint("revolute", "ground", "shaft", pivot, kY)},
+                    {"guide", joint("translational", "shaft", "collar", collar, kY)},
+                    {"pivot1", joint("revolute", "shaft", "arm1", pivot)},
+                    {"elbow1", joint("revolute", "arm1", "link1", 0.5 * right)},
+                    {"foot1", joint("revolute", "link1", "collar", collar)},
+                    {"pivot2", joint("revolute", "shaft", "arm2", pivot)},
+                    {"elbow2", joint("revolute", "arm2", "link2", 0.5 * left)},
+                    {"foot2", joint("revolute", "link2", "collar", collar)}};
+  for (Json& body : json["bodies"]) {
+    const Vector3d at(body["position"][0], body["position"][1], body["position"][2]);
+    body["velocity"] = triple(spin * kY.cross(at));
+    body["angular_velocity"] = {0, spin, 0};
+  }
+  const MotionRun result = run(json, 1e-7);
+  EXPECT_THAT(result.report.redundant, SizeIs(6));
+
+  const double thin = 1e-3 / 12, across = 0.25 / 12;
+  const double by_sine = 2 * (1.0 / 3 + 1.0 / 16 + across), by_cosine = 4 * thin;
+  const auto inertia = [&](double b) {
+    return by_sine * std::sin(b) * std::sin(b) + by_cosine * std::cos(b) * std::cos(b) + 2 * thin;
+  };
+  const double momentum = inertia(begin) * spin;
+  const auto f = [&](double, const Vector3d& y) {  // b, b', angle about the shaft
+    const double s = std::sin(y[0]), c = std::cos(y[0]), w = momentum / inertia(y[0]);
+    const double m = 2 * (1.0 / 3 + c * c / 16 + 9 * s * s / 16 + across) + s * s;
+    const double m_b = 2 * s * c * (2 * (8.0 / 16) + 1), inertia_b = 2 * s * c * (by_sine - by_cosine);
+    return Vector3d(y[1], (0.5 * inertia_b * w * w - 3.5 * 9.81 * s - 0.5 * m_b * y[1] * y[1]) / m, w);
+  };
+  for (const State& state : result.outputs) {
+    const Vector3d y = runge_kutta(Vector3d(begin, 0, 0), 0.0, state.t, 20000, f);
+    const Vector3d middle(std::sin(y[0]) * std::cos(y[2]), -std::cos(y[0]), -std::sin(y[0]) * std::sin(y[2]));
+    EXPECT_LT((result.position(state, "arm1") - 0.5 * middle).norm(), 1e-3) << state.t;
+    EXPECT_NEAR(result.position(state, "collar")[1], -std::cos(y[0]) - 0.5, 1e-3) << state.t;
+  }
 }
 
 }  // namespace

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <optional>
 
+#include <mfs/error.hpp>
+
 #include "dae/integrator/sparse_lu.hpp"
 
 namespace mfs::dae {
@@ -13,8 +15,6 @@ namespace {
 
 /// A pivot of at least this part of its row's largest entry shows that the row is independent.
 constexpr double kLargePivot = 1e-3;
-/// What is left of a row below this part of its largest entry is rounding.
-constexpr double kRounding = 1e-8;
 /// The least share in a combination, in parts of the largest, of the row that is called redundant.
 constexpr double kShare = 1e-2;
 /// Shares below this part of the largest are rounding.
@@ -112,6 +112,7 @@ ScaledRows scale_rows(const Pattern& pattern, const std::vector<double>& values,
       most = std::max(most, std::abs(x));
       square += x * x;
     });
+    if (!std::isfinite(square)) throw InvalidInput("constraints", "their derivatives are not finite", r);
     if (most == 0.0) continue;
     rows.factor[r] = 1.0 / (normalizes[r] != 0 ? std::sqrt(square) : most);
     if (normalizes[r] == 0) continue;
@@ -138,8 +139,8 @@ ScaledRows scale_rows(const Pattern& pattern, const std::vector<double>& values,
 /// Steps 1 to 3.
 class Search {
  public:
-  Search(const ScaledRows& rows, const std::vector<char>& normalizes, int columns)
-      : rows_(rows), columns_(columns), sum_(columns) {
+  Search(const ScaledRows& rows, const std::vector<char>& normalizes, int columns, double nothing)
+      : rows_(rows), columns_(columns), nothing_(nothing), sum_(columns) {
     for (std::size_t r = 0; r < normalizes.size(); ++r)
       if (normalizes[r] == 0) kept_.push_back(static_cast<int>(r));
   }
@@ -226,7 +227,7 @@ class Search {
   void eliminate_rests() {
     std::vector<LeftOut> uncertain;
     for (LeftOut& out : out_) {
-      if (largest(out.rest) > kRounding * largest(out.combination))
+      if (largest(out.rest) > nothing_ * largest(out.combination))
         uncertain.push_back(std::move(out));
       else
         zero_.push_back(std::move(out.combination));
@@ -236,7 +237,7 @@ class Search {
         return largest(a.rest) < largest(b.rest);
       };
       const auto most = std::max_element(uncertain.begin(), uncertain.end(), by_rest);
-      if (largest(most->rest) <= kRounding * largest(most->combination)) break;
+      if (largest(most->rest) <= nothing_ * largest(most->combination)) break;
       const LeftOut pivot = std::move(*most);
       uncertain.erase(most);
       const auto entry = *std::max_element(
@@ -295,6 +296,7 @@ class Search {
 
   const ScaledRows& rows_;
   const int columns_;
+  const double nothing_;
   Accumulator sum_;
   std::vector<int> kept_, left_out_;
   std::vector<int> dependent_;  ///< of each coordinate: its number among the kept rows' pivots, or -1
@@ -305,10 +307,11 @@ class Search {
 }  // namespace
 
 Dependencies::Dependencies(const Pattern& position_q, const std::vector<double>& values,
-                           const std::vector<double>& scale, const std::vector<char>& normalizes) {
+                           const std::vector<double>& scale, const std::vector<char>& normalizes,
+                           double nothing) {
   if (position_q.rows == 0) return;
   const ScaledRows rows = scale_rows(position_q, values, scale, normalizes);
-  auto found = Search(rows, normalizes, position_q.columns).run();
+  auto found = Search(rows, normalizes, position_q.columns, nothing).run();
   std::sort(found.begin(), found.end());
   Accumulator sum(position_q.rows);
   for (const auto& [redundant, combination] : found) {

@@ -193,8 +193,7 @@ class Integrator::Impl {
     choose_coordinates();
     newton_->find_accelerations(state_, kTypicalStep * (t_end_ - state_.t));
     last_lambda_step_ = 0.0;
-    if (const auto violation = redundancy_->violation(view(state_), options_))
-      redundancy_->throw_contradiction(*violation, state_.t);
+    if (redundancy_->filters()) redundancy_->check(view(state_), options_);
     set_weights();
     step_ = first_step();
     formula_ = make_formula(options_, *executor_);
@@ -216,20 +215,43 @@ class Integrator::Impl {
     state_.lambda.assign(*executor_, redundancy_->kept_multipliers(std::move(lambda)));
     last_lambda_step_ = 0.0;
     system_ = &redundancy_->system();
-    report_constraints();
+    // What is left out in a singular position is no news.
+    if (redundancy_->redundant().size() <= report_.redundant.size()) report_constraints();
   }
 
-  /// Whether what is left out holds in `there`, where a step has arrived. Where it does not because it does
-  /// not follow any more, the step is to be tried again with it.
+  /// Whether what is left out holds in `there`, where a step has arrived, or the step is to be tried again
+  /// with it.
   bool redundant_hold(const StepState& there) {
-    const auto violation = redundancy_->violation(view(there), options_);
-    if (!violation) return true;
-    Dependencies found = redundancy_->find(there.t, there.q.on_host(*executor_));
-    if (found.redundant().size() >= redundancy_->redundant().size())
-      redundancy_->throw_contradiction(*violation, there.t);
-    leave_out(std::move(found));
+    if (!redundancy_->filters()) return true;  // otherwise the state is on the host
+    auto found = redundancy_->look_at(view(there), options_);
+    if (!found) return true;
+    leave_out(std::move(*found));
     choose_coordinates();
     return false;
+  }
+
+  /// Looks anew at what is left out. In a singular position nothing is left out besides: it would be needed
+  /// on the other side.
+  void choose_redundant() {
+    if (!redundancy_->filters()) return;
+    Dependencies found = redundancy_->find(state_.t, state_.q.on_host(*executor_));
+    if (found.redundant().size() <= redundancy_->redundant().size()) leave_out(std::move(found));
+  }
+
+  /// Whether the step, for which no solution was found, was to end in a singular position, where the
+  /// equations are singular, too. Then more is left out until it is needed again.
+  bool ends_singular() {
+    if (remote_) return false;  // the state has to be on the host
+    std::optional<Dependencies> found;
+    try {
+      found = redundancy_->look_for_singular(relation_.t, relation_.q.on_host(*executor_));
+    } catch (...) {  // as the step before it
+      rethrow_if_final(std::current_exception());
+    }
+    if (!found) return false;
+    leave_out(std::move(*found));
+    choose_coordinates();
+    return true;
   }
 
   /// Vectors lie on the device where the system takes them there.
@@ -254,11 +276,6 @@ class Integrator::Impl {
     std::vector<char> independent(scale_.size(), 1);
     newton_.reset();
     equations_.reset();
-    if (redundancy_->filters()) {
-      // In a singular position there may be more; those are not for good.
-      Dependencies found = redundancy_->find(state_.t, state_.q.on_host(*executor_));
-      if (found.redundant().size() <= redundancy_->redundant().size()) leave_out(std::move(found));
-    }
     if (bdf) {
       const Pattern& pattern = system_->tangent_pattern()[Block::position_q];
       partition_.emplace(pattern, constraint_gradient(*system_, state_.t, state_.q.on_host(*executor_)),
@@ -332,10 +349,14 @@ class Integrator::Impl {
       } else {
         if (outcome.thrown) rethrow_if_final(outcome.thrown);
         ++(outcome.thrown ? report_.solver_rejections : report_.newton_rejections);
-        h *= kNewtonRejection;
+        const bool singular = search_failures++ == 0 && ends_singular();
+        if (!singular) h *= kNewtonRejection;
         wanted = h;
         give_up_below(h, outcome.thrown ? reason(outcome.thrown) : "Newton's method does not converge");
-        if (++search_failures == 2 && options_.method == Method::bdf) choose_coordinates();
+        if (search_failures == 2) {
+          choose_redundant();
+          if (options_.method == Method::bdf) choose_coordinates();
+        }
       }
       ++line.rejections;
       h = std::min(h, target - state_.t);
@@ -377,8 +398,10 @@ class Integrator::Impl {
     set_weights();
     // The choice is one of Newton's matrix: it is as good as it was until there is another one.
     if (partition_ && std::exchange(judged_jacobians_, report_.jacobians) < report_.jacobians &&
-        partition_->degraded(equations_->constraint_gradient()))
+        partition_->degraded(equations_->constraint_gradient())) {
+      choose_redundant();
       choose_coordinates();
+    }
   }
 
   /// Multipliers at the end of a step of `h`, where Newton's method starts.

@@ -53,6 +53,8 @@ class StepEquations {
   /// Rows of H of the constraints: `levels` times m from `first_constraint`.
   int first_constraint() const { return n_; }
   int levels() const { return levels_; }
+  /// Whether the constraints alone determine the motion.
+  bool all_prescribed() const { return levels_ == 3 && n_ == m_; }
   /// What an unknown belongs to: a coordinate or a constraint.
   std::string unknown_name(int unknown) const;
   /// Phi_q of the last Jacobian.

@@ -33,6 +33,17 @@ struct InertiaAndWeight {
     const Quadruple<T> gyroscopic = g_transposed_times(rate, inertia_times(g_times(p, rate)));
     for (int i = 0; i < 4; ++i) f[3 + i] = 4.0 * inertial[i] + 8.0 * gyroscopic[i];
   }
+
+  Energy energy(const double* q, const double* v) const {
+    const Triple<double> half = g_times(q + 3, v + 3);  // of the angular velocity
+    Energy energy;
+    energy.kinetic = 2 * dot(half, inertia_times(half));
+    for (int i = 0; i < 3; ++i) {
+      energy.kinetic += 0.5 * mass * v[i] * v[i];
+      energy.potential -= mass * gravity[i] * q[i];
+    }
+    return energy;
+  }
 };
 
 void check(const RigidBody& body) {

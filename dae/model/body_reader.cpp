@@ -46,7 +46,13 @@ Eigen::Matrix3d read_inertia(JsonObject& object) {
 void read_rigid_body(JsonObject& object, const std::string& name, ModelParts& parts) {
   const RigidBody body{name, object.positive("mass"), read_inertia(object), read_placement(object)};
   object.finish();
-  parts.model.rigid_bodies.push_back({name, add_rigid_body(parts.builder, body, parts.gravity), {}});
+  const Frame frame = add_rigid_body(parts.builder, body, parts.gravity);
+  parts.model.rigid_bodies.push_back({name,
+                                      frame,
+                                      {},
+                                      body.mass,
+                                      body.inertia,
+                                      {parts.builder.groups().back(), parts.builder.constraints()}});
 }
 
 std::shared_ptr<const Mesh> read_mesh(JsonObject object, const std::string& folder) {
@@ -176,10 +182,11 @@ void read_point(JsonObject& object, const std::string& name, ModelParts& parts) 
   object.finish();
   if (const FlexibleBody* flexible = parts.flexible(body)) {
     const int first = nearest_node(*flexible, parts.builder.initial_q(), point, object);
-    parts.model.points.push_back({name, first, false, {}});
+    const auto index = static_cast<int>(flexible - parts.model.flexible_bodies.data());
+    parts.model.points.push_back({name, {}, {}, index, (first - flexible->range.first) / 3});
   } else if (const RigidPart* rigid = parts.rigid(body)) {
     const Attachment place = attach(parts.builder, rigid->frame, point);
-    parts.model.points.push_back({name, rigid->frame.first, true, place.point});
+    parts.model.points.push_back({name, rigid->frame, place.point});
   } else {
     object.refuse("body", "there is no body '" + body + "'");
   }

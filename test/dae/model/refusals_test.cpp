@@ -27,7 +27,7 @@ const Mistake kMistakes[] = {
     {"/colour", "3", "colour",
      "is not known here; known are: bodies, description, end, forces, gravity, integrator, joints, "
      "materials, "
-     "motions, name, outputs, points, reactions"},
+     "motions, name, outputs, points, reactions, record"},
     {"/end", "\"long\"", "end", "must be a number, not of type string"},
     {"/end", "0", "end", "must be positive"},
     {"/end", "-1e-9", "end", "must be positive, not -1e-09"},

@@ -18,6 +18,7 @@
 #include "dae/integrator/redundancy.hpp"
 #include "dae/integrator/step_equations.hpp"
 #include "dae/integrator/step_state.hpp"
+#include "dae/mechanics/number_text.hpp"
 #include "dae/vectors/loops.hpp"
 #include "ordering/stopwatch.hpp"
 
@@ -71,8 +72,8 @@ void check_times(double t0, double t_end, const std::vector<double>& outputs) {
   check(std::isfinite(t0) && std::isfinite(t_end) && t_end > t0, "t_end", "must be finite and after t0");
   double last = -std::numeric_limits<double>::infinity();
   for (const double t : outputs) {
-    check(t >= t0 && t <= t_end, "outputs", "time " + std::to_string(t) + " is not within t0 ... t_end");
-    check(t > last, "outputs", "time " + std::to_string(t) + " does not come after the one before");
+    check(t >= t0 && t <= t_end, "outputs", "time " + number_text(t) + " is not within t0 ... t_end");
+    check(t > last, "outputs", "time " + number_text(t) + " does not come after the one before");
     last = t;
   }
 }
@@ -345,7 +346,7 @@ class Integrator::Impl {
         }
         ++report_.error_rejections;
         h = wanted = formula_->reject(++error_rejections);
-        give_up_below(h, "the local error is " + std::to_string(error) + " times what is allowed");
+        give_up_below(h, "the local error is " + number_text(error) + " times what is allowed");
       } else {
         if (outcome.thrown) rethrow_if_final(outcome.thrown);
         ++(outcome.thrown ? report_.solver_rejections : report_.newton_rejections);
@@ -383,7 +384,7 @@ class Integrator::Impl {
 
   void give_up_below(double h, const std::string& why) const {
     if (h >= smallest_step()) return;
-    throw Error("the step became too small (" + std::to_string(h) + " s) at t = " + std::to_string(state_.t) +
+    throw Error("the step became too small (" + number_text(h) + " s) at t = " + number_text(state_.t) +
                 " s with order " + std::to_string(formula_->order()) + ": " + why);
   }
 

@@ -4,6 +4,7 @@
 
 #include <mfs/error.hpp>
 
+#include "dae/mechanics/number_text.hpp"
 #include "dae/model/model_parts.hpp"
 #include "dae/model/quantities.hpp"
 
@@ -96,7 +97,7 @@ void check_motions(const MultibodyModel& model) {
   for (int row = 0; row < model.system->constraints(); ++row)
     if (!(std::abs(residual.position[row]) <= kOff))
       throw InvalidInput(model.system->constraint_name(row),
-                         "where time begins it is " + std::to_string(residual.position[row]) +
+                         "where time begins it is " + number_text(residual.position[row]) +
                              " off; beside flexible bodies a motion has to begin where bodies are placed");
 }
 

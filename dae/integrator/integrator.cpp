@@ -16,6 +16,7 @@
 #include "dae/integrator/initial_conditions.hpp"
 #include "dae/integrator/newton.hpp"
 #include "dae/integrator/partition.hpp"
+#include "dae/integrator/projection.hpp"
 #include "dae/integrator/step_equations.hpp"
 #include "dae/integrator/step_state.hpp"
 #include "dae/vectors/loops.hpp"
@@ -39,8 +40,9 @@ void check(bool good, const char* option, const std::string& what) {
 
 void check_options(const IntegratorOptions& o) {
   check(o.rtol >= 0.0 && std::isfinite(o.rtol), "rtol", "must be zero or positive");
-  check(o.atol_position > 0.0, "atol_position", "must be positive");
-  check(o.atol_velocity > 0.0, "atol_velocity", "must be positive");
+  for (const auto& [name, value] :
+       {std::pair<const char*, double>{"atol_position", o.atol_position}, {"atol_velocity", o.atol_velocity}})
+    check(value >= 0.0 && (value > 0.0 || o.rtol > 0.0), name, "must be positive, or 0 with a positive rtol");
   check(o.constraint_position > 0.0, "constraint_position", "must be positive");
   check(o.constraint_velocity > 0.0, "constraint_velocity", "must be positive");
   check(o.constraint_acceleration > 0.0, "constraint_acceleration", "must be positive");
@@ -140,6 +142,8 @@ class Integrator::Impl {
   Impl(const ConstrainedSystem& system, IntegratorOptions options)
       : given_(system), options_(std::move(options)) {
     check_options(options_);
+    if (options_.atol_position == 0.0) options_.atol_position = 1e-2 * options_.rtol;
+    if (options_.atol_velocity == 0.0) options_.atol_velocity = options_.rtol;
     for (int i = 0; i < given_.coordinates(); ++i) scale_.push_back(given_.coordinate_scale(i));
   }
 
@@ -188,7 +192,7 @@ class Integrator::Impl {
     scale_there_.assign(*executor_, scale_);
     report_.coordinates = system_->coordinates();
     report_.constraints = system_->constraints();
-    choose_coordinates();
+    make_equations(state_.t, state_.q.on_host(*executor_));
     newton_->find_accelerations(state_, kTypicalStep * (t_end_ - state_.t));
     last_lambda_step_ = 0.0;
     check_redundant();
@@ -214,24 +218,16 @@ class Integrator::Impl {
     if (!remote_) executor_ = std::make_unique<Executor>(Executor::Place::host, options_.threads);
   }
 
-  /// Independent coordinates, and all that depends on which they are.
-  void choose_coordinates() {
+  void make_equations(double t, const std::vector<double>& q) {
     const bool bdf = options_.method == Method::bdf;
-    std::vector<char> independent(scale_.size(), 1);
     newton_.reset();
     equations_.reset();
-    if (bdf) {
-      const Pattern& pattern = system_->tangent_pattern()[Block::position_q];
-      partition_.emplace(pattern, constraint_gradient(*system_, state_.t, state_.q.on_host(*executor_)),
-                         scale_, options_.threads);
-      independent = partition_->independent();
-    }
-    equations_.emplace(*system_, options_.unknowns, bdf, independent, *executor_, remote_.get());
+    equations_.emplace(*system_, options_.unknowns, bdf,
+                       bdf ? find_projection(*system_, t, q, t_end_) : no_projection(system_->coordinates()),
+                       *executor_, remote_.get());
     newton_ = std::make_unique<Newton>(*equations_, options_, *executor_, report_);
-    judged_jacobians_ = report_.jacobians;
     report_.unknowns = equations_->size();
     report_.entries = static_cast<std::int64_t>(equations_->pattern().entries());
-    ++report_.partitions;
   }
 
   /// Error weights of [q, v] at the present state.
@@ -271,7 +267,7 @@ class Integrator::Impl {
     const double began = elapsed();
     const std::int64_t factorizations = report_.factorizations;
     StepReport line;
-    int error_rejections = 0, search_failures = 0;
+    int error_rejections = 0;
     double h = planned(step_, target), wanted = step_;
     for (;;) {
       const bool last = h >= (target - state_.t) * (1.0 - 1e-12);
@@ -294,7 +290,6 @@ class Integrator::Impl {
         h *= kNewtonRejection;
         wanted = h;
         give_up_below(h, outcome.thrown ? reason(outcome.thrown) : "Newton's method does not converge");
-        if (++search_failures == 2 && options_.method == Method::bdf) choose_coordinates();
       }
       ++line.rejections;
       h = std::min(h, target - state_.t);
@@ -335,10 +330,6 @@ class Integrator::Impl {
     last_lambda_step_ = h;
     set_weights();
     check_redundant();
-    // The choice is one of Newton's matrix: it is as good as it was until there is another one.
-    if (partition_ && std::exchange(judged_jacobians_, report_.jacobians) < report_.jacobians &&
-        partition_->degraded(equations_->constraint_gradient()))
-      choose_coordinates();
   }
 
   /// Multipliers at the end of a step of `h`, where Newton's method starts.
@@ -389,7 +380,6 @@ class Integrator::Impl {
   const ConstrainedSystem* system_ = nullptr;  ///< the one given, or the filtered one
   std::unique_ptr<Executor> executor_;
   std::unique_ptr<RemoteResidual> remote_;
-  std::optional<Partition> partition_;
   std::optional<StepEquations> equations_;
   std::unique_ptr<Newton> newton_;
   std::unique_ptr<Formula> formula_;
@@ -398,7 +388,6 @@ class Integrator::Impl {
   State whole_;
   StepState next_;  ///< what a step arrives at; afterwards the state before it
   StepRelation relation_;
-  std::int64_t judged_jacobians_ = 0;    ///< at how many of them the choice of coordinates was looked at
   Array<double> weights_, scale_there_;  ///< of [q, v]; of the coordinates
   Array<double> last_lambda_, lambda_;   ///< of the step before; where Newton's method starts
   double last_lambda_step_ = 0.0;

@@ -1,15 +1,7 @@
-// Which constraints say something new, and which coordinates may be chosen freely.
-//
-// A sparse LU of Phi_q^T (n x m, UMFPACK) picks for each constraint one coordinate in which it is strong: its
-// pivot row. These are the dependent coordinates, the others, as many as degrees of freedom, the independent
-// ones; then [Phi_q; U^T] with U^T picking the independent coordinates is invertible and as sparse as Phi_q.
-// Constraints for which no pivot is left depend on the others.
-//
-// The choice is good while dependent coordinates do not move much more than the independent ones: its growth
-// is the largest row of Phi_d^-1 Phi_i, with coordinates in their own scales, estimated by random signs.
+// Which constraints say something new: a sparse LU of Phi_q^T (n x m, UMFPACK) picks for each a coordinate in
+// which it is strong, its pivot row. Constraints for which no pivot is left depend on the others.
 #pragma once
 
-#include <memory>
 #include <vector>
 
 #include "dae/mechanics/constrained_system.hpp"
@@ -19,24 +11,5 @@ namespace mfs::dae {
 /// Rows of Phi_q that depend on the others, ascending. `values`: of `position_q`; `scale`: per coordinate.
 std::vector<int> redundant_rows(const Pattern& position_q, const std::vector<double>& values,
                                 const std::vector<double>& scale);
-
-class Partition {
- public:
-  /// Chooses. Rows are assumed to be independent. `threads` 0: all.
-  Partition(const Pattern& position_q, const std::vector<double>& values, std::vector<double> scale,
-            int threads);
-  ~Partition();
-  Partition(Partition&&) noexcept;
-  Partition& operator=(Partition&&) noexcept;
-
-  /// One flag per coordinate.
-  const std::vector<char>& independent() const;
-  /// Whether, for these values of Phi_q, the growth is much larger than it was when the choice was made.
-  bool degraded(const std::vector<double>& values);
-
- private:
-  class Impl;
-  std::unique_ptr<Impl> impl_;
-};
 
 }  // namespace mfs::dae

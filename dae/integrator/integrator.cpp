@@ -29,6 +29,8 @@ namespace {
 constexpr double kNewtonRejection = 0.25;
 /// A step, in parts of the time to integrate.
 constexpr double kTypicalStep = 1e-3;
+/// Rejections by the error in one step after which the formula starts anew.
+constexpr int kRestart = 3;
 /// Steps of which at most so many are left before an output are evened out to meet it.
 constexpr double kEvenedOut = 8.0;
 /// By how much the last of them may be longer than the error control asks for.
@@ -283,6 +285,10 @@ class Integrator::Impl {
         }
         ++report_.error_rejections;
         h = wanted = formula_->reject(++error_rejections);
+        if (error_rejections >= kRestart) {
+          h = wanted = std::min(h, first_step());
+          formula_->start(state_, h);
+        }
         give_up_below(h, "the local error is " + std::to_string(error) + " times what is allowed");
       } else {
         if (outcome.thrown) rethrow_if_final(outcome.thrown);

@@ -15,6 +15,8 @@ constexpr double kSafeGrowth = 1.1;
 
 /// A step becomes longer only by a factor worth its new matrix, and a little less than the estimate lets it.
 constexpr double kLeastGrowth = 1.2, kSafety = 0.9;
+/// A local error, in units of what is allowed, with which steps would become longer at any order.
+constexpr double kFarFromLimit = 1e-3;
 /// Most steps for which orders that proved unstable are not tried again.
 constexpr int kMostHeld = 5000;
 
@@ -94,6 +96,7 @@ void Bdf::start(Array<double> y, Array<double> dy, double h) {
   }
   order_ = 1;
   rising_ = true;
+  rejected_ = false;
   steps_ = last_order_ = unchanged_ = 0;
   step_ = last_step_ = 0.0;
   psi_ = {};
@@ -165,7 +168,8 @@ double Bdf::local_error(const Array<double>& e, const Array<double>& weights) {
   error_here_ = sigma_[k] * size[0];
   suited_order_ = order_;
   suited_error_ = error_here_;
-  if (order_ > 1 && !fixed_) {
+  const bool held = held_ > 0 && order_ == kStableOrder;  // its differences are now large, now small
+  if (order_ > 1 && !fixed_ && !held) {
     error_below_ = sigma_[k - 1] * size[1];
     const double here = (order_ + 1) * error_here_, below = order_ * error_below_;
     bool lower = below <= 0.5 * here;
@@ -183,6 +187,7 @@ double Bdf::local_error(const Array<double>& e, const Array<double>& weights) {
 
 double Bdf::reject(int times) {
   rising_ = false;
+  rejected_ = true;
   order_ = suited_order_;
   return step_ * (times == 1 ? std::clamp(0.9 * step_factor(suited_error_, order_), 0.25, 0.9) : 0.25);
 }
@@ -217,7 +222,8 @@ double Bdf::accept(const Array<double>& e, const Array<double>& weights) {
 
 bool Bdf::leave_unstable_orders() {
   if (held_ > 0) --held_;
-  if (fixed_ || order_ <= kStableOrder) {
+  // Where the step is not limited by its error, differences are rounding, which is an oscillation as well.
+  if (fixed_ || order_ <= kStableOrder || error_factor_ * sizes_[0] < kFarFromLimit) {
     watch_.forget();
     return false;
   }
@@ -246,9 +252,10 @@ Bdf::Choice Bdf::choose(const Array<double>& e, const Array<double>& weights) {
     }
   }
   const double factor = step_factor(error, order);
-  if (factor >= 2.0) return {order, 2.0 * step_};
-  const double longer = kSafety * factor;
-  if (longer >= kLeastGrowth && next_unchanged_ > order_) return {order, longer * step_};
+  const bool settled = next_unchanged_ > order_ + 1;
+  if (settled) rejected_ = false;
+  if (factor >= 2.0 && !rejected_) return {order, 2.0 * step_};
+  if (kSafety * factor >= kLeastGrowth && settled) return {order, std::min(kSafety * factor, 2.0) * step_};
   return {order, factor <= 1.0 ? step_ * std::clamp(factor, 0.5, 0.9) : step_};
 }
 

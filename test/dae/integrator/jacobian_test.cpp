@@ -137,7 +137,7 @@ TEST(Jacobian, IsFactoredAtOnceWhereFgmresHasLostAFactorization) {
 
 TEST(Jacobian, IsFactoredAtOnceWhereItsSystemsAreMoreThanAFactorizationIsWorth) {
   IntegrationReport report;
-  run_bundle(0.2, 8, report, 5.0);
+  run_bundle(0.3, 8, report, 5.0);
   EXPECT_GT(report.jacobians, 4);
   EXPECT_GT(report.newton_iterations, 20 * report.jacobians);
   EXPECT_EQ(report.krylov_solves, 0);

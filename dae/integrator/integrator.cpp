@@ -55,7 +55,6 @@ void check_options(const IntegratorOptions& o) {
                                     {"fixed_step", o.fixed_step}})
     check(value >= 0.0 && std::isfinite(value), name, "must be zero or positive");
   check(o.rho_inf >= 0.0 && o.rho_inf <= 1.0, "rho_inf", "must be 0 ... 1");
-  check(o.method == Method::bdf || o.fixed_step > 0.0, "fixed_step", "generalized-alpha needs one");
   check(o.newton_iterations >= 1, "newton_iterations", "must be at least 1");
   check(o.krylov_steps >= 0, "krylov_steps", "must be zero or positive");
   check(o.threads >= 0, "threads", "must be zero or positive");
@@ -194,7 +193,7 @@ class Integrator::Impl {
     scale_there_.assign(*executor_, scale_);
     report_.coordinates = system_->coordinates();
     report_.constraints = system_->constraints();
-    make_equations(state_.t, state_.q.on_host(*executor_));
+    make_equations();
     newton_->find_accelerations(state_, kTypicalStep * (t_end_ - state_.t));
     last_lambda_step_ = 0.0;
     check_redundant();
@@ -220,13 +219,12 @@ class Integrator::Impl {
     if (!remote_) executor_ = std::make_unique<Executor>(Executor::Place::host, options_.threads);
   }
 
-  void make_equations(double t, const std::vector<double>& q) {
-    const bool bdf = options_.method == Method::bdf;
+  void make_equations() {
     newton_.reset();
     equations_.reset();
-    equations_.emplace(*system_, options_.unknowns, bdf,
-                       bdf ? find_projection(*system_, t, q, t_end_) : no_projection(system_->coordinates()),
-                       *executor_, remote_.get());
+    equations_.emplace(*system_, options_.unknowns,
+                       find_projection(*system_, state_.t, state_.q.on_host(*executor_), t_end_), *executor_,
+                       remote_.get());
     newton_ = std::make_unique<Newton>(*equations_, options_, *executor_, report_);
     report_.unknowns = equations_->size();
     report_.entries = static_cast<std::int64_t>(equations_->pattern().entries());

@@ -30,8 +30,8 @@
 namespace mfs::dae {
 
 enum class Method {
-  bdf,                ///< variable step, order 1 ... 5, constraints at all three levels
-  generalized_alpha,  ///< fixed step, order 2, constraints on positions only (Arnold and Bruls 2007)
+  bdf,                ///< order 1 ... 5
+  generalized_alpha,  ///< order 2, with little damping where the motion is slow beside the step
 };
 
 /// Which unknowns Newton's method sees. The trajectory is the same.
@@ -59,8 +59,8 @@ struct IntegratorOptions {
   double initial_step = 0.0;  ///< s; 0: chosen
   double max_step = 0.0;      ///< s; 0: no bound
   double min_step = 0.0;      ///< s, the step at which the integrator gives up; 0: as small as t resolves
-  /// s; not 0: no error control. BDF starts with initial_step and comes up to this slowly; generalized-alpha,
-  /// which needs it, starts with it. Steps are shortened evenly to meet outputs.
+  /// s; not 0: no error control. BDF starts with initial_step and comes up to this slowly, generalized-alpha
+  /// starts with it. Steps are shortened evenly to meet outputs.
   double fixed_step = 0.0;
   double rho_inf = 0.8;  ///< spectral radius of generalized-alpha at infinity, 0 ... 1
 

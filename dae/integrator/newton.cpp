@@ -261,7 +261,7 @@ class NewtonTest : public NOX::StatusTest::Generic {
   }
 
   bool constraints_hold() const {
-    for (int level = 0; level < equations_.levels(); ++level)
+    for (int level = 0; level < StepEquations::kLevels; ++level)
       if (violation_[level] > bounds_[level]) return false;
     return true;
   }

@@ -175,12 +175,11 @@ std::pair<Pattern, std::vector<int>> take_rows(const Pattern& pattern, const std
 
 }  // namespace
 
-StepEquations::StepEquations(const ConstrainedSystem& system, Unknowns unknowns, bool all_levels,
-                             Projection projection, const Executor& executor, RemoteResidual* remote)
+StepEquations::StepEquations(const ConstrainedSystem& system, Unknowns unknowns, Projection projection,
+                             const Executor& executor, RemoteResidual* remote)
     : system_(system),
       n_(system.coordinates()),
       m_(system.constraints()),
-      levels_(all_levels ? 3 : 1),
       reduced_(unknowns == Unknowns::reduced),
       executor_(executor),
       remote_(remote),
@@ -251,13 +250,11 @@ Composition StepEquations::make_composition(int threads) {
   terms.push_back({&augmentation_.pattern(), 0, column_[kA]});
   numbers_.push_back({&augmentation_.values(), kPosition, kA});
   add(kPosition, Block::position_q, kQ);
-  if (levels_ == 3) {
-    add(kVelocity, Block::position_q, kV);
-    add(kVelocity, Block::velocity_q, kQ);
-    add(kAcceleration, Block::position_q, kA);
-    add(kAcceleration, Block::acceleration_v, kV);
-    add(kAcceleration, Block::acceleration_q, kQ);
-  }
+  add(kVelocity, Block::position_q, kV);
+  add(kVelocity, Block::velocity_q, kQ);
+  add(kAcceleration, Block::position_q, kA);
+  add(kAcceleration, Block::acceleration_v, kV);
+  add(kAcceleration, Block::acceleration_q, kQ);
   add_relations(terms);
   for (RemoteTangent* const remote : system_.remote_tangents()) {
     remotes_.push_back({remote, terms.size()});
@@ -275,7 +272,7 @@ void StepEquations::add_relations(std::vector<Composition::Term>& terms) {
   std::tie(directions_, place) = take_rows(projection_.directions, related_);
   for (const int k : place) direction_source_.push_back(projection_.source[k]);
   direction_values_.resize(place.size());
-  int row = n_ + levels_ * m_;
+  int row = n_ + kLevels * m_;
   const auto add = [&](Kind upper, Kind lower, std::size_t first_multiplier) {
     terms.push_back({&selection_, row, column_[upper]});
     numbers_.push_back({&ones_, kRelation, upper});
@@ -359,10 +356,8 @@ void StepEquations::scale_rows(const double* h, double* b) const {
   ScaleGroups scale{h, b, {}, {}};
   scale.add(n_, 1.0);
   scale.add(m_, of_position);
-  if (levels_ == 3) {
-    scale.add(m_, of_velocity);
-    scale.add(m_, scales_.s);
-  }
+  scale.add(m_, of_velocity);
+  scale.add(m_, scales_.s);
   if (!related_.empty()) {
     scale.add(selection_.rows, of_velocity);
     scale.add(selection_.rows, of_position);
@@ -383,12 +378,11 @@ void StepEquations::correct(const StepRelation& relation, const double* solution
 
 /// F and the constraints.
 void StepEquations::evaluate(const StepState& state, double* h) const {
-  if (remote_ != nullptr) return remote_->evaluate(view(state), levels_, h);
+  if (remote_ != nullptr) return remote_->evaluate(view(state), kLevels, h);
   system_.evaluate(view(state), residual_);
   parallel_for(residual_.force.size(), executor_.threads(),
                [&](std::size_t i) { h[i] = residual_.force[i]; });
   h = std::copy(residual_.position.begin(), residual_.position.end(), h + n_);
-  if (levels_ == 1) return;
   h = std::copy(residual_.velocity.begin(), residual_.velocity.end(), h);
   std::copy(residual_.acceleration.begin(), residual_.acceleration.end(), h);
 }
@@ -401,7 +395,7 @@ void StepEquations::residual(const double* x, const StepState& state, const Step
            Relations{related_there_.data(), direction_start_.data(), direction_column_.data(),
                      directions_there_.data(), x + first_kappa(), x + first_mu(), state.q.data(),
                      state.v.data(), state.a.data(), relation.q.data(), relation.v.data(), relation.a.data(),
-                     relation.v_by_a, relation.q_by_v, h + n_ + levels_ * m_, related_.size()});
+                     relation.v_by_a, relation.q_by_v, h + n_ + kLevels * m_, related_.size()});
 }
 
 /// Of the derivatives of F that go to the columns of a, in the mean.
@@ -452,7 +446,7 @@ void StepEquations::compose(const StepRelation& relation, double* values) const 
 void StepEquations::initial_right_side(const StepState& state, double* b) const {
   evaluate(state, b);
   const auto n = static_cast<std::size_t>(n_), m = static_cast<std::size_t>(m_);
-  const std::size_t last_level = n + static_cast<std::size_t>(levels_ - 1) * m;
+  const std::size_t last_level = n + static_cast<std::size_t>(kLevels - 1) * m;
   for_each(executor_, static_cast<std::size_t>(size_),
            KeepForceAnd{b, n, last_level, last_level + m, scales_.s});
 }

@@ -6,8 +6,7 @@
 //                                                           | q_by_v (v - v0) - (q - q0) + B mu
 //   unknowns  x = [lambda (m), a (n), v (n), q (n), kappa, mu]
 //
-// with relations for all but tied coordinates. BDF asks for all levels of constraints. Generalized-alpha asks
-// for Phi alone, and then every coordinate is free. The reduced form solves the relations of free coordinates
+// with relations for all but tied coordinates. The reduced form solves the relations of free coordinates
 // beforehand: their v_i and q_i are no unknowns any more, and their columns of H_x go, times v_by_a and
 // q_by_a, to the column of a_i. (The other way round, a_i from q_i, rounding in q would be multiplied by
 // 1 / q_by_a ~ 1/h^2.)
@@ -43,17 +42,17 @@ namespace mfs::dae {
 
 class StepEquations {
  public:
-  /// `all_levels`: constraints on velocities and accelerations too. `remote`: that of the system for a
+  /// `remote`: that of the system for a
   /// device, null for the host. Vectors are those of `executor`. All have to live as long.
-  StepEquations(const ConstrainedSystem& system, Unknowns unknowns, bool all_levels, Projection projection,
+  StepEquations(const ConstrainedSystem& system, Unknowns unknowns, Projection projection,
                 const Executor& executor, RemoteResidual* remote = nullptr);
   StepEquations(const StepEquations&) = delete;
 
   int size() const { return size_; }
   const Pattern& pattern() const { return composition_.pattern(); }
-  /// Rows of H of the constraints: `levels` times m from `first_constraint`.
+  /// Rows of H of the constraints: kLevels times m from `first_constraint`.
   int first_constraint() const { return n_; }
-  int levels() const { return levels_; }
+  static constexpr int kLevels = 3;
   /// What an unknown belongs to: a coordinate or a constraint.
   std::string unknown_name(int unknown) const;
 
@@ -123,7 +122,7 @@ class StepEquations {
   void compose(const StepRelation& relation, double* values) const;
 
   const ConstrainedSystem& system_;
-  const int n_, m_, levels_;
+  const int n_, m_;
   const bool reduced_;
   const Executor& executor_;
   RemoteResidual* const remote_;

@@ -242,6 +242,20 @@ TEST(Rejection, AFailingSolverCostsAShorterStep) {
   }
 }
 
+TEST(Rejection, AFixedStepComesBack) {
+  const Interrupted system(Interrupted::Fault::throws, 3);
+  IntegratorOptions options = tolerance(1e-6);
+  options.method = Method::generalized_alpha;
+  options.fixed_step = 0.01;
+  options.keep_factors = false;
+  Integrator integrator(system, options);
+  Recorder recorder;
+  integrator.run(0.0, pendulum_at(1.0), {0.0, 0.0}, 1.0, {}, recorder);
+  EXPECT_GE(integrator.report().solver_rejections, 1);
+  EXPECT_NEAR(recorder.steps.back().h, options.fixed_step, 1e-3);
+  EXPECT_LT(recorder.steps.size(), 105U);
+}
+
 TEST(Rejection, OneThatNeverEndsIsReported) {
   const Interrupted system(Interrupted::Fault::throws, -1);
   IntegratorOptions options = tolerance(1e-6);
@@ -287,7 +301,6 @@ TEST(Refusals, NameTheArgument) {
   refused("atol_position", with(&O::rtol, 0.0), q0, 1.0, {});
   refused("max_order", with(&O::max_order, 6), q0, 1.0, {});
   refused("rho_inf", with(&O::rho_inf, 1.5), q0, 1.0, {});
-  refused("fixed_step", with(&O::method, Method::generalized_alpha), q0, 1.0, {});
   refused("max_step", with(&O::max_step, std::nan("")), q0, 1.0, {});
   refused("q0", {}, {1.0}, 1.0, {});
   refused("q0", {}, {std::nan(""), 0.0}, 1.0, {});

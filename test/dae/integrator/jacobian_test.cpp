@@ -194,7 +194,7 @@ TEST(Jacobian, OneCorrectionSolvesLinearEquationsAndThatOfAnotherStepKeepsConstr
   };
   for (const Unknowns unknowns : {Unknowns::full, Unknowns::reduced})
     for (const double factor : {0.8, 1.0, 1.25}) {
-      const StepEquations equations(system, unknowns, true, last_is_tied(), host());
+      const StepEquations equations(system, unknowns, last_is_tied(), host());
       const auto n = static_cast<Eigen::Index>(equations.size());
       const StepRelation old = relation(20.0), now = relation(20.0 * factor);
       Eigen::VectorXd x(n), h(n), b(n);
@@ -240,7 +240,7 @@ TEST(Jacobian, HasAPivotWithoutInertiaAndNoStepMakesItLargeOrSmall) {
   const DenseSystem<Tied> system;
   for (const Unknowns unknowns : {Unknowns::full, Unknowns::reduced})
     for (const double rate : {1.0, 1e3, 1e6, 1e9}) {
-      const StepEquations equations(system, unknowns, true, last_is_tied(), host());
+      const StepEquations equations(system, unknowns, last_is_tied(), host());
       const std::vector<double> rest(3, 0.0);
       const StepRelation relation = relation_at(rate, rest, rest, rest);
       StepState state;
@@ -363,8 +363,8 @@ TEST(Jacobian, IsTheSameWhereSomeRowsAreSummedElsewhere) {
   for (const Unknowns unknowns : {Unknowns::full, Unknowns::reduced})
     for (const auto& [first, end] : {std::pair{0, 2}, {1, 3}, {0, 3}}) {
       const Divided<Tied> divided(first, end);
-      const StepEquations equations(divided, unknowns, true, last_is_tied(), host()),
-          expected(whole, unknowns, true, last_is_tied(), host());
+      const StepEquations equations(divided, unknowns, last_is_tied(), host()),
+          expected(whole, unknowns, last_is_tied(), host());
       for (const double rate : {2.0, 1e3, 1e6}) {
         const StepRelation relation = relation_at(rate, given.q, given.v, given.a);
         const Eigen::MatrixXd difference =

@@ -52,7 +52,7 @@ TEST_P(BdfOrder, IsReached) {
   IntegratorOptions options;
   options.max_order = GetParam();
   options.initial_step = 1e-7;  // small steps to begin with: the first ones are of order 1
-  const double step = 0.01;  // above the tolerance of Newton's method
+  const double step = 0.01;     // above the tolerance of Newton's method
   const Errors coarse = errors(options, step), fine = errors(options, 0.5 * step);
   EXPECT_NEAR(observed_order(coarse.q, fine.q), GetParam(), 0.25) << coarse.q << " " << fine.q;
   EXPECT_NEAR(observed_order(coarse.v, fine.v), GetParam(), 0.25) << coarse.v << " " << fine.v;

@@ -60,8 +60,9 @@ class LargestError : public Observer {
   int low_ = 0, longest_low_ = 0;
 };
 
-double error_at(const Mechanism& mechanism, double rtol) {
+double error_at(const Mechanism& mechanism, double rtol, Method method = Method::bdf) {
   IntegratorOptions options;
+  options.method = method;
   options.rtol = rtol;
   options.threads = 1;
   options.backend = Backend::serial;
@@ -81,6 +82,12 @@ void expect_falling(const Mechanism& mechanism, double at_default) {
   EXPECT_LT(error_at(mechanism, 1e-4), at_default);
   for (const double rtol : {1e-5, 1e-6})
     EXPECT_LT(error_at(mechanism, 1e-2 * rtol), error_at(mechanism, rtol) / 30.0) << "rtol " << rtol;
+}
+
+/// By at least 15: a method of order 2 promises 100^(2/3) = 22.
+void expect_alpha_falling(const Mechanism& mechanism) {
+  const double coarse = error_at(mechanism, 1e-4, Method::generalized_alpha);
+  EXPECT_LT(error_at(mechanism, 1e-6, Method::generalized_alpha), coarse / 15.0);
 }
 
 RigidBody body(const std::string& name, double mass, const Vector3d& inertia) {
@@ -111,6 +118,7 @@ TEST(Rotation, AboutAnObliqueAxisIsACircle) {
     return (Motion(state, frame).point(arm) - Eigen::AngleAxisd(kSpeed * state.t, axis) * tip).norm();
   };
   expect_falling(mechanism, 0.05);
+  expect_alpha_falling(mechanism);
 }
 
 /// sn, cn and dn of parameter m = k^2 by the arithmetic-geometric mean (Abramowitz and Stegun, 16.4).
@@ -186,6 +194,7 @@ TEST(Rotation, OfAHeavyTopKeepsItsIntegrals) {
     return state.t < 1.0 ? drift : std::max(drift, (Motion(state, frame).turned(seen) - reference).norm());
   };
   expect_falling(mechanism, 0.6);
+  expect_alpha_falling(mechanism);
 }
 
 /// Two bodies on universal joints, pulled aside. Where the second one's corner is after 1, 2 and 3 s: DOP853

@@ -1,6 +1,8 @@
 # Flags of every target of MFS. Hidden visibility and -fno-gnu-unique keep the Kokkos inside libmfs apart from
 # any other Kokkos of the process. No -march: BLAS picks its kernels at run time, and so do ours.
-set(CMAKE_CXX_STANDARD 17)
+if(NOT DEFINED CMAKE_CXX_STANDARD)
+  set(CMAKE_CXX_STANDARD 17)
+endif()
 set(CMAKE_CXX_STANDARD_REQUIRED ON)
 set(CMAKE_CXX_EXTENSIONS OFF)
 set(CMAKE_C_STANDARD 11)

@@ -1,11 +1,16 @@
 #include "kernels/blas.hpp"
 
+#include <sys/mman.h>
+
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
 #include <iterator>
+#include <mutex>
 #include <type_traits>
 #include <vector>
+
+#include <mfs/error.hpp>
 
 #include "kernels/simd_clones.hpp"
 
@@ -46,6 +51,9 @@ void openblas_set_num_threads(int) __attribute__((weak));
 char* openblas_get_config() __attribute__((weak));
 char* openblas_get_corename() __attribute__((weak));
 int openblas_get_parallel() __attribute__((weak));
+void* blas_memory_alloc(int) __attribute__((weak));
+void blas_memory_free(void*) __attribute__((weak));
+extern int blas_server_avail __attribute__((weak));
 int MKL_Set_Num_Threads_Local(int) __attribute__((weak));
 void MKL_Get_Version_String(char*, int) __attribute__((weak));
 const char* bli_info_get_version_str() __attribute__((weak));
@@ -226,7 +234,49 @@ double estimate_norm(Vertex n, const std::function<void(Scalar*)>& apply,
   }
 }
 
-SequentialScope::SequentialScope() {
+namespace {
+
+/// OpenBLAS' BUFFER_SIZE for x86-64 and what it and malloc put around it.
+constexpr std::size_t kBufferRoom = (std::size_t{128} << 20) + (std::size_t{1} << 20);
+
+bool room_for_a_buffer() {
+  void* room = mmap(nullptr, kBufferRoom, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  if (room == MAP_FAILED) return false;
+  munmap(room, kBufferRoom);
+  return true;
+}
+
+// A buffer that was given back stays with OpenBLAS, so `callers` of them held together are enough for good.
+void take_buffers(int callers) {
+  static std::mutex mutex;
+  static int taken = 0;
+  if (!blas_memory_alloc || !blas_memory_free) return;
+  const std::lock_guard<std::mutex> lock(mutex);
+  if (callers <= taken) return;
+  std::vector<void*> held;
+  held.reserve(static_cast<std::size_t>(callers));
+  while (static_cast<int>(held.size()) < callers) {
+    const bool kept = static_cast<int>(held.size()) < taken;
+    if (!kept && !room_for_a_buffer()) break;
+    held.push_back(blas_memory_alloc(0));
+  }
+  for (void* buffer : held) blas_memory_free(buffer);
+  taken = static_cast<int>(held.size());
+  if (taken < callers) throw OutOfMemory(MemorySpace::host, kBufferRoom, 0);
+}
+
+// OpenBLAS' own threads look for their buffers without end as well, and at the end of the process it waits
+// for them. Where there is no room for one, they never come; without its server OpenBLAS waits for nobody.
+struct LetTheProcessEnd {
+  ~LetTheProcessEnd() {
+    if (&blas_server_avail && !room_for_a_buffer()) blas_server_avail = 0;
+  }
+} const let_the_process_end;
+
+}  // namespace
+
+SequentialScope::SequentialScope(int callers) {
+  take_buffers(callers);
   if (MKL_Set_Num_Threads_Local) {
     previous_ = MKL_Set_Num_Threads_Local(1);
   } else if (openblas_get_num_threads && openblas_set_num_threads) {

@@ -44,7 +44,10 @@ double estimate_norm(Vertex n, const std::function<void(Scalar*)>& apply,
 /// two must not multiply. Puts back what was set before.
 class SequentialScope {
  public:
-  SequentialScope();
+  /// `callers` threads call BLAS at the same time. OpenBLAS keeps a buffer of 128 MiB of address space for
+  /// each, and looks for it without end where there is no room. So the buffers are taken here, the first time
+  /// that so many are needed; throws OutOfMemory where one does not fit.
+  explicit SequentialScope(int callers = 1);
   ~SequentialScope();
   SequentialScope(const SequentialScope&) = delete;
   SequentialScope& operator=(const SequentialScope&) = delete;

@@ -46,7 +46,7 @@ class HostFactorization final : public AccuracyLadder<Exec, HostArena, Value> {
   }
 
   FactorStatus factor(double tolerance, const std::function<void(double)>& progress) override {
-    const blas::SequentialScope sequential;
+    const blas::SequentialScope sequential(workers_.count());
     this->forget_factors();
     *store_.status = FactorStatus();
     double largest = 0;

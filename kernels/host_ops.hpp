@@ -140,7 +140,8 @@ class TiledOps {
   void all(const Operation&... operation) const {
     worker_.for_each_tile((operation.count + ...), [&](Vertex tile) {
       // Which of the operations has this tile, and which of its own is it?
-      (... || (tile < operation.count ? (operation.body(tile), true) : (tile -= operation.count, false)));
+      static_cast<void>((
+          ... || (tile < operation.count ? (operation.body(tile), true) : (tile -= operation.count, false))));
     });
   }
 

@@ -1,4 +1,5 @@
 // The engine with a Kokkos of its own (MFS_KOKKOS=private).
+#include <omp.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -83,6 +84,7 @@ struct Engine::State {
     if (kokkos_threads == wanted) return;
     ask_for_threads(wanted - 1);
     kokkos_threads = 0;
+    omp_set_num_threads(wanted);  // Kokkos 3.4 counts threads by a region of as many as it may have
 #if KOKKOS_VERSION >= 30700
     const auto settings = Kokkos::InitializationSettings().set_num_threads(wanted).set_disable_warnings(true);
 #else

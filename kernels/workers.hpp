@@ -95,6 +95,7 @@ class Workers {
  public:
   /// Room for regions of up to `lists` lists. Throws std::bad_alloc.
   Workers(int threads, std::size_t lists) : loops_(static_cast<std::size_t>(threads)), lists_(lists) {}
+  int count() const { return static_cast<int>(loops_.size()); }
 
   /// Calls item(worker, list, i) for each item of size_of(list), list = 0 ... lists-1, and done(list) in
   /// one worker some time after all items of the list are done. Items throw nothing.

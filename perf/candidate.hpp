@@ -14,9 +14,9 @@ namespace mfs::perf {
 /// Right-hand sides of the larger solve.
 constexpr int kColumns = 16;
 
-/// A family's matrix with kColumns right-hand sides, n x kColumns column-major.
+/// A matrix with kColumns right-hand sides, n x kColumns column-major.
 struct System {
-  FamilyMatrix a;
+  FamilyMatrix a;  ///< of a family or of a file
   std::vector<double> b;
 };
 

@@ -1,8 +1,8 @@
-// MFS beside cuDSS on one device: for each FAMILY:SIZE both solvers go through all phases, one after the
-// other on the same matrix, and each leaves a JSON line (times in s, memory in bytes); a third line has MFS'
-// figures over cuDSS'. perf/device runs this with all it needs.
+// MFS beside cuDSS on one device: for each FAMILY:SIZE or file both solvers go through all phases, one after
+// the other on the same matrix, and each leaves a JSON line (times in s, memory in bytes); a third line has
+// MFS' figures over cuDSS'. perf/device runs this with all it needs.
 //
-//   perf_device --cudss DIR elas3d:40 poisson2d:1000
+//   perf_device --cudss DIR elas3d:40 poisson2d:1000 my_matrix.mtx.gz
 #include <CLI/CLI.hpp>
 
 #include <cstdio>
@@ -12,6 +12,7 @@
 #include "perf/cudss_candidate.hpp"
 #include "perf/device_info.hpp"
 #include "perf/measure.hpp"
+#include "solver/program/bench_case.hpp"
 
 namespace {
 
@@ -52,10 +53,10 @@ Json ratios(const Json& ours, const Json& theirs) {
 
 // Whether all of them solved it.
 bool run_case(const std::string& name, const std::vector<Entrant>& entrants, const Arguments& arguments) {
-  const System system = make_system(name);
+  const System system = make_system(name, arguments.threads);
   bool solved = true;
   for (int round = 1; round <= arguments.rounds; ++round) {
-    const Json head{{"case", name}, {"round", round}};
+    const Json head{{"case", mfs::io::bench_case_name(name)}, {"round", round}};
     std::vector<Json> results;
     for (const Entrant& entrant : entrants) {
       Json line = head;
@@ -83,13 +84,14 @@ bool run_case(const std::string& name, const std::vector<Entrant>& entrants, con
 
 // Whether every case was solved.
 bool run(const Arguments& arguments) {
-  for (const std::string& name : arguments.cases) check_name(name);
+  for (const std::string& name : arguments.cases) mfs::io::check_bench_case(name);
   const Place place = arguments.backend == "cuda" ? Place::device : Place::host;
   std::vector<Entrant> entrants{
       {"mfs", [&](const System& system) { return make_mfs(system, place, arguments.threads); }}};
   if (!arguments.cudss.empty()) entrants.push_back({"cudss", load_cudss(arguments.cudss, arguments.threads)});
   // The first use of a device makes its context and loads kernels: not part of any case.
-  for (const Entrant& entrant : entrants) measure(entrant.make, make_system("elas3d:8"), 1);
+  for (const Entrant& entrant : entrants)
+    measure(entrant.make, make_system("elas3d:8", arguments.threads), 1);
   bool solved = true;
   for (const std::string& name : arguments.cases) solved = run_case(name, entrants, arguments) && solved;
   return solved;
@@ -100,7 +102,8 @@ bool run(const Arguments& arguments) {
 int main(int argc, char** argv) {
   Arguments arguments;
   CLI::App app("MFS beside cuDSS on one device, as JSON lines");
-  app.add_option("cases", arguments.cases, "FAMILY:SIZE ...")->capture_default_str();
+  app.add_option("cases", arguments.cases, "FAMILY:SIZE or a file, Matrix Market or PETSc binary")
+      ->capture_default_str();
   app.add_option("--cudss", arguments.cudss,
                  "folder of libcudss.so and its threading layer; without it MFS runs alone");
   app.add_option("--backend", arguments.backend, "where MFS runs")->check(CLI::IsMember({"cuda", "openmp"}));

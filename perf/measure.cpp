@@ -5,11 +5,14 @@
 #include <cstring>
 #include <limits>
 #include <random>
+#include <utility>
+#include <variant>
 
 #include <mfs/mfs.hpp>
 
 #include "ordering/stopwatch.hpp"
 #include "perf/device_info.hpp"
+#include "solver/program/bench_case.hpp"
 
 namespace mfs::perf {
 namespace {
@@ -173,22 +176,38 @@ Errors column_errors(const System& system, const double* b, const double* x) {
   return finite ? Errors{backward, residual / (norm_a * norm_x + norm_b)} : Errors{kInfinity, kInfinity};
 }
 
-}  // namespace
-
-void check_name(const std::string& name) {
-  const std::size_t colon = name.find(':');
-  const std::string family = name.substr(0, colon),
-                    size = colon == std::string::npos ? "" : name.substr(colon + 1);
-  const std::vector<std::string>& known = family_names();
-  if (size.empty() || size.size() > 9 || size.find_first_not_of("0123456789") != std::string::npos ||
-      std::find(known.begin(), known.end(), family) == known.end())
-    throw InvalidInput(name, "FAMILY:SIZE expected");
+/// With the entries of a row sorted, and those of one place summed, as every solver takes them.
+FamilyMatrix summed(const io::CsrMatrix<double>& a) {
+  FamilyMatrix result{a.rows, {0}, {}, {}};
+  result.column_indices.reserve(a.column_indices.size());
+  result.values.reserve(a.values.size());
+  std::vector<std::pair<std::int32_t, double>> row;
+  for (std::int64_t i = 0; i < a.rows; ++i) {
+    row.clear();
+    for (std::int64_t k = a.offsets[i]; k < a.offsets[i + 1]; ++k)
+      row.emplace_back(a.column_indices[k], a.values[k]);
+    std::stable_sort(row.begin(), row.end(), [](const auto& x, const auto& y) { return x.first < y.first; });
+    for (const auto& [column, value] : row) {
+      if (static_cast<std::int64_t>(result.values.size()) > result.offsets.back() &&
+          result.column_indices.back() == column) {
+        result.values.back() += value;
+        continue;
+      }
+      result.column_indices.push_back(column);
+      result.values.push_back(value);
+    }
+    result.offsets.push_back(static_cast<std::int64_t>(result.values.size()));
+  }
+  return result;
 }
 
-System make_system(const std::string& name) {
-  check_name(name);
-  const std::size_t colon = name.find(':');
-  System system{make_family(name.substr(0, colon), std::stoll(name.substr(colon + 1))), {}};
+}  // namespace
+
+System make_system(const std::string& name, int threads) {
+  const io::SquareMatrix matrix = io::load_bench_case(name, threads);
+  const auto* a = std::get_if<io::CsrMatrix<double>>(&matrix);
+  if (!a) throw InvalidInput(name, "the matrix is complex");
+  System system{summed(*a), {}};
   system.b.resize(static_cast<std::size_t>(system.a.n * kColumns));
   std::mt19937_64 random(3);
   for (double& value : system.b) value = static_cast<double>(random() >> 11) * 0x1p-52 - 1.0;

@@ -12,10 +12,9 @@
 
 namespace mfs::perf {
 
-/// Throws InvalidInput unless `name` is "FAMILY:SIZE" of a known family.
-void check_name(const std::string& name);
-/// The matrix of "FAMILY:SIZE" and right-hand sides uniform in [-1, 1). Throws InvalidInput.
-System make_system(const std::string& name);
+/// The matrix of "FAMILY:SIZE" or of a file, real, with right-hand sides uniform in [-1, 1). Throws
+/// InvalidInput.
+System make_system(const std::string& name, int threads);
 
 /// Largest componentwise backward error |b - A x|_i / (|A| |x| + |b|)_i of the first `columns` columns, and
 /// their largest residual |b - A x|_inf / (|A|_inf |x|_inf + |b|_inf); infinite where x is not finite.

@@ -3,11 +3,12 @@
 #include <charconv>
 #include <cstdio>
 #include <cstring>
-#include <memory>
 #include <string>
 
 #include <mfs/error.hpp>
 #include <mfs/matrix_market.hpp>
+
+#include "solver/replaced_file.hpp"
 
 namespace mfs {
 namespace {
@@ -15,16 +16,11 @@ namespace {
 constexpr std::size_t kFlushBytes = std::size_t{1} << 20;
 constexpr int kDigitsAfterPoint = 16;  // 17 significant digits: the shortest number that always reads back
 
-struct Closer {
-  void operator()(std::FILE* file) const { std::fclose(file); }
-};
-
-// Writes through one buffer and remembers nothing else: any failure throws.
+// Collects numbers and passes them on in blocks to what `Sink` is.
+template <class Sink>
 class Output {
  public:
-  explicit Output(const std::string& path) : path_(path), file_(std::fopen(path.c_str(), "w")) {
-    if (!file_) fail("cannot be opened for writing");
-  }
+  explicit Output(Sink& sink) : sink_(sink) {}
   void text(const std::string& text) { buffer_ += text; }
   void number(std::int64_t value) {
     char digits[24];
@@ -46,24 +42,32 @@ class Output {
     buffer_ += '\n';
     if (buffer_.size() >= kFlushBytes) flush();
   }
-  void close() {
-    flush();
-    if (std::fclose(file_.release()) != 0) fail("cannot be written");
+  void flush() {
+    sink_.write(buffer_);
+    buffer_.clear();
   }
 
  private:
-  void flush() {
-    if (std::fwrite(buffer_.data(), 1, buffer_.size(), file_.get()) != buffer_.size())
-      fail("cannot be written");
-    buffer_.clear();
-  }
-  [[noreturn]] void fail(const char* what) {
-    throw InvalidInput(path_, std::string(what) + ": " + std::strerror(errno));
-  }
-
-  std::string path_;
-  std::unique_ptr<std::FILE, Closer> file_;
+  Sink& sink_;
   std::string buffer_;
+};
+
+// A stream of the caller's, which stays open.
+class StreamSink {
+ public:
+  explicit StreamSink(std::FILE* stream) : stream_(stream) {
+    if (!stream) throw InvalidInput("stream", "null pointer");
+  }
+  void write(const std::string& text) {
+    check(std::fwrite(text.data(), 1, text.size(), stream_) == text.size());
+  }
+  void commit() { check(std::fflush(stream_) == 0); }
+
+ private:
+  static void check(bool good) {
+    if (!good) throw InvalidInput("stream", std::string("cannot be written: ") + std::strerror(errno));
+  }
+  std::FILE* stream_;
 };
 
 template <class Scalar>
@@ -75,7 +79,13 @@ auto in_double(const Scalar& value) {
 }
 
 std::string banner(const char* format, const char* field, const std::string& comment) {
-  return std::string("%%MatrixMarket matrix ") + format + " " + field + " general\n% " + comment + "\n";
+  std::string text = std::string("%%MatrixMarket matrix ") + format + " " + field + " general\n% ";
+  for (const char c : comment) {
+    if (c == '\r') continue;
+    text += c;
+    if (c == '\n') text += "% ";  // each line of it is a comment
+  }
+  return text + "\n";
 }
 
 // What the writer follows must lead nowhere else.
@@ -94,12 +104,9 @@ void check_shape(const CsrView<Scalar>& a) {
         throw InvalidInput("column_indices", "out of range", i, a.column_indices[k]);
 }
 
-}  // namespace
-
-template <class Scalar>
-void write_matrix_market(const std::string& path, const CsrView<Scalar>& a, const std::string& comment) {
-  check_shape(a);
-  Output out(path);
+template <class Scalar, class Sink>
+void write_sparse(Sink& sink, const CsrView<Scalar>& a, const std::string& comment) {
+  Output out(sink);
   out.text(banner("coordinate", !a.values ? "pattern" : kComplex<Scalar> ? "complex" : "real", comment));
   for (const std::int64_t size : std::array<std::int64_t, 3>{a.rows, a.columns, a.row_offsets[a.rows]}) {
     out.number(size);
@@ -117,13 +124,14 @@ void write_matrix_market(const std::string& path, const CsrView<Scalar>& a, cons
       }
       out.end_line();
     }
-  out.close();
+  out.flush();
+  sink.commit();
 }
 
-template <class Scalar>
-void write_matrix_market(const std::string& path, const Scalar* values, std::int64_t rows,
-                         std::int64_t columns, std::int64_t ld, const std::string& comment) {
-  Output out(path);
+template <class Scalar, class Sink>
+void write_dense(Sink& sink, const Scalar* values, std::int64_t rows, std::int64_t columns, std::int64_t ld,
+                 const std::string& comment) {
+  Output out(sink);
   out.text(banner("array", kComplex<Scalar> ? "complex" : "real", comment));
   out.text(std::to_string(rows) + " " + std::to_string(columns) + "\n");
   for (std::int64_t j = 0; j < columns; ++j)
@@ -131,12 +139,44 @@ void write_matrix_market(const std::string& path, const Scalar* values, std::int
       out.number(in_double(values[i + j * ld]));
       out.end_line();
     }
-  out.close();
+  out.flush();
+  sink.commit();
+}
+
+}  // namespace
+
+template <class Scalar>
+void write_matrix_market(const std::string& path, const CsrView<Scalar>& a, const std::string& comment) {
+  check_shape(a);
+  ReplacedFile file(path);
+  write_sparse(file, a, comment);
+}
+template <class Scalar>
+void write_matrix_market(std::FILE* stream, const CsrView<Scalar>& a, const std::string& comment) {
+  check_shape(a);
+  StreamSink sink(stream);
+  write_sparse(sink, a, comment);
+}
+
+template <class Scalar>
+void write_matrix_market(const std::string& path, const Scalar* values, std::int64_t rows,
+                         std::int64_t columns, std::int64_t ld, const std::string& comment) {
+  ReplacedFile file(path);
+  write_dense(file, values, rows, columns, ld, comment);
+}
+template <class Scalar>
+void write_matrix_market(std::FILE* stream, const Scalar* values, std::int64_t rows, std::int64_t columns,
+                         std::int64_t ld, const std::string& comment) {
+  StreamSink sink(stream);
+  write_dense(sink, values, rows, columns, ld, comment);
 }
 
 #define MFS_INSTANTIATE(S)                                                                                 \
   template MFS_API void write_matrix_market<S>(const std::string&, const CsrView<S>&, const std::string&); \
+  template MFS_API void write_matrix_market<S>(std::FILE*, const CsrView<S>&, const std::string&);         \
   template MFS_API void write_matrix_market<S>(const std::string&, const S*, std::int64_t, std::int64_t,   \
+                                               std::int64_t, const std::string&);                          \
+  template MFS_API void write_matrix_market<S>(std::FILE*, const S*, std::int64_t, std::int64_t,           \
                                                std::int64_t, const std::string&);
 MFS_INSTANTIATE(float)
 MFS_INSTANTIATE(double)

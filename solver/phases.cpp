@@ -23,6 +23,7 @@ void Phases::run_in_engine(const char* phase, int threads, const std::function<v
   } catch (const std::bad_alloc&) {
     throw OutOfMemory(MemorySpace::host, 0, available_host_memory());
   } catch (const std::system_error& error) {
+    if (std::current_exception() == thrown_by_caller_) throw;
     throw BackendError("threads", error.code().value(), error.code().message());
   }
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <atomic>
+#include <exception>
 #include <functional>
 #include <string>
 
@@ -34,19 +35,32 @@ class Phases {
   void tell(const char* phase, double fraction);
 
   bool logs(int level) const { return options_.log && options_.verbosity >= level; }
-  void log(int level, const std::string& line) const {
-    if (logs(level)) options_.log(line);
+  void log(int level, const std::string& line) {
+    if (logs(level)) call_back([&] { options_.log(line); });
   }
 
  private:
   void run_in_engine(const char* phase, int threads, const std::function<void()>& work);
-  void report_progress() const { options_.progress(Progress{phase_, fraction_}); }
+  void report_progress() {
+    call_back([this] { options_.progress(Progress{phase_, fraction_}); });
+  }
+  /// What the caller's function throws is the caller's, whatever its type.
+  template <class Call>
+  void call_back(const Call& call) {
+    try {
+      call();
+    } catch (...) {
+      thrown_by_caller_ = std::current_exception();
+      throw;
+    }
+  }
 
   const Options& options_;
   int threads_, analysis_threads_;
   // Written by the thread that works, told to the caller's callback by another.
   std::atomic<const char*> phase_{nullptr};
   std::atomic<double> fraction_{0};
+  std::exception_ptr thrown_by_caller_;
 };
 
 }  // namespace mfs

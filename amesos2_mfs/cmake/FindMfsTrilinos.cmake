@@ -27,6 +27,11 @@ find_path(MfsTrilinos_trilinos_INCLUDE Amesos2.hpp HINTS ${_mfs_prefixes}
   PATH_SUFFIXES include include/trilinos trilinos)
 find_library(MfsTrilinos_amesos2_LIBRARY NAMES trilinos_amesos2 amesos2 NAMES_PER_DIR
   HINTS ${MfsTrilinos_trilinos_INCLUDE}/../lib ${MfsTrilinos_trilinos_INCLUDE}/../lib64)
+# Kokkos has a folder of its own in newer versions of Trilinos.
+find_path(MfsTrilinos_kokkos_INCLUDE KokkosCore_config.h
+  PATHS ${MfsTrilinos_trilinos_INCLUDE} ${MfsTrilinos_trilinos_INCLUDE}/kokkos ${MfsTrilinos_trilinos_INCLUDE}/../kokkos
+  NO_DEFAULT_PATH)
+mark_as_advanced(MfsTrilinos_kokkos_INCLUDE)
 set(_mfs_library_dir "")
 if(MfsTrilinos_amesos2_LIBRARY)
   get_filename_component(_mfs_library_dir "${MfsTrilinos_amesos2_LIBRARY}" DIRECTORY)
@@ -63,9 +68,8 @@ if(MfsTrilinos_amesos2_LIBRARY MATCHES "\\.a$")
   set(_mfs_static TRUE)
 endif()
 set(_mfs_cuda "")
-if(EXISTS "${MfsTrilinos_trilinos_INCLUDE}/KokkosCore_config.h")
-  file(STRINGS "${MfsTrilinos_trilinos_INCLUDE}/KokkosCore_config.h" _mfs_cuda
-    REGEX "^#define KOKKOS_ENABLE_CUDA$")
+if(MfsTrilinos_kokkos_INCLUDE)
+  file(STRINGS "${MfsTrilinos_kokkos_INCLUDE}/KokkosCore_config.h" _mfs_cuda REGEX "^#define KOKKOS_ENABLE_CUDA$")
 endif()
 # Shared libraries bring these themselves, but for what a Tpetra without explicit instantiation needs, as those for
 # CUDA mostly are. Not every version of Trilinos has all of them.
@@ -84,8 +88,13 @@ endforeach()
 _mfs_trilinos_package(trilinos Amesos2.hpp amesos2 tpetrainout tpetraext tpetra kokkoskernels
   teuchoskokkoscompat teuchoskokkoscomm teuchosremainder teuchosnumerics teuchoscomm teuchosparameterlist
   ${_mfs_indirect} teuchoscore kokkoscore)
-if(TARGET mfs::trilinos)
+if(TARGET mfs::trilinos AND MfsTrilinos_kokkos_INCLUDE)
   set(MfsTrilinos_INCLUDE_DIR ${MfsTrilinos_trilinos_INCLUDE})
+  target_include_directories(mfs::trilinos INTERFACE ${MfsTrilinos_kokkos_INCLUDE})
+  file(STRINGS ${MfsTrilinos_kokkos_INCLUDE}/KokkosCore_config.h _mfs_standard REGEX "^#define KOKKOS_ENABLE_CXX2[0-9]$")
+  if(_mfs_standard MATCHES "2[0-9]$")
+    target_compile_features(mfs::trilinos INTERFACE cxx_std_${CMAKE_MATCH_0})
+  endif()
   file(STRINGS ${MfsTrilinos_INCLUDE_DIR}/Teuchos_config.h _mfs_mpi REGEX "^#define HAVE_MPI")
   if(_mfs_mpi)
     find_dependency(MPI COMPONENTS CXX)
@@ -113,7 +122,7 @@ if(TARGET mfs::trilinos)
       list(TRANSFORM _mfs_called TOLOWER)
       list(TRANSFORM _mfs_called PREPEND "CUDA::")
     endif()
-    file(STRINGS ${MfsTrilinos_INCLUDE_DIR}/KokkosCore_config.h _mfs_openmp
+    file(STRINGS ${MfsTrilinos_kokkos_INCLUDE}/KokkosCore_config.h _mfs_openmp
       REGEX "^#define KOKKOS_ENABLE_OPENMP$")
     if(_mfs_openmp)
       find_dependency(OpenMP)
@@ -157,5 +166,5 @@ foreach(component IN LISTS MfsTrilinos_FIND_COMPONENTS)
   endif()
 endforeach()
 
-find_package_handle_standard_args(MfsTrilinos REQUIRED_VARS MfsTrilinos_INCLUDE_DIR
+find_package_handle_standard_args(MfsTrilinos REQUIRED_VARS MfsTrilinos_INCLUDE_DIR MfsTrilinos_kokkos_INCLUDE
   VERSION_VAR MfsTrilinos_VERSION HANDLE_COMPONENTS REASON_FAILURE_MESSAGE "missing:${MfsTrilinos_MISSING}")

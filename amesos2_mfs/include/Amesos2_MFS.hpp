@@ -15,8 +15,6 @@
 // that never saw this header. It has to be linked into the program itself for that.
 #pragma once
 
-#include <string>
-
 #include <TpetraCore_ETIHelperMacros.h>
 #include <Amesos2.hpp>
 #include <Tpetra_CrsMatrix.hpp>
@@ -27,6 +25,7 @@
 #endif
 
 #include "Amesos2_MFS_decl.hpp"
+#include "Amesos2_MFS_versions.hpp"
 
 /// Calls to this are what brings the library's specialisations into a program.
 extern "C" __attribute__((visibility("default"))) void amesos2_mfs_anchor();
@@ -60,7 +59,7 @@ TPETRA_ETI_MANGLING_TYPEDEFS()
   template <>                                                                                           \
   __attribute__((visibility("default"))) Teuchos::RCP<Solver<__VA_ARGS__::Matrix, __VA_ARGS__::Vector>> \
   create<__VA_ARGS__::Matrix, __VA_ARGS__::Vector>(                                                     \
-      const std::string name, const Teuchos::RCP<const __VA_ARGS__::Matrix> A,                          \
+      Details::MfsName name, const Teuchos::RCP<const __VA_ARGS__::Matrix> A,                           \
       const Teuchos::RCP<__VA_ARGS__::Vector> X, const Teuchos::RCP<const __VA_ARGS__::Vector> B);      \
   template <>                                                                                           \
   __attribute__((visibility("default"))) Teuchos::RCP<Solver<__VA_ARGS__::Matrix, __VA_ARGS__::Vector>> \
@@ -69,7 +68,7 @@ TPETRA_ETI_MANGLING_TYPEDEFS()
       const Teuchos::RCP<__VA_ARGS__::Vector> X, const Teuchos::RCP<const __VA_ARGS__::Vector> B);      \
   template <>                                                                                           \
   __attribute__((visibility("default"))) Teuchos::RCP<Solver<__VA_ARGS__::Matrix, __VA_ARGS__::Vector>> \
-  create<__VA_ARGS__::Matrix, __VA_ARGS__::Vector>(const std::string name,                              \
+  create<__VA_ARGS__::Matrix, __VA_ARGS__::Vector>(Details::MfsName name,                               \
                                                    const Teuchos::RCP<const __VA_ARGS__::Matrix> A);
 #define AMESOS2_MFS_DECLARE_TPETRA(LO, GO, NODE) AMESOS2_MFS_DECLARE(Details::MfsTpetra<LO, GO, NODE>)
 

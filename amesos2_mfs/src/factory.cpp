@@ -44,20 +44,15 @@ Teuchos::RCP<Solver<Matrix, Vector>> make(const std::string& name, const Teuchos
 /// Amesos2's own query, which the weak one below hides. Null where Trilinos is linked statically; then the
 /// weak one is not used either.
 bool query_installed(const std::string& name) {
-#if _GLIBCXX_USE_CXX11_ABI
-  constexpr char kMangledName[] = "_ZN7Amesos25queryENSt7__cxx1112basic_stringIcSt11char_traitsIcESaIcEEE";
-#else
-  constexpr char kMangledName[] = "_ZN7Amesos25queryESs";
-#endif
-  using Query = bool (*)(std::string);
-  const auto installed = reinterpret_cast<Query>(dlsym(RTLD_NEXT, kMangledName));
+  using Query = bool (*)(Details::MfsName);
+  const auto installed = reinterpret_cast<Query>(dlsym(RTLD_NEXT, Details::kMfsQuerySymbol));
   return installed != nullptr && installed(name);
 }
 
 }  // namespace
 
 // NOLINTBEGIN(performance-unnecessary-value-param): the signatures are Amesos2's.
-__attribute__((weak, visibility("default"))) bool query(const std::string name) {
+__attribute__((weak, visibility("default"))) bool query(Details::MfsName name) {
   return is_mfs(name) || query_installed(name);
 }
 __attribute__((weak, visibility("default"))) bool query(const char* name) {
@@ -68,7 +63,7 @@ __attribute__((weak, visibility("default"))) bool query(const char* name) {
   template <>                                                                                         \
   Teuchos::RCP<Solver<__VA_ARGS__::Matrix, __VA_ARGS__::Vector>>                                      \
   create<__VA_ARGS__::Matrix, __VA_ARGS__::Vector>(                                                   \
-      const std::string name, const Teuchos::RCP<const __VA_ARGS__::Matrix> A,                        \
+      Details::MfsName name, const Teuchos::RCP<const __VA_ARGS__::Matrix> A,                         \
       const Teuchos::RCP<__VA_ARGS__::Vector> X, const Teuchos::RCP<const __VA_ARGS__::Vector> B) {   \
     return make<__VA_ARGS__::Matrix, __VA_ARGS__::Vector>(name, A, X, B);                             \
   }                                                                                                   \
@@ -81,7 +76,7 @@ __attribute__((weak, visibility("default"))) bool query(const char* name) {
   }                                                                                                   \
   template <>                                                                                         \
   Teuchos::RCP<Solver<__VA_ARGS__::Matrix, __VA_ARGS__::Vector>>                                      \
-  create<__VA_ARGS__::Matrix, __VA_ARGS__::Vector>(const std::string name,                            \
+  create<__VA_ARGS__::Matrix, __VA_ARGS__::Vector>(Details::MfsName name,                             \
                                                    const Teuchos::RCP<const __VA_ARGS__::Matrix> A) { \
     return make<__VA_ARGS__::Matrix, __VA_ARGS__::Vector>(name, A, Teuchos::null, Teuchos::null);     \
   }

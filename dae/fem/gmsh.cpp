@@ -226,7 +226,8 @@ class Reader {
       const GmshType& type = type_of(lines_.value<int>("an element's type"));
       std::vector<int> tags(static_cast<std::size_t>(lines_.count("a number of tags")));
       for (int& tag : tags) tag = lines_.value<int>("a tag");
-      if (!tags.empty()) tags.resize(tags[0] == 0 ? 0 : 1);  // the first is the physical group, 0: none
+      if (!tags.empty())
+        tags.erase(tags.begin() + (tags[0] != 0), tags.end());  // the first is the physical group, 0: none
       add_element(type, tags);
     }
   }

@@ -1,9 +1,5 @@
 #include "dae/integrator/independent_constraints.hpp"
 
-#include <cmath>
-
-#include <mfs/error.hpp>
-
 namespace mfs::dae {
 namespace {
 
@@ -20,7 +16,6 @@ void take(const std::vector<double>& from, const std::vector<int>& rows, std::ve
 IndependentConstraints::IndependentConstraints(const ConstrainedSystem& system,
                                                const std::vector<int>& redundant)
     : system_(system),
-      redundant_(redundant),
       pattern_(system.tangent_pattern()),
       lambda_(static_cast<std::size_t>(system.constraints()), 0.0),
       residual_(make_residual(system)),
@@ -71,20 +66,6 @@ void IndependentConstraints::evaluate(const StateView& state, Tangent& tangent, 
   for (std::size_t b = 0; b < kBlocks; ++b)
     if (of_constraints(b) && blocks.has(static_cast<Block>(b)))
       take(tangent_.values[b], source_[b], tangent.values[b]);
-}
-
-void IndependentConstraints::check_redundant(double t, double position, double velocity,
-                                             double acceleration) const {
-  const auto check = [&](const std::vector<double>& values, double bound, const char* what) {
-    for (const int row : redundant_)
-      if (!(std::abs(values[row]) <= bound))
-        throw InvalidInput(system_.constraint_name(row),
-                           "it contradicts other constraints at t = " + std::to_string(t) + ": " + what +
-                               " leaves " + std::to_string(values[row]));
-  };
-  check(residual_.position, position, "its position");
-  check(residual_.velocity, velocity, "its velocity");
-  check(residual_.acceleration, acceleration, "its acceleration");
 }
 
 }  // namespace mfs::dae

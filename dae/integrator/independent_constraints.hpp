@@ -1,5 +1,5 @@
 // A system without those of its constraints that follow from the others: with them, multipliers would not be
-// unique and no Newton matrix regular. What is left out is still evaluated, to see that it really follows.
+// unique and no Newton matrix regular.
 #pragma once
 
 #include <string>
@@ -22,17 +22,15 @@ class IndependentConstraints : public ConstrainedSystem {
   std::vector<RemoteTangent*> remote_tangents() const override { return system_.remote_tangents(); }
   std::string coordinate_name(int i) const override { return system_.coordinate_name(i); }
   std::string constraint_name(int row) const override { return system_.constraint_name(kept_[row]); }
+  std::string constraint_owner(int row) const override { return system_.constraint_owner(kept_[row]); }
+  bool is_normalization(int row) const override { return system_.is_normalization(kept_[row]); }
   double coordinate_scale(int i) const override { return system_.coordinate_scale(i); }
-
-  /// Of the state that was evaluated last: throws InvalidInput, with the name of the constraint, where one
-  /// that is left out is violated by more than these bounds on Phi and its derivatives.
-  void check_redundant(double t, double position, double velocity, double acceleration) const;
 
  private:
   StateView with_all_multipliers(const StateView& state) const;
 
   const ConstrainedSystem& system_;
-  std::vector<int> kept_, redundant_;
+  std::vector<int> kept_;
   TangentPattern pattern_;
   std::array<std::vector<int>, kBlocks>
       source_;  ///< of a block's entry in the whole system's; empty: the same

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <optional>
 #include <string>
 #include <utility>
@@ -15,6 +16,10 @@ namespace mfs::dae {
 namespace {
 
 constexpr int kMostIterations = 20;
+/// Near a solution corrections shrink by at least this factor each.
+constexpr double kShrinks = 0.5;
+/// The shortest step on the way to a solution.
+constexpr double kLeastStep = 1.0 / 1024;
 
 Pattern diagonal(int n) {
   const std::vector<int> columns = consecutive(0, n);
@@ -93,45 +98,106 @@ std::vector<double> inverse_squares(const ConstrainedSystem& system) {
   return k;
 }
 
-[[noreturn]] void throw_not_met(const ConstrainedSystem& system, const std::vector<double>& phi) {
-  const auto worst = std::max_element(
-      phi.begin(), phi.end(), [](double a, double b) { return std::isnan(b) || std::abs(a) < std::abs(b); });
-  throw InvalidInput("q0", "no coordinates near the given ones fulfil the constraints: " +
-                               system.constraint_name(static_cast<int>(worst - phi.begin())) + " leaves " +
-                               std::to_string(*worst));
-}
-
 /// Moves q and v to where the constraints hold.
-void project(const ConstrainedSystem& system, const IntegratorOptions& options, State& state) {
-  const int n = system.coordinates(), m = system.constraints();
-  const std::vector<double> k = inverse_squares(system), q0 = state.q;
-  std::optional<SaddlePoint> matrix;  // where nothing is to be moved, there is no need of it
-  const auto solve = [&](const std::vector<double>& right_side) {
-    if (!matrix) matrix.emplace(system, k, options);
-    return matrix->solve(constraint_gradient(system, state.t, state.q), right_side);
-  };
-  Residual residual = make_residual(system);
-  std::vector<double> right_side(static_cast<std::size_t>(n + m));
-  for (int iteration = 0;; ++iteration) {
-    system.evaluate(view(state), residual);
-    const double violation = largest(residual.position);
-    if (violation <= 1e-2 * options.constraint_position) break;
-    if (iteration == kMostIterations || std::isinf(violation)) {
-      if (violation <= options.constraint_position) break;
-      throw_not_met(system, residual.position);
+class Projection {
+ public:
+  Projection(const ConstrainedSystem& system, const IntegratorOptions& options, State& state)
+      : system_(system),
+        options_(options),
+        state_(state),
+        n_(system.coordinates()),
+        m_(system.constraints()),
+        weights_(inverse_squares(system)),
+        residual_(make_residual(system)),
+        right_side_(static_cast<std::size_t>(n_ + m_)) {}
+
+  /// Where the given positions are far off, on a way along which all violations shrink alike, in steps that
+  /// Gauss-Newton's method can follow: from afar it may find a mirrored mechanism, or none.
+  void move_positions() {
+    system_.evaluate(view(state_), residual_);
+    given_ = residual_.position;
+    double done = 0.0, step = 1.0;
+    while (done < 1.0) {
+      const double next = std::min(1.0, done + step);
+      const std::vector<double> q = state_.q;
+      if (approach(1.0 - next)) {
+        done = next;
+        step *= 2.0;
+      } else {
+        state_.q = q;
+        step *= 0.5;
+        if (step < kLeastStep) throw_not_met(1.0 - done);
+      }
     }
-    for (int i = 0; i < n; ++i) right_side[i] = -k[i] * (state.q[i] - q0[i]);
-    for (int j = 0; j < m; ++j) right_side[n + j] = -residual.position[j];
-    const auto change = solve(right_side);
-    for (int i = 0; i < n; ++i) state.q[i] += change[i];
   }
-  if (largest(residual.velocity) > 1e-2 * options.constraint_velocity) {
-    std::fill(right_side.begin(), right_side.end(), 0.0);
-    for (int j = 0; j < m; ++j) right_side[n + j] = -residual.velocity[j];
-    const auto change = solve(right_side);
-    for (int i = 0; i < n; ++i) state.v[i] += change[i];
+
+  void move_velocities() {
+    if (largest(residual_.velocity) <= 1e-2 * options_.constraint_velocity) return;
+    std::fill(right_side_.begin(), right_side_.end(), 0.0);
+    for (int j = 0; j < m_; ++j) right_side_[n_ + j] = -residual_.velocity[j];
+    const auto change = solve();
+    for (int i = 0; i < n_; ++i) state_.v[i] += change[i];
   }
-}
+
+ private:
+  /// Gauss-Newton's method until Phi is `part` of what it was, near the present q; false: it does not
+  /// converge as it does near a solution.
+  bool approach(double part) {
+    const std::vector<double> near = state_.q;
+    double last = HUGE_VAL;
+    for (int iteration = 0;; ++iteration) {
+      system_.evaluate(view(state_), residual_);
+      for (int j = 0; j < m_; ++j) right_side_[n_ + j] = part * given_[j] - residual_.position[j];
+      const double violation = largest({right_side_.begin() + n_, right_side_.end()});
+      if (violation <= 1e-2 * options_.constraint_position) return true;
+      if (iteration == kMostIterations || std::isinf(violation))
+        return violation <= options_.constraint_position;
+      for (int i = 0; i < n_; ++i) right_side_[i] = -weights_[i] * (state_.q[i] - near[i]);
+      std::vector<double> change;
+      try {
+        change = solve();
+      } catch (const SingularMatrix&) {
+        return false;
+      } catch (const AccuracyNotReached&) {
+        return false;
+      }
+      double size = 0.0;
+      for (int i = 0; i < n_; ++i) {
+        state_.q[i] += change[i];
+        size += weights_[i] * change[i] * change[i];
+      }
+      if (iteration > 0 && violation > options_.constraint_position && !(size < kShrinks * kShrinks * last))
+        return false;
+      last = size;
+    }
+  }
+
+  std::vector<double> solve() {
+    if (!matrix_) matrix_.emplace(system_, weights_, options_);
+    return matrix_->solve(constraint_gradient(system_, state_.t, state_.q), right_side_);
+  }
+
+  /// `left`: the part of the violations that could not be brought to zero.
+  [[noreturn]] void throw_not_met(double left) const {
+    const auto worst = std::max_element(given_.begin(), given_.end(),
+                                        [](double a, double b) { return std::abs(a) < std::abs(b); });
+    char text[200];
+    std::snprintf(text, sizeof text,
+                  "where time begins it is %.6g off, and bodies can be moved only until %.6g of that is "
+                  "left, so that the others hold",
+                  *worst, left * *worst);
+    throw InvalidInput(system_.constraint_name(static_cast<int>(worst - given_.begin())), text);
+  }
+
+  const ConstrainedSystem& system_;
+  const IntegratorOptions& options_;
+  State& state_;
+  const int n_, m_;
+  const std::vector<double> weights_;
+  Residual residual_;
+  std::vector<double> right_side_, given_;
+  std::optional<SaddlePoint> matrix_;  // where nothing is to be moved, there is no need of it
+};
 
 }  // namespace
 
@@ -145,10 +211,24 @@ std::vector<double> constraint_gradient(const ConstrainedSystem& system, double 
   return std::move(tangent[Block::position_q]);
 }
 
+void check_constraints(const ConstrainedSystem& system, const State& given) {
+  const std::vector<double> zero(given.q.size() + static_cast<std::size_t>(system.constraints()), 0.0);
+  Residual residual = make_residual(system);
+  system.evaluate({given.t, given.q.data(), given.v.data(), zero.data(), zero.data()}, residual);
+  for (int j = 0; j < system.constraints(); ++j)
+    if (!std::isfinite(residual.position[j]))
+      throw InvalidInput(system.constraint_name(j),
+                         "it cannot be evaluated where time begins: a motion may be half a turn off");
+}
+
 State consistent_motion(const ConstrainedSystem& system, const IntegratorOptions& options, State state) {
   state.a.assign(static_cast<std::size_t>(system.coordinates()), 0.0);
   state.lambda.assign(static_cast<std::size_t>(system.constraints()), 0.0);
-  if (system.constraints() > 0) project(system, options, state);
+  if (system.constraints() > 0) {
+    Projection projection(system, options, state);
+    projection.move_positions();
+    projection.move_velocities();
+  }
   return state;
 }
 

@@ -12,8 +12,12 @@
 
 namespace mfs::dae {
 
+/// Throws InvalidInput with the name of a constraint that is no number at the given t, q and v.
+void check_constraints(const ConstrainedSystem& system, const State& given);
+
 /// `given`: t, q, v. Returns the state with a and lambda zero. Constraints have to be independent.
-/// Throws InvalidInput where no q near the given one fulfils the constraints (names one).
+/// Throws InvalidInput where no q near the given one fulfils the constraints, with the name of the one that
+/// the given q violates most.
 State consistent_motion(const ConstrainedSystem& system, const IntegratorOptions& options, State given);
 
 /// Values of Phi_q at t and q.

@@ -12,11 +12,11 @@
 
 #include "dae/integrator/bdf.hpp"
 #include "dae/integrator/formula.hpp"
-#include "dae/integrator/independent_constraints.hpp"
 #include "dae/integrator/initial_conditions.hpp"
 #include "dae/integrator/newton.hpp"
 #include "dae/integrator/partition.hpp"
 #include "dae/integrator/projection.hpp"
+#include "dae/integrator/redundancy.hpp"
 #include "dae/integrator/step_equations.hpp"
 #include "dae/integrator/step_state.hpp"
 #include "dae/vectors/loops.hpp"
@@ -180,27 +180,61 @@ class Integrator::Impl {
 
  private:
   void start(State given) {
-    const auto gradient = constraint_gradient(given_, given.t, given.q);
-    const auto redundant = redundant_rows(given_.tangent_pattern()[Block::position_q], gradient, scale_);
-    filtered_.reset();
-    if (!redundant.empty()) filtered_.emplace(given_, redundant);
-    redundant_ = redundant;
-    system_ = filtered_ ? static_cast<const ConstrainedSystem*>(&*filtered_) : &given_;
-    for (const int row : redundant) report_.redundant.push_back(given_.constraint_name(row));
-
+    check_constraints(given_, given);
+    redundancy_.emplace(given_, scale_);
+    redundancy_->leave_out(redundancy_->find(given.t, given.q));
+    State begun = consistent_motion(redundancy_->system(), options_, std::move(given));
+    // Where the start had to be moved other constraints may be redundant.
+    if (redundancy_->filters()) {
+      redundancy_->leave_out(redundancy_->find(begun.t, begun.q));
+      begun = consistent_motion(redundancy_->system(), options_, std::move(begun));
+    }
+    system_ = &redundancy_->system();
     choose_executor();
-    assign(*executor_, consistent_motion(*system_, options_, std::move(given)), state_);
+    assign(*executor_, begun, state_);
     scale_there_.assign(*executor_, scale_);
     report_.coordinates = system_->coordinates();
-    report_.constraints = system_->constraints();
+    report_constraints();
     make_equations();
     newton_->find_accelerations(state_, kTypicalStep * (t_end_ - state_.t));
     last_lambda_step_ = 0.0;
-    check_redundant();
+    if (const auto violation = redundancy_->violation(view(state_), options_))
+      redundancy_->throw_contradiction(*violation, state_.t);
     set_weights();
     step_ = first_step();
     formula_ = make_formula(options_, *executor_);
     formula_->start(state_, step_);
+  }
+
+  void report_constraints() {
+    report_.constraints = system_->constraints();
+    report_.redundant = redundancy_->names();
+  }
+
+  /// Leaves out what is redundant in `found`. Multipliers have to be those of the constraints then.
+  void leave_out(Dependencies found) {
+    if (found.redundant() == redundancy_->redundant()) return;
+    newton_.reset();
+    equations_.reset();
+    std::vector<double> lambda = redundancy_->all_multipliers(state_.lambda.on_host(*executor_));
+    redundancy_->leave_out(std::move(found));
+    state_.lambda.assign(*executor_, redundancy_->kept_multipliers(std::move(lambda)));
+    last_lambda_step_ = 0.0;
+    system_ = &redundancy_->system();
+    report_constraints();
+  }
+
+  /// Whether what is left out holds in `there`, where a step has arrived. Where it does not because it does
+  /// not follow any more, the step is to be tried again with it.
+  bool redundant_hold(const StepState& there) {
+    const auto violation = redundancy_->violation(view(there), options_);
+    if (!violation) return true;
+    Dependencies found = redundancy_->find(there.t, there.q.on_host(*executor_));
+    if (found.redundant().size() >= redundancy_->redundant().size())
+      redundancy_->throw_contradiction(*violation, there.t);
+    leave_out(std::move(found));
+    make_equations();
+    return false;
   }
 
   /// Vectors lie on the device where the system takes them there.
@@ -222,10 +256,20 @@ class Integrator::Impl {
   void make_equations() {
     newton_.reset();
     equations_.reset();
+    partition_.reset();
+    if (redundancy_->filters()) {
+      // In a singular position there may be more; those are not for good.
+      Dependencies found = redundancy_->find(state_.t, state_.q.on_host(*executor_));
+      if (found.redundant().size() <= redundancy_->redundant().size()) leave_out(std::move(found));
+      const Pattern& pattern = system_->tangent_pattern()[Block::position_q];
+      partition_.emplace(pattern, constraint_gradient(*system_, state_.t, state_.q.on_host(*executor_)),
+                         scale_, options_.threads);
+    }
     equations_.emplace(*system_, options_.unknowns,
                        find_projection(*system_, state_.t, state_.q.on_host(*executor_), t_end_), *executor_,
                        remote_.get());
     newton_ = std::make_unique<Newton>(*equations_, options_, *executor_, report_);
+    judged_jacobians_ = report_.jacobians;
     report_.unknowns = equations_->size();
     report_.entries = static_cast<std::int64_t>(equations_->pattern().entries());
   }
@@ -267,7 +311,7 @@ class Integrator::Impl {
     const double began = elapsed();
     const std::int64_t factorizations = report_.factorizations;
     StepReport line;
-    int error_rejections = 0;
+    int error_rejections = 0, search_failures = 0;
     double h = planned(step_, target), wanted = step_;
     for (;;) {
       const bool last = h >= (target - state_.t) * (1.0 - 1e-12);
@@ -275,7 +319,9 @@ class Integrator::Impl {
       relation_.t = last ? target : state_.t + h;
       const Newton::Outcome outcome = newton_->solve(relation_, extrapolated_multipliers(h), weights_, next_);
       line.newton_iterations += outcome.iterations;
-      if (outcome.converged) {
+      if (outcome.converged && !redundant_hold(next_)) {
+        ++report_.newton_rejections;
+      } else if (outcome.converged) {
         const double error = formula_->local_error(next_, weights_);
         if (options_.fixed_step > 0.0 || error <= 1.0) {
           note(outcome, line);
@@ -294,6 +340,7 @@ class Integrator::Impl {
         h *= kNewtonRejection;
         wanted = h;
         give_up_below(h, outcome.thrown ? reason(outcome.thrown) : "Newton's method does not converge");
+        if (++search_failures == 2 && redundancy_->filters()) make_equations();
       }
       ++line.rejections;
       h = std::min(h, target - state_.t);
@@ -333,7 +380,11 @@ class Integrator::Impl {
     std::swap(last_lambda_, next_.lambda);
     last_lambda_step_ = h;
     set_weights();
-    check_redundant();
+    // Of constraints that depend on each other others may have to be left out in another position. That is
+    // seen at a new Jacobian.
+    if (partition_ && std::exchange(judged_jacobians_, report_.jacobians) < report_.jacobians &&
+        partition_->degraded(equations_->constraint_gradient()))
+      make_equations();
   }
 
   /// Multipliers at the end of a step of `h`, where Newton's method starts.
@@ -345,23 +396,8 @@ class Integrator::Impl {
     return lambda_;
   }
 
-  void check_redundant() const {
-    if (!filtered_) return;
-    Residual residual = make_residual(*filtered_);
-    filtered_->evaluate(view(state_), residual);  // it has no remote residual: the state is on the host
-    // Only as exact as those that it follows from.
-    constexpr double kFactor = 100.0;
-    filtered_->check_redundant(state_.t, kFactor * options_.constraint_position,
-                               kFactor * options_.constraint_velocity,
-                               kFactor * options_.constraint_acceleration);
-  }
-
-  /// The state with multipliers of all constraints; those left out have none.
-  const State& whole_state() {
-    whole_ = on_host(*executor_, state_);
-    for (const int row : redundant_) whole_.lambda.insert(whole_.lambda.begin() + row, 0.0);
-    return whole_;
-  }
+  /// The state with multipliers of all constraints.
+  const State& whole_state() { return whole_ = redundancy_->whole(on_host(*executor_, state_)); }
 
   template <class Call>
   void tell(const Call& call) {
@@ -379,11 +415,11 @@ class Integrator::Impl {
   double observed_ = 0;  // s, in the observer
 
   double t_end_ = 0.0;
-  std::vector<int> redundant_;
-  std::optional<IndependentConstraints> filtered_;
-  const ConstrainedSystem* system_ = nullptr;  ///< the one given, or the filtered one
+  std::optional<Redundancy> redundancy_;
+  const ConstrainedSystem* system_ = nullptr;  ///< the one given, or without what is redundant
   std::unique_ptr<Executor> executor_;
   std::unique_ptr<RemoteResidual> remote_;
+  std::optional<Partition> partition_;  ///< where constraints are redundant
   std::optional<StepEquations> equations_;
   std::unique_ptr<Newton> newton_;
   std::unique_ptr<Formula> formula_;
@@ -392,6 +428,7 @@ class Integrator::Impl {
   State whole_;
   StepState next_;  ///< what a step arrives at; afterwards the state before it
   StepRelation relation_;
+  std::int64_t judged_jacobians_ = 0;    ///< at how many of them the constraints left out were looked at
   Array<double> weights_, scale_there_;  ///< of [q, v]; of the coordinates
   Array<double> last_lambda_, lambda_;   ///< of the step before; where Newton's method starts
   double last_lambda_step_ = 0.0;

@@ -75,7 +75,8 @@ struct IntegratorOptions {
   int analysis_threads = 0;           ///< of the linear solver's analysis; 0: as many
 };
 
-/// What the system is in at a time.
+/// What the system is in at a time. Multipliers of constraints of which some follow from the others are those
+/// with the least sum of squares, normalizations left out.
 struct State {
   double t = 0.0;
   std::vector<double> q, v, a, lambda;
@@ -99,7 +100,7 @@ struct StepReport {
 struct IntegrationReport {
   std::int64_t coordinates = 0, constraints = 0;
   std::int64_t unknowns = 0, entries = 0;  ///< of H_x
-  std::vector<std::string> redundant;      ///< constraints that follow from the others and were left out
+  std::vector<std::string> redundant;      ///< constraints that follow from those before and are left out
 
   std::int64_t steps = 0;
   std::int64_t error_rejections = 0;   ///< the local error was too large
@@ -137,9 +138,10 @@ class Integrator {
 
   /// Integrates from `t0` to `t_end` and calls `observer`; returns the state at `t_end`. `q0` and `v0` (n
   /// each) are first moved, as little as possible, to where the constraints hold. `outputs` ascend within t0
-  /// ... t_end and are met exactly. Throws InvalidInput (sizes, times, NaN; constraints that contradict each
-  /// other: names one), mfs::Error where the step became too small (time, order and what failed), and what
-  /// the linear solver throws that no shorter step can cure (OutOfMemory, BackendError).
+  /// ... t_end and are met exactly. Throws InvalidInput (sizes, times, NaN; constraints that the start cannot
+  /// be moved to, or that contradict each other: names them), mfs::Error where the step became too small
+  /// (time, order and what failed), and what the linear solver throws that no shorter step can cure
+  /// (OutOfMemory, BackendError).
   State run(double t0, std::vector<double> q0, std::vector<double> v0, double t_end,
             const std::vector<double>& outputs, Observer& observer);
 

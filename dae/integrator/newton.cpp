@@ -13,6 +13,7 @@
 #include <Teuchos_oblackholestream.hpp>
 #include <Thyra_StateFuncModelEvaluatorBase.hpp>
 #include <Thyra_TpetraThyraWrappers.hpp>
+#include <Thyra_VectorStdOps.hpp>
 #include <Tpetra_CrsMatrix.hpp>
 
 #include <mfs/error.hpp>

@@ -56,6 +56,8 @@ class StepEquations {
   /// What an unknown belongs to: a coordinate or a constraint.
   std::string unknown_name(int unknown) const;
 
+  /// Phi_q of the last Jacobian.
+  const std::vector<double>& constraint_gradient() const { return tangent_[Block::position_q]; }
   /// Sets B to what it is at q of `state`, whose multipliers do not matter. Throws InvalidInput where it is
   /// no number.
   void set_directions(const StateView& state) const;

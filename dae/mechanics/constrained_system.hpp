@@ -175,7 +175,7 @@ class ConstrainedSystem {
   virtual ~ConstrainedSystem() = default;
 
   virtual int coordinates() const = 0;  ///< n
-  virtual int constraints() const = 0;  ///< m < n
+  virtual int constraints() const = 0;  ///< m, of which some may follow from the others
   virtual const TangentPattern& tangent_pattern() const = 0;
 
   /// Overwrites `residual`, whose vectors have their sizes.
@@ -193,11 +193,16 @@ class ConstrainedSystem {
     return nullptr;
   }
 
-  /// What an error message calls them: "knuckle.x", "joint ball_upper, equation 2".
+  /// What an error message calls them: "knuckle.x", "joint ball_upper, equation 2 of 3".
   virtual std::string coordinate_name(int coordinate) const {
     return "q[" + std::to_string(coordinate) + "]";
   }
   virtual std::string constraint_name(int row) const { return "constraint " + std::to_string(row); }
+  /// What the constraint is a part of: "joint ball_upper".
+  virtual std::string constraint_owner(int row) const { return constraint_name(row); }
+  /// Whether the constraint is no condition on where bodies are, but gives their coordinates a meaning, as
+  /// p.p = 1 does for Euler parameters. Such constraints share no coordinate and follow from no others.
+  virtual bool is_normalization(int /*row*/) const { return false; }
   /// What a coordinate measures, for error weights and for scaling pivots: a typical size, in its own unit (1
   /// m, 1 for an Euler parameter).
   virtual double coordinate_scale(int) const { return 1.0; }

@@ -85,6 +85,10 @@ class ElementGroup {
 
   /// What an error message calls element e: "joint crank_pin", "body arm, element 17".
   virtual std::string name(int e) const = 0;
+  /// What the constraint `row` of an element holds, where that has a name: "along ground x".
+  virtual std::string direction(int /*row*/) const { return {}; }
+  /// Whether its constraints are normalizations (ConstrainedSystem::is_normalization).
+  virtual bool normalizes() const { return false; }
 };
 
 }  // namespace mfs::dae

@@ -12,7 +12,9 @@ namespace mfs::dae {
 namespace {
 
 struct UnitLength {
+  static constexpr bool kNormalizes = true;
   int count() const { return 1; }
+  std::string direction(int) const { return {}; }
   template <class T>
   void positions(double, const T* p, T* x) const {
     x[0] = p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3] - T(1.0);

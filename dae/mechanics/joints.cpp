@@ -3,7 +3,6 @@
 #include <vector>
 
 #include "dae/mechanics/joint_equations.hpp"
-#include "dae/mechanics/single_element.hpp"
 
 namespace mfs::dae {
 namespace {
@@ -35,9 +34,7 @@ std::vector<JointEquation> equations_of(JointKind kind) {
 }  // namespace
 
 void add_joint(MultibodyBuilder& builder, const Joint& joint) {
-  const std::string owner = "joint " + joint.name;
-  builder.add(make_pair_element<ConstraintElement>(
-      owner, joint.a, joint.b, JointEquations(FramePair(joint.a, joint.b, owner), equations_of(joint.kind))));
+  add_joint_equations(builder, "joint " + joint.name, joint.a, joint.b, equations_of(joint.kind));
 }
 
 }  // namespace mfs::dae

@@ -5,7 +5,6 @@
 #include <mfs/error.hpp>
 
 #include "dae/mechanics/joint_equations.hpp"
-#include "dae/mechanics/single_element.hpp"
 
 namespace mfs::dae {
 namespace {
@@ -48,11 +47,10 @@ std::string owner_of(const std::string& name) {
 }
 
 void add_drive(MultibodyBuilder& builder, const std::string& name, const Attachment& a, const Attachment& b,
-               std::vector<JointEquation> equations) {
+               const std::vector<JointEquation>& equations) {
   for (const JointEquation& equation : equations)
     if (!equation.function) throw InvalidInput(owner_of(name), "it has no function of time");
-  builder.add(make_pair_element<ConstraintElement>(
-      owner_of(name), a, b, JointEquations(FramePair(a, b, owner_of(name)), std::move(equations))));
+  add_joint_equations(builder, owner_of(name), a, b, equations);
 }
 
 }  // namespace
@@ -73,7 +71,7 @@ void add_point_motion(MultibodyBuilder& builder, const std::string& name, const 
   for (int k = 0; k < 3; ++k)
     if (position[k]) equations.push_back({JointEquation::Kind::apart_ground, k, 0, position[k]});
   if (equations.empty()) throw InvalidInput(owner_of(name), "it has no function of time");
-  add_drive(builder, name, {}, attachment, std::move(equations));
+  add_drive(builder, name, {}, attachment, equations);
 }
 
 void add_coordinate_motion(MultibodyBuilder& builder, const std::string& name,

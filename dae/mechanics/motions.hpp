@@ -13,8 +13,8 @@
 namespace mfs::dae {
 
 /// The angle of b's x axis from a's, about a's z axis, is angle(t) rad: a drive beside a revolute or
-/// cylindrical joint with the same attachments. Any angle; at the beginning it must agree with the bodies'
-/// placement within half a turn. Throws InvalidInput("motion NAME") as add_joint, or without a function.
+/// cylindrical joint with the same attachments. Any angle; what it is at the beginning must be less than half
+/// a turn from the bodies' placement. Throws InvalidInput("motion NAME") as add_joint, or without a function.
 void add_rotation(MultibodyBuilder& builder, const std::string& name, const Attachment& a,
                   const Attachment& b, const Function& angle);
 

@@ -47,9 +47,8 @@ class MultibodyBuilder {
   /// stays on the host. The system's functions may not be called at the same time by several threads: they
   /// share the room for the elements' matrices. What an element throws they pass on; where several throw,
   /// always the same one's.
-  /// Throws InvalidInput where an element names a coordinate that is not there, or one twice, and where there
-  /// are not fewer constraints than coordinates; with Backend::cuda BackendError where there is no device,
-  /// and OutOfMemory.
+  /// Throws InvalidInput where an element names a coordinate that is not there, or one twice; with
+  /// Backend::cuda BackendError where there is no device, and OutOfMemory.
   std::unique_ptr<ConstrainedSystem> build(int threads = 0, Backend backend = Backend::openmp) const;
 
  private:

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <utility>
 
 #include <mfs/error.hpp>
@@ -104,10 +105,8 @@ void Multibody::number_constraints() {
   for (const auto& group : groups_) {
     constraint_start_.push_back(static_cast<int>(m));
     m += std::int64_t{group->size()} * group->local_constraints();
-    if (m >= n_)
-      throw InvalidInput(group->name(group->size() - 1), std::to_string(m) +
-                                                             " constraints up to here leave " +
-                                                             std::to_string(n_) + " coordinates no freedom");
+    if (m > std::numeric_limits<int>::max())
+      throw InvalidInput(group->name(group->size() - 1), std::to_string(m) + " constraints are too many");
   }
   m_ = static_cast<int>(m);
   constraint_start_.push_back(m_);
@@ -319,13 +318,24 @@ std::string Multibody::coordinate_name(int coordinate) const {
   return body.name + "[" + std::to_string(local / components) + "]." + component;
 }
 
+/// The group, element and local row that a constraint is of.
+Multibody::ConstraintPlace Multibody::place_of(int constraint) const {
+  const auto after = std::upper_bound(constraint_start_.begin(), constraint_start_.end(), constraint);
+  const auto g = static_cast<std::size_t>(after - constraint_start_.begin() - 1);
+  const int nc = groups_[g]->local_constraints(), local = constraint - constraint_start_[g];
+  return {*groups_[g], local / nc, local % nc};
+}
+
+std::string Multibody::constraint_owner(int row) const {
+  const ConstraintPlace place = place_of(row);
+  return place.group.name(place.element);
+}
+
 std::string Multibody::constraint_name(int row) const {
-  const auto after = std::upper_bound(constraint_start_.begin(), constraint_start_.end(), row);
-  const auto g = after - constraint_start_.begin() - 1;
-  const int nc = groups_[g]->local_constraints();
-  const int local = row - constraint_start_[g];
-  return groups_[g]->name(local / nc) + ", equation " + std::to_string(local % nc + 1) + " of " +
-         std::to_string(nc);
+  const ConstraintPlace place = place_of(row);
+  const std::string direction = place.group.direction(place.row);
+  return place.group.name(place.element) + ", equation " + std::to_string(place.row + 1) + " of " +
+         std::to_string(place.group.local_constraints()) + (direction.empty() ? "" : " (" + direction + ")");
 }
 
 }  // namespace mfs::dae

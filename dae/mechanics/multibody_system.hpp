@@ -40,6 +40,8 @@ class Multibody final : public ConstrainedSystem {
   ElementResiduals host_residuals(const std::vector<int>& coordinates) const;
   std::string coordinate_name(int coordinate) const override;
   std::string constraint_name(int row) const override;
+  std::string constraint_owner(int row) const override;
+  bool is_normalization(int row) const override { return place_of(row).group.normalizes(); }
   double coordinate_scale(int coordinate) const override { return body_of(coordinate).scale; }
   std::vector<RemoteTangent*> remote_tangents() const override {
     std::vector<RemoteTangent*> remotes;
@@ -52,6 +54,11 @@ class Multibody final : public ConstrainedSystem {
   void number_constraints();
   void find_constraint_blocks();
   const BodyCoordinates& body_of(int coordinate) const;
+  struct ConstraintPlace {
+    const ElementGroup& group;
+    int element, row;
+  };
+  ConstraintPlace place_of(int constraint) const;
   int first_constraint(int g, int e) const {
     return constraint_start_[g] + e * groups_[g]->local_constraints();
   }

@@ -28,7 +28,9 @@ class SingleElement : public ElementGroup {
   std::array<int, N> coordinates_;
 };
 
-/// Constraints x(t, q) = 0. With g = (Phi_q v + Phi_t) the derivative of d^2/dt^2 Phi by v is 2 g_q.
+/// Constraints x(t, q) = 0. Beside what autodiff.hpp asks for, Formulas has the names of
+/// ElementGroup::direction and kNormalizes for ElementGroup::normalizes. With g = (Phi_q v + Phi_t) the
+/// derivative of d^2/dt^2 Phi by v is 2 g_q.
 template <class Formulas, int N>
 class ConstraintElement final : public SingleElement<N> {
  public:
@@ -36,6 +38,8 @@ class ConstraintElement final : public SingleElement<N> {
       : SingleElement<N>(std::move(name), coordinates), formulas_(std::move(formulas)) {}
 
   int local_constraints() const override { return formulas_.count(); }
+  std::string direction(int row) const override { return formulas_.direction(row); }
+  bool normalizes() const override { return Formulas::kNormalizes; }
   LocalStructure structure() const override { return {}; }
 
   void residual(int, const LocalState& state, LocalResidual& residual) const override {

@@ -1,5 +1,7 @@
 #include "dae/model/model.hpp"
 
+#include <cmath>
+
 #include <mfs/error.hpp>
 
 #include "dae/model/model_parts.hpp"
@@ -27,6 +29,20 @@ MeasuredJoint rows_of(const Joint& joint, const ConstrainedSystem& system) {
   int row = 0;
   while (system.constraint_name(row).compare(0, prefix.size(), prefix) != 0) ++row;
   return {joint.name, row, slides ? 2 : 3};
+}
+
+// A flexible body is placed without strain; moving the nodes that a motion holds would tear it.
+void check_motions(const MultibodyModel& model) {
+  if (model.flexible_bodies.empty()) return;
+  constexpr double kOff = 1e-6;  // m, rad
+  const std::vector<double> zero(model.q0.size() + static_cast<std::size_t>(model.system->constraints()));
+  Residual residual = make_residual(*model.system);
+  model.system->evaluate({0.0, model.q0.data(), model.v0.data(), zero.data(), zero.data()}, residual);
+  for (int row = 0; row < model.system->constraints(); ++row)
+    if (!(std::abs(residual.position[row]) <= kOff))
+      throw InvalidInput(model.system->constraint_name(row),
+                         "where time begins it is " + std::to_string(residual.position[row]) +
+                             " off; beside flexible bodies a motion has to begin where bodies are placed");
 }
 
 }  // namespace
@@ -62,6 +78,7 @@ MultibodyModel make_model(const Json& json, const std::string& folder, int threa
     model.joints.push_back(rows_of(parts.joints.at(joint), *model.system));
   model.q0 = parts.builder.initial_q();
   model.v0 = parts.builder.initial_v();
+  check_motions(model);
   return std::move(parts.model);
 }
 

@@ -1,6 +1,7 @@
 #include "dae/output/csv_table.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <mfs/error.hpp>
 

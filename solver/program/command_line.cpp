@@ -1,5 +1,6 @@
 #include "solver/program/command_line.hpp"
 
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <csignal>
@@ -36,16 +37,29 @@ int parse_and_run(const char* name, int argc, char** argv, const std::function<v
   return static_cast<int>(run(app));
 }
 
-// Where OpenBLAS should have been told about this processor (better_blas_kernels): it looks at the
-// environment when it is loaded, before main, so the program begins once more. Goes on where that cannot be,
-// or where the process was begun by another file than the program (the dynamic loader, an emulator).
-void begin_again_with_better_blas(const char* name, char** argv) {
+/// What OpenBLAS should have found in the environment when it was loaded, before main.
+std::vector<std::pair<const char*, std::string>> environment_for_blas() {
+  std::vector<std::pair<const char*, std::string>> wanted;
   const std::string kernels = better_blas_kernels();
-  if (kernels.empty()) return;
+  if (!kernels.empty()) wanted.emplace_back("OPENBLAS_CORETYPE", kernels);
+  // Each of its threads, which MFS never uses, takes 128 MiB of address space.
+  rlimit space{};
+  const bool limited = getrlimit(RLIMIT_AS, &space) == 0 && space.rlim_cur != RLIM_INFINITY;
+  if (limited && !std::getenv("OPENBLAS_NUM_THREADS")) wanted.emplace_back("OPENBLAS_NUM_THREADS", "1");
+  return wanted;
+}
+
+// The program begins once more where OpenBLAS should have been told something. Goes on where that cannot be,
+// or where the process was begun by another file than the program (the dynamic loader, an emulator).
+void begin_again_for_blas(const char* name, char** argv) {
+  const auto wanted = environment_for_blas();
+  if (wanted.empty()) return;
   std::error_code error;
   const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
   if (error || self.filename() != name) return;
-  if (setenv("OPENBLAS_CORETYPE", kernels.c_str(), 0) == 0) execv(self.c_str(), argv);
+  for (const auto& [variable, value] : wanted)
+    if (setenv(variable, value.c_str(), 0) != 0) return;
+  execv(self.c_str(), argv);
 }
 
 }  // namespace
@@ -72,8 +86,10 @@ void add_json(CLI::App& app, std::string& path, const std::string& what) {
 
 int run_program(const char* name, int argc, char** argv, const std::function<void(CLI::App&)>& define,
                 const std::function<ExitCode(const CLI::App&)>& run) {
-  begin_again_with_better_blas(name, argv);
-  std::signal(SIGPIPE, SIG_IGN);  // a reader that went away is an error of writing, and reported as one
+  begin_again_for_blas(name, argv);
+  // A reader that went away and a file that may not grow are errors of writing, and reported as such.
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
   try {
     return parse_and_run(name, argc, argv, define, run);
   } catch (...) {

@@ -1,18 +1,12 @@
 #include "solver/program/commands.hpp"
 
-#include <algorithm>
-#include <charconv>
 #include <cstdio>
-#include <filesystem>
-#include <optional>
 #include <type_traits>
 #include <variant>
 
-#include <mfs/error.hpp>
 #include <mfs/solver.hpp>
 
-#include "perf/families.hpp"
-#include "solver/program/comma_list.hpp"
+#include "solver/program/bench_case.hpp"
 #include "solver/program/json_report.hpp"
 #include "solver/program/matrix_market.hpp"
 #include "solver/program/output_file.hpp"
@@ -21,42 +15,38 @@
 namespace mfs::program {
 namespace {
 
-// "data/west0479.mtx.gz" -> "west0479"
-std::string name_of(const std::string& path) {
-  std::filesystem::path name = std::filesystem::path(path).filename();
-  if (name.extension() == ".gz") name = name.stem();
-  if (name.extension() == ".mtx") name = name.stem();
-  return name.string();
-}
-
 void complain(const CaseResult& result) {
   if (result.code != ExitCode::solved) std::fprintf(stderr, "mfs: %s\n", result.message.c_str());
 }
 
-// Where results go: lines of JSON, or summaries.
+// Where results go: lines of JSON, or summaries. X on standard output leaves standard error to the summaries.
 class Results {
  public:
-  explicit Results(const Command& command) {
-    if (!command.json.empty()) json_.emplace(command.json);
+  explicit Results(const Command& command)
+      : json_(command.json), x_on_output_(command.request.output == "-") {
+    if (!json_.empty()) io::check_writable(json_);
   }
   void put(const CaseResult& result) {
     complain(result);
-    if (json_) return json_->write(json_line(result) + "\n");
-    if (separate_) io::print("\n");
-    io::print(solve_summary(result));
+    if (!json_.empty()) return put_json(json_line(result) + "\n");
+    const std::string summary = (separate_ ? "\n" : "") + solve_summary(result);
+    if (x_on_output_)
+      std::fputs(summary.c_str(), stderr);
+    else
+      io::print(summary);
     separate_ = true;
   }
 
  private:
-  std::optional<io::OutputFile> json_;
-  bool separate_ = false;
-};
+  // A file has the lines of all cases so far, whatever becomes of the next.
+  void put_json(const std::string& line) {
+    lines_ += line;
+    io::write_file(json_, io::is_stream(json_) ? line : lines_);
+  }
 
-io::SquareMatrix load_family(const BenchCase& wanted) {
-  perf::FamilyMatrix family = perf::make_family(wanted.family, wanted.size);
-  return io::CsrMatrix<double>{family.n, family.n, std::move(family.offsets),
-                               std::move(family.column_indices), std::move(family.values)};
-}
+  std::string json_, lines_;
+  bool x_on_output_, separate_ = false;
+};
 
 template <class Scalar>
 void analyze(const io::CsrMatrix<Scalar>& a, const Options& options, CaseResult& result) {
@@ -81,25 +71,11 @@ void analyze(const Command& command, ProgressDisplay& display, CaseResult& resul
 
 }  // namespace
 
-BenchCase parse_bench_case(const std::string& text) {
-  const std::size_t colon = text.find(':');
-  const std::string family = text.substr(0, colon);
-  const auto& names = perf::family_names();
-  if (colon == std::string::npos || std::find(names.begin(), names.end(), family) == names.end())
-    throw InvalidInput(text, "not FAMILY:SIZE with a family of: " + comma_list(names));
-  BenchCase wanted{family, 0};
-  const char* end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data() + colon + 1, end, wanted.size);
-  if (error != std::errc() || stop != end || wanted.size < 1)
-    throw InvalidInput(text, "the size after the colon must be a positive integer");
-  return wanted;
-}
-
 ExitCode run_solve(const Command& command) {
   Results results(command);
   ProgressDisplay display;
   const auto load = [&] { return io::read_square_matrix(command.matrix, command.request.options.threads); };
-  const CaseResult result = solve_case(name_of(command.matrix), load, command.request, display);
+  const CaseResult result = solve_case(io::bench_case_name(command.matrix), load, command.request, display);
   results.put(result);
   return result.code;
 }
@@ -109,8 +85,8 @@ ExitCode run_bench(const Command& command) {
   ProgressDisplay display;
   ExitCode code = ExitCode::solved;
   for (const std::string& text : command.cases) {
-    const auto load = [&] { return load_family(parse_bench_case(text)); };
-    const CaseResult result = solve_case(text, load, command.request, display);
+    const auto load = [&] { return io::load_bench_case(text, command.request.options.threads); };
+    const CaseResult result = solve_case(io::bench_case_name(text), load, command.request, display);
     results.put(result);
     if (code == ExitCode::solved) code = result.code;
   }
@@ -119,7 +95,7 @@ ExitCode run_bench(const Command& command) {
 
 ExitCode run_analyze(const Command& command) {
   CaseResult result;
-  result.name = name_of(command.matrix);
+  result.name = io::bench_case_name(command.matrix);
   result.backend = command.request.options.backend;
   ProgressDisplay display;
   try {

@@ -12,7 +12,7 @@ namespace mfs::program {
 struct Command {
   SolveRequest request;
   std::string matrix;              ///< solve, analyze: the file
-  std::vector<std::string> cases;  ///< bench: FAMILY:SIZE
+  std::vector<std::string> cases;  ///< bench: FAMILY:SIZE or a file
   std::string json;                ///< file or "-"; empty: a summary instead
 };
 
@@ -22,12 +22,5 @@ ExitCode run_solve(const Command& command);
 ExitCode run_bench(const Command& command);  ///< goes on after a case that failed; the first fault counts
 ExitCode run_analyze(const Command& command);
 ExitCode run_info();
-
-/// "elas3d:20" -> name and size. Throws InvalidInput for what is not of this form or no family.
-struct BenchCase {
-  std::string family;
-  std::int64_t size;
-};
-BenchCase parse_bench_case(const std::string& text);
 
 }  // namespace mfs::program

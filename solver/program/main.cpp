@@ -5,6 +5,7 @@
 
 #include <mfs/error.hpp>
 
+#include "solver/program/bench_case.hpp"
 #include "solver/program/command_line.hpp"
 #include "solver/program/commands.hpp"
 
@@ -33,7 +34,7 @@ CLI::Validator bench_case() {
   return CLI::Validator(
       [](std::string& text) {
         try {
-          mfs::program::parse_bench_case(text);
+          mfs::io::check_bench_case(text);
           return std::string();
         } catch (const mfs::InvalidInput& e) {
           return std::string(e.what());
@@ -55,7 +56,8 @@ void add_solve_options(CLI::App& app, Command& command) {
   mfs::program::SolveRequest& request = command.request;
   app.add_option("--rhs", request.rhs,
                  "right-hand sides b: 'ones' (every component 1), 'random' (uniform in [-1, 1), seed " +
-                     std::to_string(mfs::program::kRandomSeed) + "), or a Matrix Market array file")
+                     std::to_string(mfs::program::kRandomSeed) +
+                     "), or a Matrix Market array file ('-': standard input)")
       ->type_name("ones|random|FILE")
       ->capture_default_str();
   app.add_option("--nrhs", request.nrhs, "number of right-hand sides; 1, or what the file holds")
@@ -87,7 +89,16 @@ void add_solve_options(CLI::App& app, Command& command) {
                  "leave a system that fails in PREFIX_A.mtx and PREFIX_b.mtx")
       ->type_name("PREFIX");
   mfs::program::add_json(app, command.json, "write a JSON object per matrix there ('-': standard output)");
-  app.add_option("-o", request.output, "write X as a Matrix Market array file")->type_name("X.mtx");
+  app.add_option(
+         "-o", request.output,
+         "write X as a Matrix Market array file ('-': standard output; the summary goes to standard error)")
+      ->type_name("X.mtx");
+}
+
+// Standard output has one use.
+void check_streams(const Command& command) {
+  if (command.request.output == "-" && command.json == "-")
+    throw CLI::ValidationError("-o", "standard output cannot be both X and JSON");
 }
 
 void add_commands(CLI::App& app, Command& command) {
@@ -95,22 +106,34 @@ void add_commands(CLI::App& app, Command& command) {
   app.footer(kExitCodes);
 
   CLI::App* solve = app.add_subcommand("solve", "Solve A x = b for a Matrix Market file, plain or gzip");
-  solve->add_option("A.mtx", command.matrix, "square, real, integer or complex, any symmetry")->required();
+  solve
+      ->add_option("A.mtx", command.matrix,
+                   "square, real, integer or complex, any symmetry ('-': standard input)")
+      ->required();
   add_solve_options(*solve, command);
+  solve->final_callback([&command] {
+    check_streams(command);
+    if (command.matrix == "-" && command.request.rhs == "-")
+      throw CLI::ValidationError("--rhs", "standard input cannot be both A and b");
+  });
 
   CLI::App* analyze = app.add_subcommand("analyze", "Order the matrix and predict fronts, flops and memory");
-  analyze->add_option("A.mtx", command.matrix, "square, any field and symmetry; a pattern will do")
+  analyze
+      ->add_option("A.mtx", command.matrix,
+                   "square, any field and symmetry; a pattern will do ('-': standard input)")
       ->required();
   add_analysis_options(*analyze, command);
 
-  CLI::App* bench = app.add_subcommand("bench", "Solve benchmark matrices");
+  CLI::App* bench = app.add_subcommand("bench", "Solve benchmark matrices and files one after another");
   bench
-      ->add_option("FAMILY:SIZE", command.cases,
-                   "of elas3d, beam3d, kkt, convdiff3d, poisson2d, circuit; elas3d:20 say")
+      ->add_option(
+          "CASE", command.cases,
+          "FAMILY:SIZE of elas3d, beam3d, kkt, convdiff3d, poisson2d, circuit (elas3d:20 say), or a file")
       ->required()
       ->check(bench_case());
   add_solve_options(*bench, command);
   bench->final_callback([&command] {
+    check_streams(command);
     if (command.cases.size() > 1 && !command.request.output.empty())
       throw CLI::ValidationError("-o", "takes the X of one case only");
   });

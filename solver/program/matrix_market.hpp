@@ -26,7 +26,7 @@
 //
 // Memory follows the entries that a file really holds, never the numbers that its header promises. Text is
 // read in blocks cut at line ends, and the blocks are parsed by several threads while the next one is read or
-// inflated (zlib decides by the first bytes whether a file is gzip, not by its name).
+// inflated (the first bytes of a file decide whether it is gzip, not its name).
 #pragma once
 
 #include <complex>
@@ -95,9 +95,10 @@ struct ReadOptions {
   std::function<std::string(const Header&)> refuse;
 };
 
-/// Reads a plain or gzip file. Throws InvalidInput (its argument is the path, its text names the 1-based
-/// line), and SingularMatrix for a square coordinate file whose header claims over a million rows more than
-/// it lists entries: the first of its empty rows is named instead of storing them all.
+/// Reads a plain or gzip file, or standard input ("-"); a binary file of PETSc (petsc_binary.hpp), too.
+/// Throws InvalidInput (its argument is the path, its text names the 1-based line), and SingularMatrix for a
+/// square coordinate file whose header claims over a million rows more than it lists entries: the first of
+/// its empty rows is named instead of storing them all.
 MatrixMarket read_matrix_market(const std::string& path, const ReadOptions& options = {});
 /// The same for text in memory; `name` stands for the path in messages.
 MatrixMarket parse_matrix_market(std::string_view text, const std::string& name,

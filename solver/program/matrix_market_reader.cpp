@@ -9,6 +9,7 @@
 #include "solver/program/matrix_market.hpp"
 #include "solver/program/matrix_market_entries.hpp"
 #include "solver/program/matrix_market_header.hpp"
+#include "solver/program/petsc_binary.hpp"
 #include "solver/program/text_blocks.hpp"
 
 namespace mfs::io {
@@ -162,8 +163,10 @@ int threads_to_use(int asked) {
 template <class Open>
 MatrixMarket read(const Open& open, const std::string& name, const ReadOptions& options) {
   try {
-    const std::unique_ptr<TextSource> source = open();
-    BlockReader blocks(*source, std::max<std::size_t>(options.block_bytes, 1));
+    const std::unique_ptr<TextSource> opened = open();
+    PeekedSource source(*opened, kPetscHead);
+    if (is_petsc_binary(source.head())) return read_petsc_binary(source, options);
+    BlockReader blocks(source, std::max<std::size_t>(options.block_bytes, 1));
     const HeaderAndRest top = read_header(blocks);
     const std::string reason = options.refuse ? options.refuse(top.header) : "";
     if (!reason.empty()) throw TextError(reason, top.lines);
@@ -222,7 +225,7 @@ SquareMatrix read_square(const std::string& path, int threads, bool pattern_suff
 }  // namespace
 
 MatrixMarket read_matrix_market(const std::string& path, const ReadOptions& options) {
-  return read([&] { return open_file(path); }, path, options);
+  return read([&] { return open_file(path); }, path == "-" ? "standard input" : path, options);
 }
 
 MatrixMarket parse_matrix_market(std::string_view text, const std::string& name, const ReadOptions& options) {

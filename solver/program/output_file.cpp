@@ -1,9 +1,15 @@
 #include "solver/program/output_file.hpp"
 
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 
 #include <mfs/error.hpp>
+
+#include "solver/replaced_file.hpp"
 
 namespace mfs::io {
 
@@ -21,6 +27,26 @@ void OutputFile::write(const std::string& text) {
 
 void print(const std::string& text) {
   OutputFile("-").write(text);
+}
+
+bool is_stream(const std::string& path) {
+  struct stat found {};
+  return path == "-" || (stat(path.c_str(), &found) == 0 && !S_ISREG(found.st_mode));
+}
+
+void check_writable(const std::string& path) {
+  if (path == "-") return;
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  const std::string target = access(path.c_str(), F_OK) == 0 ? path : folder.empty() ? "." : folder;
+  if (access(target.c_str(), W_OK) != 0)
+    throw InvalidInput(path, std::string("cannot be opened for writing: ") + std::strerror(errno));
+}
+
+void write_file(const std::string& path, const std::string& text) {
+  if (path == "-") return print(text);
+  ReplacedFile file(path);
+  file.write(text);
+  file.commit();
 }
 
 }  // namespace mfs::io

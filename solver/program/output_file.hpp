@@ -28,4 +28,11 @@ class OutputFile {
 /// To standard output. Throws InvalidInput.
 void print(const std::string& text);
 
+/// Whether `path` is standard output ("-") or something else that is written as a stream: a device, a pipe.
+bool is_stream(const std::string& path);
+/// Before hours of work: throws InvalidInput where `path` could not be written.
+void check_writable(const std::string& path);
+/// The file holds `text`, or what it held before (ReplacedFile); "-" is standard output. Throws InvalidInput.
+void write_file(const std::string& path, const std::string& text);
+
 }  // namespace mfs::io

@@ -1,13 +1,9 @@
 #include "solver/program/solve_case.hpp"
 
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
 #include <complex>
 #include <cstdint>
-#include <cstring>
-#include <filesystem>
+#include <cstdio>
 #include <random>
 #include <stdexcept>
 #include <utility>
@@ -22,6 +18,7 @@
 
 #include "ordering/stopwatch.hpp"
 #include "solver/program/backward_error.hpp"
+#include "solver/program/output_file.hpp"
 #include "solver/program/summary.hpp"
 
 namespace mfs::program {
@@ -44,15 +41,6 @@ void draw(std::mt19937_64& random, std::complex<double>& value) {
   draw(random, real);
   draw(random, imaginary);
   value = {real, imaginary};
-}
-
-// Before hours of work: can the file of -o be made at all?
-void check_output(const std::string& path) {
-  if (path.empty()) return;
-  const std::string folder = std::filesystem::path(path).parent_path().string();
-  const std::string target = access(path.c_str(), F_OK) == 0 ? path : folder.empty() ? "." : folder;
-  if (access(target.c_str(), W_OK) != 0)
-    throw InvalidInput(path, std::string("cannot be opened for writing: ") + std::strerror(errno));
 }
 
 // A matrix that has been read, of either field.
@@ -147,9 +135,15 @@ class CaseRun {
   }
 
   void write() const {
-    write_matrix_market(request_.output, x_.values.data(), x_.rows, x_.columns, x_.rows,
-                        fmt::format("solution of {}x = b, backward error {:.2e}",
-                                    request_.transpose ? "A^T " : "A ", *result_.backward_error));
+    const std::string comment = fmt::format("solution of {}x = b, backward error {:.2e}",
+                                            request_.transpose ? "A^T " : "A ", *result_.backward_error);
+    const auto to = [&](const auto& target) {
+      write_matrix_market(target, x_.values.data(), x_.rows, x_.columns, x_.rows, comment);
+    };
+    if (request_.output == "-")
+      to(stdout);
+    else
+      to(request_.output);
   }
 
   // Takes the solver's report when a phase ends, be it by an exception.
@@ -178,7 +172,7 @@ class CaseRun {
 void run_case(const std::function<io::SquareMatrix()>& load, const SolveRequest& request,
               ProgressDisplay& display, CaseResult& result) {
   check_backend(request.options.backend);
-  check_output(request.output);
+  if (!request.output.empty()) io::check_writable(request.output);
   display.show("read", 0);
   const Stopwatch watch;
   io::SquareMatrix matrix = load();

@@ -4,39 +4,108 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
+#include <new>
+#include <optional>
 
 namespace mfs::io {
 namespace {
 
 constexpr std::size_t kLongestLine = std::size_t{1} << 20;
-constexpr unsigned kInflateBuffer = 1u << 18;
+constexpr std::size_t kInflateBuffer = 1u << 18;
 
-// zlib's file reader: inflates gzip, passes anything else through.
-class FileSource final : public TextSource {
+// Bytes of a file, "-": of standard input.
+class PlainSource final : public TextSource {
  public:
-  explicit FileSource(const std::string& path) {
-    errno = 0;
-    file_ = gzopen(path.c_str(), "rb");
-    if (!file_) throw TextError(std::string("cannot be opened: ") + std::strerror(errno ? errno : ENOMEM));
-    gzbuffer(file_, kInflateBuffer);
+  explicit PlainSource(const std::string& path)
+      : file_(path == "-" ? stdin : std::fopen(path.c_str(), "rb")) {
+    if (!file_) throw TextError(std::string("cannot be opened: ") + std::strerror(errno));
   }
-  ~FileSource() override { gzclose_r(file_); }
-  FileSource(const FileSource&) = delete;
-  FileSource& operator=(const FileSource&) = delete;
+  ~PlainSource() override {
+    if (file_ != stdin) std::fclose(file_);
+  }
+  PlainSource(const PlainSource&) = delete;
+  PlainSource& operator=(const PlainSource&) = delete;
 
   std::size_t read(char* to, std::size_t bytes) override {
-    const int got = gzread(file_, to, static_cast<unsigned>(std::min<std::size_t>(bytes, 1u << 30)));
-    int code = Z_OK;
-    const char* why = gzerror(file_, &code);
-    if (code == Z_ERRNO) throw TextError(std::string("cannot be read: ") + std::strerror(errno));
-    if (code == Z_BUF_ERROR) throw TextError("the gzip stream is cut off");
-    if (got < 0 || code != Z_OK) throw TextError(std::string("the gzip stream is damaged: ") + why);
-    return static_cast<std::size_t>(got);
+    const std::size_t got = std::fread(to, 1, bytes, file_);
+    if (got < bytes && std::ferror(file_))
+      throw TextError(std::string("cannot be read: ") + std::strerror(errno));
+    return got;
   }
 
  private:
-  gzFile file_;
+  std::FILE* file_;
+};
+
+// Gzip members one after another (RFC 1952), each with its checksum. zlib's own file reader takes whatever
+// follows the last one for padding, and a file that was cut and joined then reads as a whole one.
+class GzipSource final : public TextSource {
+ public:
+  explicit GzipSource(TextSource& compressed) : compressed_(compressed), input_(kInflateBuffer, '\0') {
+    constexpr int kGzip = 16;
+    if (inflateInit2(&stream_, kGzip + MAX_WBITS) != Z_OK) throw std::bad_alloc();
+  }
+  ~GzipSource() override { inflateEnd(&stream_); }
+  GzipSource(const GzipSource&) = delete;
+  GzipSource& operator=(const GzipSource&) = delete;
+
+  std::size_t read(char* to, std::size_t bytes) override {
+    const auto most = static_cast<unsigned>(std::min<std::size_t>(bytes, 1u << 30));
+    stream_.next_out = reinterpret_cast<Bytef*>(to);
+    stream_.avail_out = most;
+    while (stream_.avail_out == most && !at_end()) inflate_more();
+    return most - stream_.avail_out;
+  }
+
+ private:
+  /// Also begins the next member.
+  bool at_end() {
+    if (within_) return false;
+    if (stream_.avail_in == 0) fill();
+    if (stream_.avail_in == 0) return true;
+    if (begun_ && *stream_.next_in != 0x1f) throw TextError("bytes follow the end of the gzip stream");
+    if (begun_) inflateReset(&stream_);
+    return !(begun_ = within_ = true);
+  }
+  void inflate_more() {
+    if (stream_.avail_in == 0) fill();
+    if (stream_.avail_in == 0) throw TextError("the gzip stream is cut off");
+    const int code = inflate(&stream_, Z_NO_FLUSH);
+    if (code == Z_STREAM_END) {
+      within_ = false;
+    } else if (code == Z_MEM_ERROR) {
+      throw std::bad_alloc();
+    } else if (code != Z_OK && code != Z_BUF_ERROR) {
+      throw TextError(std::string("the gzip stream is damaged: ") +
+                      (stream_.msg ? stream_.msg : "not as it begins"));
+    }
+  }
+  void fill() {
+    stream_.avail_in = static_cast<unsigned>(compressed_.read(input_.data(), input_.size()));
+    stream_.next_in = reinterpret_cast<Bytef*>(input_.data());
+  }
+
+  TextSource& compressed_;
+  std::string input_;
+  z_stream stream_{};
+  bool within_ = false, begun_ = false;  // a member
+};
+
+class FileSource final : public TextSource {
+ public:
+  explicit FileSource(const std::string& path) : file_(path), peeked_(file_, 2) {
+    if (peeked_.head() == "\x1f\x8b") gzip_.emplace(peeked_);
+  }
+  std::size_t read(char* to, std::size_t bytes) override {
+    return gzip_ ? gzip_->read(to, bytes) : peeked_.read(to, bytes);
+  }
+
+ private:
+  PlainSource file_;
+  PeekedSource peeked_;
+  std::optional<GzipSource> gzip_;
 };
 
 class MemorySource final : public TextSource {
@@ -59,6 +128,19 @@ std::unique_ptr<TextSource> open_file(const std::string& path) {
 }
 std::unique_ptr<TextSource> open_memory(std::string_view text) {
   return std::make_unique<MemorySource>(text);
+}
+
+PeekedSource::PeekedSource(TextSource& source, std::size_t bytes) : source_(source), head_(bytes, '\0') {
+  std::size_t filled = 0, got = 0;
+  while (filled < bytes && (got = source.read(head_.data() + filled, bytes - filled)) > 0) filled += got;
+  head_.resize(filled);
+}
+
+std::size_t PeekedSource::read(char* to, std::size_t bytes) {
+  if (given_ == head_.size()) return source_.read(to, bytes);
+  const std::size_t got = head_.copy(to, bytes, given_);
+  given_ += got;
+  return got;
 }
 
 bool BlockReader::next(std::string& block) {

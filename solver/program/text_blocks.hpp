@@ -28,10 +28,23 @@ class TextSource {
   virtual std::size_t read(char* to, std::size_t bytes) = 0;
 };
 
-/// Throws TextError if the file cannot be opened.
+/// A plain or gzip file, "-" is standard input. Throws TextError if it cannot be opened.
 std::unique_ptr<TextSource> open_file(const std::string& path);
 /// `text` must outlive the source.
 std::unique_ptr<TextSource> open_memory(std::string_view text);
+
+/// Reads ahead up to `bytes` bytes of a source and gives them back as its beginning.
+class PeekedSource final : public TextSource {
+ public:
+  PeekedSource(TextSource& source, std::size_t bytes);
+  std::string_view head() const { return head_; }
+  std::size_t read(char* to, std::size_t bytes) override;
+
+ private:
+  TextSource& source_;
+  std::string head_;
+  std::size_t given_ = 0;
+};
 
 /// Cuts a source into blocks that end at a line end (the last one perhaps not).
 class BlockReader {

@@ -234,6 +234,48 @@ TEST(Callbacks, WhatProgressThrowsComesOutAndTheSolverStaysUsable) {
   expect_usable(solver);
 }
 
+// Whatever a callback throws at its n-th call, of whatever type, is what the caller gets.
+template <class Thrown>
+void expect_passed_on(const Thrown& thrown) {
+  const SparseMatrix a = grid_2d(40, 40);
+  for (const bool by_log : {false, true}) {
+    int calls = 0, last = 1;
+    Options options = with_threads(2);
+    options.verbosity = 2;
+    const auto call = [&] {
+      if (++calls == last) throw thrown;
+    };
+    if (by_log)
+      options.log = [&](const std::string&) { call(); };
+    else
+      options.progress = [&](const Progress&) { call(); };
+    Solver solver(options);
+    bool done = false;
+    for (; !done && last < 100; ++last) {
+      calls = 0;
+      try {
+        solver.factor(a.view());
+        const std::vector<double> b(static_cast<std::size_t>(a.n), 1.0);
+        std::vector<double> x(b.size());
+        solver.solve(b.data(), x.data());
+        done = true;
+      } catch (const Thrown&) {
+        EXPECT_GE(calls, last);
+      }
+    }
+    EXPECT_TRUE(done);
+    EXPECT_GT(last, 4) << "no phase was told of";
+    last = -1;
+    expect_usable(solver);
+  }
+}
+
+TEST(Callbacks, WhatTheyThrowIsPassedOnAsItIs) {
+  expect_passed_on(42);
+  expect_passed_on(std::string("not derived from std::exception"));
+  expect_passed_on(std::system_error(std::make_error_code(std::errc::interrupted)));
+}
+
 TEST(Callbacks, LogGetsLinesByLevel) {
   for (const int level : {0, 1, 2}) {
     std::vector<std::string> lines;

@@ -84,6 +84,22 @@ TEST(MatrixMarketFiles, DamagedGzip) {
   EXPECT_THAT(refusal(path), HasSubstr("the gzip stream is cut off"));
 }
 
+// Members one after another are one text (RFC 1952); anything else behind the last one is no part of the
+// file.
+TEST(MatrixMarketFiles, WhatFollowsAGzipStream) {
+  const TemporaryFolder folder;
+  const std::string text = kSmall, path = folder.path("a.mtx.gz");
+  const std::string first = text_of(gzip(path, text.substr(0, 50))),
+                    second = text_of(gzip(path, text.substr(50))), whole = text_of(gzip(path, text));
+  folder.write("a.mtx.gz", first + second);
+  EXPECT_THAT(values_of(path), ElementsAre(3, 4));
+  for (const std::string& tail : {std::string("x"), std::string(1, '\0'), std::string(600000, '\0'), text,
+                                  std::string("\x1f\x8b junk"), second.substr(0, 12)}) {
+    folder.write("a.mtx.gz", whole + tail);
+    EXPECT_THAT(refusal(path), testing::HasSubstr("gzip stream")) << tail.substr(0, 20);
+  }
+}
+
 // What the format's definition says about files that other projects test their readers with: "accepted", or
 // how the message begins.
 const std::map<std::string, std::string> kVerdicts{

@@ -1,5 +1,6 @@
 // What the library writes, its program reads back: every number the same. And what cannot be written is said.
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <limits>
 #include <string>
@@ -103,6 +104,35 @@ TEST(MatrixMarketWriter, WhatCannotBeWrittenIsSaid) {
     EXPECT_THROW(write_matrix_market(path, mfs::CsrView<double>{1, 1, offsets, &column, &one}, ""),
                  mfs::InvalidInput);
   }
+}
+
+TEST(MatrixMarketWriter, NoCommentBreaksTheFile) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path("x.mtx");
+  for (const char* comment : {"two\nlines", "3 3", "\n\n1 1\n", "a\r\nb\rc",
+                              "%%MatrixMarket matrix array real general\n1 1\n5\n"}) {
+    write_matrix_market(path, kAwkward.data(), 3, 3, 3, comment);
+    const MatrixMarket file = read_matrix_market(path);
+    EXPECT_THAT(std::get<DenseMatrix<double>>(file.content).values, ElementsAreArray(kAwkward)) << comment;
+  }
+  write_matrix_market(path, kAwkward.data(), 3, 3, 3, "two\nlines");
+  EXPECT_THAT(text_of(path), testing::HasSubstr("\n% two\n% lines\n3 3\n"));
+}
+
+TEST(MatrixMarketWriter, ToAStreamThatStaysOpen) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path("x.mtx");
+  std::FILE* stream = std::fopen(path.c_str(), "w");
+  const std::vector<std::int32_t> offsets{0, 1}, columns{0};
+  const mfs::CsrView<double> a{1, 1, offsets.data(), columns.data(), kAwkward.data()};
+  write_matrix_market(stream, a, "");
+  std::fprintf(stream, "behind");
+  std::fclose(stream);
+  EXPECT_THAT(text_of(path), testing::EndsWith("1 1 1.0000000000000001e-01\nbehind"));
+  stream = std::fopen("/dev/full", "w");
+  EXPECT_THROW(write_matrix_market(stream, kAwkward.data(), 3, 3, 3, ""), mfs::InvalidInput);
+  std::fclose(stream);
+  EXPECT_THROW(write_matrix_market(static_cast<std::FILE*>(nullptr), a, ""), mfs::InvalidInput);
 }
 
 }  // namespace

@@ -1,6 +1,9 @@
 // What the tests of the program have in common: files, runs, complaints.
 #pragma once
 
+#include <algorithm>
+#include <filesystem>
+#include <sstream>
 #include <string>
 #include <vector>
 

@@ -5,6 +5,7 @@
 #include <new>
 #include <stdexcept>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -13,16 +14,20 @@
 #include <mfs/error.hpp>
 
 #include "solver/program/backward_error.hpp"
-#include "solver/program/commands.hpp"
+#include "solver/program/bench_case.hpp"
 #include "solver/program/exit_code.hpp"
 #include "solver/program/json_report.hpp"
 #include "solver/program/summary.hpp"
+#include "test/program/temporary_folder.hpp"
 
 namespace {
 
 using namespace mfs::program;
+using mfs::io::bench_case_name;
+using mfs::io::check_bench_case;
 using mfs::io::CsrMatrix;
 using mfs::io::DenseMatrix;
+using mfs::io::load_bench_case;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -158,12 +163,21 @@ TEST(Summary, Units) {
   EXPECT_EQ(with_unit(2e21, "flop"), "2000 Eflop");
 }
 
-TEST(BenchCases, FamilyAndSize) {
-  EXPECT_EQ(parse_bench_case("kkt:24").family, "kkt");
-  EXPECT_EQ(parse_bench_case("kkt:24").size, 24);
+TEST(BenchCases, FamiliesAndFiles) {
+  const TemporaryFolder folder;
+  const std::string a =
+      folder.write("a.b.mtx", "%%MatrixMarket matrix coordinate real general\n1 1 2\n1 1 3\n1 1 2\n");
+  EXPECT_EQ(bench_case_name("kkt:24"), "kkt:24");
+  EXPECT_EQ(bench_case_name(a), "a.b");
+  EXPECT_EQ(bench_case_name("x/west0479.mtx.gz"), "west0479");
+  EXPECT_EQ(bench_case_name("-"), "stdin");
+  EXPECT_EQ(std::get<mfs::io::CsrMatrix<double>>(load_bench_case("poisson2d:5", 1)).rows, 25);
+  EXPECT_EQ(std::get<mfs::io::CsrMatrix<double>>(load_bench_case(a, 1)).entries(), 2);
+  check_bench_case(a);
+  check_bench_case("kkt:24");
   for (const char* text : {"", "kkt", "kkt:", ":3", "kkt:0", "kkt:-1", "kkt:3x", "kkt:3:4", "elas2d:3",
-                           "kkt:99999999999999999999"})
-    EXPECT_THROW(parse_bench_case(text), mfs::InvalidInput) << text;
+                           "none.mtx", "kkt:99999999999999999999"})
+    EXPECT_THROW(check_bench_case(text), mfs::InvalidInput) << text;
 }
 
 }  // namespace

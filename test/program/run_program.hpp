@@ -3,11 +3,14 @@
 
 #include <fcntl.h>
 #include <pty.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cstdlib>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "test/program/temporary_folder.hpp"
@@ -18,12 +21,30 @@ struct ProgramRun {
   std::string out, err;
 };
 
-/// Where the program's output goes: into ProgramRun, or to a file such as /dev/full.
+/// Where the program's output goes: into ProgramRun, or to a file such as /dev/full; what it reads; its
+/// limits.
 struct Streams {
   std::string out;           ///< a path; empty: ProgramRun::out
   bool terminal = false;     ///< standard error is a terminal
   bool closed_pipe = false;  ///< standard output is a pipe that nobody reads
+  std::string in{};          ///< path of standard input; empty: /dev/null
+  rlim_t address_space = RLIM_INFINITY, file_size = RLIM_INFINITY;  ///< bytes
+  std::vector<std::pair<std::string, std::string>> environment{};   ///< added to the test's own
 };
+
+// What takes longer hangs: the program is then killed by SIGALRM.
+constexpr unsigned kHangs = 300;
+
+inline void limit_program(const Streams& streams) {
+  const std::string in = streams.in.empty() ? "/dev/null" : streams.in;
+  dup2(open(in.c_str(), O_RDONLY), STDIN_FILENO);
+  for (const auto& [variable, value] : streams.environment) setenv(variable.c_str(), value.c_str(), 1);
+  const rlimit space{streams.address_space, streams.address_space},
+      size{streams.file_size, streams.file_size};
+  if (streams.address_space != RLIM_INFINITY) setrlimit(RLIMIT_AS, &space);
+  if (streams.file_size != RLIM_INFINITY) setrlimit(RLIMIT_FSIZE, &size);
+  alarm(kHangs);
+}
 
 inline void exec_program(const std::vector<std::string>& arguments) {
   std::vector<char*> argv{const_cast<char*>("mfs")};
@@ -59,6 +80,7 @@ inline ProgramRun run_program(const std::vector<std::string>& arguments, const S
         streams.terminal ? program_side : open(err.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
     dup2(out_file, STDOUT_FILENO);
     dup2(err_file, STDERR_FILENO);
+    limit_program(streams);
     exec_program(arguments);
   }
   if (streams.closed_pipe) close(pipe_ends[1]);

@@ -66,7 +66,9 @@ struct Options {
   /// Threads of every phase, BLAS included, at most 512; 0 takes what the machine offers this process.
   int threads = 0;
   /// Called from the thread that called the solver (a libmfs with MFS_KOKKOS=shared: or from one beside it,
-  /// never from both at once); must not call the solver. Empty: nobody is told.
+  /// never from both at once); must not call the solver. Empty: nobody is told. What it throws ends the call
+  /// and reaches the caller as it is, whatever its type (std::bad_alloc as OutOfMemory); the solver stays
+  /// usable.
   std::function<void(const Progress&)> progress;
   /// Not empty: where analyze, factor, refactor or solve throws, the system is left as Matrix Market files
   /// PREFIX_A.mtx and, of a solve, PREFIX_b.mtx (the block of at most 16 right-hand sides that failed), over
@@ -74,7 +76,7 @@ struct Options {
   /// why. Not for StateError, nor for vectors that solve does not accept.
   std::string dump_prefix;
   /// Receives one line of text per event at this level or below: 0 none, 1 phases, 2 details. The library
-  /// itself never prints.
+  /// itself never prints. What `log` throws is treated as what `progress` throws.
   int verbosity = 0;
   std::function<void(const std::string&)> log;
 };

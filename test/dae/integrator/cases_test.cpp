@@ -309,11 +309,24 @@ TEST(Refusals, NameTheArgument) {
   refused("outputs", {}, q0, 1.0, {1.5});
 }
 
-TEST(RedundantConstraints, AreThoseWithoutAPivot) {
-  // x + 1e-3 y = ..., z + x = ..., their sum
-  const Pattern pattern{3, 3, {0, 2, 4, 7}, {0, 1, 0, 2, 0, 1, 2}};
-  const std::vector<double> values = {1.0, 1e-3, 1.0, 1.0, 2.0, 1e-3, 1.0};
-  EXPECT_EQ(redundant_rows(pattern, values, {1.0, 1.0, 1.0}).size(), 1u);
+TEST(Partition, PicksLargeEntries) {
+  // x + 1e-3 y = ..., z + x = ...
+  const Pattern two{2, 3, {0, 2, 4}, {0, 1, 0, 2}};
+  const Partition partition(two, {1.0, 1e-3, 1.0, 1.0}, {1.0, 1.0, 1.0}, 1);
+  EXPECT_THAT(partition.independent(), testing::ElementsAre(0, 1, 0));
+  // In other units y is the strong one.
+  const Partition scaled(two, {1.0, 1e-3, 1.0, 1.0}, {1.0, 1e6, 1.0}, 1);
+  EXPECT_EQ(scaled.independent()[1], 0);
+}
+
+TEST(Partition, DegradesWithTheCoordinatesNotWithThePivotsOfEarlierValues) {
+  const Pattern pattern{2, 3, {0, 3, 6}, {0, 1, 2, 0, 1, 2}};
+  const std::vector<double> first = {1.0, 0.5, 0.1, 0.5, 1.0, 0.1};
+  Partition partition(pattern, first, {1.0, 1.0, 1.0}, 2);
+  ASSERT_THAT(partition.independent(), testing::ElementsAre(0, 0, 1));
+  EXPECT_FALSE(partition.degraded({0.0, 1.0, 0.1, 1.0, 0.0, 0.1}));  // zero where the pivots were
+  EXPECT_TRUE(partition.degraded({1.0, 1.0, 0.1, 1.0, 1.0, 0.2}));   // they do not fix x and y
+  EXPECT_FALSE(partition.degraded(first));
 }
 
 /// Two points that are tied to a third by a linear constraint each, which stays on a circle.

@@ -25,7 +25,6 @@ struct Motion {
 
 /// Of the initial state: M a + Phi_q^T lambda = -F(0, 0), Phi_q a = -(d^2/dt^2 Phi)(0).
 Motion accelerations_and_multipliers(MultibodyBuilder& builder) {
-  builder.add_coordinates("free", {0}, {0});  // keeps a driven mechanism from having no freedom at all
   const auto system = builder.build(1);
   const int n = system->coordinates(), m = system->constraints();
   const std::vector<double> zero(n);

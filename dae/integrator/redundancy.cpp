@@ -1,0 +1,126 @@
+#include "dae/integrator/redundancy.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <mfs/error.hpp>
+
+#include "dae/integrator/initial_conditions.hpp"
+
+namespace mfs::dae {
+namespace {
+
+/// Redundant constraints are only as exact as those that they follow from: their violation may be so many
+/// times as large.
+constexpr double kInexact = 100.0;
+/// A constraint takes part in a contradiction if its share is at least this part of the largest.
+constexpr double kTakesPart = 1e-6;
+/// How many of them an error message names.
+constexpr std::size_t kMostNamed = 6;
+
+double largest_share(const SparseRow& combination) {
+  double most = 0.0;
+  for (const auto& entry : combination) most = std::max(most, std::abs(entry.second));
+  return most;
+}
+
+}  // namespace
+
+Redundancy::Redundancy(const ConstrainedSystem& system, std::vector<double> scale)
+    : given_(system), scale_(std::move(scale)) {
+  for (int row = 0; row < system.constraints(); ++row)
+    normalizes_.push_back(system.is_normalization(row) ? 1 : 0);
+}
+
+const ConstrainedSystem& Redundancy::system() const {
+  return filtered_ ? static_cast<const ConstrainedSystem&>(*filtered_) : given_;
+}
+
+std::vector<std::string> Redundancy::names() const {
+  std::vector<std::string> names;
+  for (const int row : redundant()) names.push_back(given_.constraint_name(row));
+  return names;
+}
+
+Dependencies Redundancy::find(double t, const std::vector<double>& q) const {
+  return {given_.tangent_pattern()[Block::position_q], constraint_gradient(given_, t, q), scale_,
+          normalizes_};
+}
+
+void Redundancy::leave_out(Dependencies found) {
+  left_out_ = std::move(found);
+  if (filtered_ || !redundant().empty()) filtered_.emplace(given_, redundant());
+}
+
+std::vector<double> Redundancy::all_multipliers(const std::vector<double>& kept) const {
+  std::vector<double> all = kept;
+  for (const int row : redundant()) all.insert(all.begin() + row, 0.0);
+  return all;
+}
+
+std::vector<double> Redundancy::kept_multipliers(std::vector<double> all) const {
+  left_out_.make_basic(all);
+  std::vector<double> kept;
+  auto out = redundant().begin();
+  for (int row = 0; row < given_.constraints(); ++row) {
+    if (out != redundant().end() && *out == row)
+      ++out;
+    else
+      kept.push_back(all[row]);
+  }
+  return kept;
+}
+
+State Redundancy::whole(State state) const {
+  if (redundant().empty()) return state;
+  state.lambda = all_multipliers(state.lambda);
+  find(state.t, state.q).make_least(state.lambda, normalizes_);
+  return state;
+}
+
+std::optional<Redundancy::Violation> Redundancy::violation(const StateView& state,
+                                                           const IntegratorOptions& options) const {
+  if (redundant().empty()) return std::nullopt;
+  const std::vector<double> no_multipliers(static_cast<std::size_t>(given_.constraints()), 0.0);
+  StateView all = state;
+  all.lambda = no_multipliers.data();
+  Residual residual = make_residual(given_);
+  given_.evaluate(all, residual);
+  const auto find = [&](const std::vector<double>& values, double bound,
+                        const char* level) -> std::optional<Violation> {
+    for (std::size_t k = 0; k < redundant().size(); ++k) {
+      const double value = values[redundant()[k]], share = largest_share(left_out_.combination(k));
+      if (!(std::abs(value) <= kInexact * share * bound)) return Violation{redundant()[k], level, value};
+    }
+    return std::nullopt;
+  };
+  if (auto found = find(residual.position, options.constraint_position, "position")) return found;
+  if (auto found = find(residual.velocity, options.constraint_velocity, "velocity")) return found;
+  return find(residual.acceleration, options.constraint_acceleration, "acceleration");
+}
+
+void Redundancy::throw_contradiction(const Violation& violation, double t) const {
+  const auto place = std::find(redundant().begin(), redundant().end(), violation.row) - redundant().begin();
+  SparseRow shares = left_out_.combination(static_cast<std::size_t>(place));
+  const double least = kTakesPart * largest_share(shares);
+  std::stable_sort(shares.begin(), shares.end(),
+                   [](const auto& a, const auto& b) { return std::abs(a.second) > std::abs(b.second); });
+  std::vector<std::string> others;
+  const std::string own = given_.constraint_owner(violation.row);
+  for (const auto& [row, share] : shares) {
+    const std::string owner = given_.constraint_owner(row);
+    if (normalizes_[row] == 0 && std::abs(share) > least && owner != own &&
+        std::find(others.begin(), others.end(), owner) == others.end())
+      others.push_back(owner);
+  }
+  std::string list;
+  for (std::size_t i = 0; i < std::min(others.size(), kMostNamed); ++i)
+    list += (i == 0 ? "" : ", ") + others[i];
+  if (others.size() > kMostNamed) list += ", ...";
+  throw InvalidInput(given_.constraint_name(violation.row),
+                     "it contradicts " + (list.empty() ? "itself" : list) + " at t = " + std::to_string(t) +
+                         ": of its " + violation.level + " " + std::to_string(violation.value) + " is left");
+}
+
+}  // namespace mfs::dae

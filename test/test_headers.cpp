@@ -1,0 +1,2 @@
+// Nothing but the precompiled headers of all tests (CMakeLists.txt).
+int main() {}

@@ -36,8 +36,8 @@ enum class Method {
 
 /// Which unknowns Newton's method sees. The trajectory is the same.
 enum class Unknowns {
-  full,     ///< [lambda, a, v, q], m + 3 n: the paper's
-  reduced,  ///< q and v of independent coordinates are expressed by a: n + 3 m
+  full,     ///< the paper's [lambda, a, v, q], and what the constraints take of the formula (projection.hpp)
+  reduced,  ///< q and v of coordinates that are in no joint are expressed by a
 };
 
 struct IntegratorOptions {

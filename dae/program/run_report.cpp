@@ -75,7 +75,6 @@ std::string run_json(const RunResult& result) {
   json["factorizations"] = r.factorizations;
   json["analyses"] = r.analyses;
   json["krylov_solves"] = r.krylov_solves;
-  json["partitions"] = r.partitions;
   json["violation"] = {r.violation[0], r.violation[1], r.violation[2]};
   json["bytes_solver"] = r.bytes_solver;
   json["bytes_peak"] = result.bytes_peak;

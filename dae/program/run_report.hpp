@@ -31,7 +31,7 @@ std::string run_summary(const RunResult& result);
 
 /// One line: name, backend, threads, coordinates, constraints, unknowns, entries, redundant (names), steps,
 /// error_rejections, newton_rejections, solver_rejections, newton_iterations, jacobians, factorizations,
-/// analyses, krylov_solves, partitions, violation (of positions, velocities, accelerations), bytes_solver,
+/// analyses, krylov_solves, violation (of positions, velocities, accelerations), bytes_solver,
 /// bytes_peak, time_model, time_reordering, time_factor, time_solve, time_assembly, time_rest, time_total,
 /// time_output, time_waiting, notes, status, message.
 std::string run_json(const RunResult& result);

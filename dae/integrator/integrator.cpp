@@ -19,6 +19,7 @@
 #include "dae/integrator/redundancy.hpp"
 #include "dae/integrator/step_equations.hpp"
 #include "dae/integrator/step_state.hpp"
+#include "dae/mechanics/number_text.hpp"
 #include "dae/vectors/loops.hpp"
 #include "ordering/stopwatch.hpp"
 
@@ -74,8 +75,8 @@ void check_times(double t0, double t_end, const std::vector<double>& outputs) {
   check(std::isfinite(t0) && std::isfinite(t_end) && t_end > t0, "t_end", "must be finite and after t0");
   double last = -std::numeric_limits<double>::infinity();
   for (const double t : outputs) {
-    check(t >= t0 && t <= t_end, "outputs", "time " + std::to_string(t) + " is not within t0 ... t_end");
-    check(t > last, "outputs", "time " + std::to_string(t) + " does not come after the one before");
+    check(t >= t0 && t <= t_end, "outputs", "time " + number_text(t) + " is not within t0 ... t_end");
+    check(t > last, "outputs", "time " + number_text(t) + " does not come after the one before");
     last = t;
   }
 }
@@ -198,8 +199,7 @@ class Integrator::Impl {
     make_equations();
     newton_->find_accelerations(state_, kTypicalStep * (t_end_ - state_.t));
     last_lambda_step_ = 0.0;
-    if (const auto violation = redundancy_->violation(view(state_), options_))
-      redundancy_->throw_contradiction(*violation, state_.t);
+    if (redundancy_->filters()) redundancy_->check(view(state_), options_);
     set_weights();
     step_ = first_step();
     formula_ = make_formula(options_, *executor_);
@@ -221,20 +221,43 @@ class Integrator::Impl {
     state_.lambda.assign(*executor_, redundancy_->kept_multipliers(std::move(lambda)));
     last_lambda_step_ = 0.0;
     system_ = &redundancy_->system();
-    report_constraints();
+    // What is left out in a singular position is no news.
+    if (redundancy_->redundant().size() <= report_.redundant.size()) report_constraints();
   }
 
-  /// Whether what is left out holds in `there`, where a step has arrived. Where it does not because it does
-  /// not follow any more, the step is to be tried again with it.
+  /// Whether what is left out holds in `there`, where a step has arrived, or the step is to be tried again
+  /// with it.
   bool redundant_hold(const StepState& there) {
-    const auto violation = redundancy_->violation(view(there), options_);
-    if (!violation) return true;
-    Dependencies found = redundancy_->find(there.t, there.q.on_host(*executor_));
-    if (found.redundant().size() >= redundancy_->redundant().size())
-      redundancy_->throw_contradiction(*violation, there.t);
-    leave_out(std::move(found));
+    if (!redundancy_->filters()) return true;  // otherwise the state is on the host
+    auto found = redundancy_->look_at(view(there), options_);
+    if (!found) return true;
+    leave_out(std::move(*found));
     make_equations();
     return false;
+  }
+
+  /// Looks anew at what is left out. In a singular position nothing is left out besides: it would be needed
+  /// on the other side.
+  void choose_redundant() {
+    if (!redundancy_->filters()) return;
+    Dependencies found = redundancy_->find(state_.t, state_.q.on_host(*executor_));
+    if (found.redundant().size() <= redundancy_->redundant().size()) leave_out(std::move(found));
+  }
+
+  /// Whether the step, for which no solution was found, was to end in a singular position, where the
+  /// equations are singular, too. Then more is left out until it is needed again.
+  bool ends_singular() {
+    if (remote_) return false;  // the state has to be on the host
+    std::optional<Dependencies> found;
+    try {
+      found = redundancy_->look_for_singular(relation_.t, relation_.q.on_host(*executor_));
+    } catch (...) {  // as the step before it
+      rethrow_if_final(std::current_exception());
+    }
+    if (!found) return false;
+    leave_out(std::move(*found));
+    make_equations();
+    return true;
   }
 
   /// Vectors lie on the device where the system takes them there.
@@ -258,9 +281,6 @@ class Integrator::Impl {
     equations_.reset();
     partition_.reset();
     if (redundancy_->filters()) {
-      // In a singular position there may be more; those are not for good.
-      Dependencies found = redundancy_->find(state_.t, state_.q.on_host(*executor_));
-      if (found.redundant().size() <= redundancy_->redundant().size()) leave_out(std::move(found));
       const Pattern& pattern = system_->tangent_pattern()[Block::position_q];
       partition_.emplace(pattern, constraint_gradient(*system_, state_.t, state_.q.on_host(*executor_)),
                          scale_, options_.threads);
@@ -333,14 +353,18 @@ class Integrator::Impl {
           h = wanted = std::min(h, first_step());
           formula_->start(state_, h);
         }
-        give_up_below(h, "the local error is " + std::to_string(error) + " times what is allowed");
+        give_up_below(h, "the local error is " + number_text(error) + " times what is allowed");
       } else {
         if (outcome.thrown) rethrow_if_final(outcome.thrown);
         ++(outcome.thrown ? report_.solver_rejections : report_.newton_rejections);
-        h *= kNewtonRejection;
+        const bool singular = search_failures++ == 0 && ends_singular();
+        if (!singular) h *= kNewtonRejection;
         wanted = h;
         give_up_below(h, outcome.thrown ? reason(outcome.thrown) : "Newton's method does not converge");
-        if (++search_failures == 2 && redundancy_->filters()) make_equations();
+        if (search_failures == 2 && redundancy_->filters()) {
+          choose_redundant();
+          make_equations();
+        }
       }
       ++line.rejections;
       h = std::min(h, target - state_.t);
@@ -367,7 +391,7 @@ class Integrator::Impl {
 
   void give_up_below(double h, const std::string& why) const {
     if (h >= smallest_step()) return;
-    throw Error("the step became too small (" + std::to_string(h) + " s) at t = " + std::to_string(state_.t) +
+    throw Error("the step became too small (" + number_text(h) + " s) at t = " + number_text(state_.t) +
                 " s with order " + std::to_string(formula_->order()) + ": " + why);
   }
 
@@ -383,8 +407,10 @@ class Integrator::Impl {
     // Of constraints that depend on each other others may have to be left out in another position. That is
     // seen at a new Jacobian.
     if (partition_ && std::exchange(judged_jacobians_, report_.jacobians) < report_.jacobians &&
-        partition_->degraded(equations_->constraint_gradient()))
+        partition_->degraded(equations_->constraint_gradient())) {
+      choose_redundant();
       make_equations();
+    }
   }
 
   /// Multipliers at the end of a step of `h`, where Newton's method starts.

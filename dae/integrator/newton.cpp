@@ -380,7 +380,8 @@ class Newton::Impl {
   /// Whether the search begins with a new Jacobian; says what may be done with it.
   bool choose_matrix() {
     const double ratio = equations_.ratio(*relation_);
-    const bool known = solves_.factored && options_.keep_factors;
+    // Where nothing is integrated the local error does not tell how exact multipliers are.
+    const bool known = solves_.factored && options_.keep_factors && !equations_.all_prescribed();
     solves_.factor_next =
         !known || options_.krylov_steps == 0 || ratio < kRelatedRates[0] || ratio > kRelatedRates[1];
     const bool fresh = !known || ratio < kKeptRates[0] || ratio > kKeptRates[1];

@@ -53,6 +53,8 @@ class StepEquations {
   /// Rows of H of the constraints: kLevels times m from `first_constraint`.
   int first_constraint() const { return n_; }
   static constexpr int kLevels = 3;
+  /// Whether the constraints alone determine the motion.
+  bool all_prescribed() const { return n_ == m_; }
   /// What an unknown belongs to: a coordinate or a constraint.
   std::string unknown_name(int unknown) const;
 

@@ -20,6 +20,7 @@ struct ModelParts {
   std::map<std::string, Material> materials;
   std::map<std::string, Joint> joints;
   std::map<std::string, Frame> interfaces;  ///< by "BODY:NODE_SET"
+  std::vector<Attachment> sides;            ///< of the object that is being read, in its order
 
   const FlexibleBody* flexible(const std::string& name) const;
   RigidPart* rigid(const std::string& name);

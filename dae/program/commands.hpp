@@ -16,10 +16,13 @@ struct Command {
   Backend backend = Backend::openmp;
   int threads = 0;  ///< 0: all
   int refine = 0;   ///< 0: as the model has it
+  bool plots = true;
 };
 
 /// All throw what describe_current_exception() knows.
 program::ExitCode run_model(const Command& command);
+/// Draws plots of the results in the folder.
+program::ExitCode plot_results(const Command& command);
 /// Reads the model and puts it together, and says how large it is.
 program::ExitCode check_model(const Command& command);
 /// Lists the models of the library, or writes them to a folder.

@@ -49,7 +49,9 @@ std::string run_summary(const RunResult& result) {
   time("assembly", r.time_assembly);
   time("rest", time_rest(r));
   time("analysis", r.time_total);
-  line("beside it", fmt::format("{:.3f} s model, {:.3f} s output", result.time_model, result.time_output));
+  line("beside it", fmt::format("{:.3f} s model, {:.3f} s output (waited for {:.3f} s of it)",
+                                result.time_model, result.time_output, result.time_waiting));
+  for (const std::string& note : result.notes) line("note", note);
   return text;
 }
 
@@ -84,6 +86,8 @@ std::string run_json(const RunResult& result) {
   json["time_rest"] = time_rest(r);
   json["time_total"] = r.time_total;
   json["time_output"] = result.time_output;
+  json["time_waiting"] = result.time_waiting;
+  json["notes"] = result.notes;
   json["status"] = program::status_word(result.code);
   json["message"] = result.message;
   return program::one_line(json);

@@ -52,9 +52,9 @@ class StepEquations {
   const Pattern& pattern() const { return composition_.pattern(); }
   /// Rows of H of the constraints: kLevels times m from `first_constraint`.
   int first_constraint() const { return n_; }
+  static constexpr int kLevels = 3;
   /// Whether the constraints alone determine the motion.
   bool all_prescribed() const { return n_ == m_; }
-  static constexpr int kLevels = 3;
   /// What an unknown belongs to: a coordinate or a constraint.
   std::string unknown_name(int unknown) const;
 

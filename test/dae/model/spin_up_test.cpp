@@ -6,6 +6,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "dae/model/model.hpp"
@@ -62,6 +65,14 @@ double reach(const FlexibleBody& beam, const State& state) {
   return (sum / count).norm();
 }
 
+/// Ends a run whose steps have collapsed.
+struct Limited : test::Recorder {
+  void step(const StepReport& report, const std::function<const State&()>& state) override {
+    Recorder::step(report, state);
+    if (steps.size() == 10000) throw std::runtime_error("10 000 steps at t = " + std::to_string(report.t));
+  }
+};
+
 class SpinUp : public testing::TestWithParam<Method> {};
 
 TEST_P(SpinUp, StepsDoNotCollapseToTheHighestFrequency) {
@@ -70,9 +81,8 @@ TEST_P(SpinUp, StepsDoNotCollapseToTheHighestFrequency) {
   options.method = GetParam();
   options.rho_inf = 0.0;
   Integrator integrator(*model.system, options);
-  test::Recorder recorder;
+  Limited recorder;
   integrator.run(0.0, model.q0, model.v0, model.end, output_times(model), recorder);
-  EXPECT_LT(recorder.steps.size(), 10000U);
   int low = 0;
   for (const StepReport& step : recorder.steps) {
     low = step.order == 1 ? low + 1 : 0;

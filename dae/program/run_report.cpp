@@ -29,10 +29,18 @@ std::string run_summary(const RunResult& result) {
     const double share = r.time_total > 0 ? 100 * seconds / r.time_total : 0.0;
     line(label, fmt::format("{:9.3f} s {:5.1f} %", seconds, share));
   };
-  line("model", fmt::format("{}: {} coordinates, {} constraints, Newton matrix of {} unknowns, {} entries",
-                            result.model, r.coordinates, r.constraints, r.unknowns, r.entries));
-  if (!r.redundant.empty())
-    line("left out", fmt::format("{} redundant constraints, as {}", r.redundant.size(), r.redundant.front()));
+  line("model", fmt::format("{}: {} coordinates, {} constraints leave {} degrees of freedom, Newton matrix "
+                            "of {} unknowns, {} entries",
+                            result.model, r.coordinates, r.constraints, r.coordinates - r.constraints,
+                            r.unknowns, r.entries));
+  if (!r.redundant.empty()) {
+    constexpr std::size_t kMostNamed = 6;
+    std::string names;
+    for (std::size_t i = 0; i < std::min(r.redundant.size(), kMostNamed); ++i)
+      names += (i == 0 ? "" : "; ") + r.redundant[i];
+    line("left out", fmt::format("{} redundant constraints: {}{}", r.redundant.size(), names,
+                                 r.redundant.size() > kMostNamed ? "; ..." : ""));
+  }
   line("steps", fmt::format("{}; rejected {} (error {}, Newton {}, solver {})", r.steps,
                             r.error_rejections + r.newton_rejections + r.solver_rejections,
                             r.error_rejections, r.newton_rejections, r.solver_rejections));

@@ -67,6 +67,22 @@ TEST_F(DaeProgram, ChecksAModel) {
   EXPECT_THAT(coarse.out, HasSubstr(" 81 coordinates,"));
 }
 
+TEST_F(DaeProgram, NamesWhatIsRedundant) {
+  const std::string hinges = R"({
+    "name": "door", "end": 0.01, "outputs": 1,
+    "bodies": {"door": {"type": "rigid", "mass": 1, "inertia": [1, 1, 1]}},
+    "joints": {
+      "high": {"type": "revolute", "a": "ground", "b": "door", "point": [0, 1, 0], "axis": [0, 1, 0]},
+      "low": {"type": "spherical", "a": "ground", "b": "door", "point": [0, 0, 0]}
+    }
+  })";
+  const ProgramRun run = run_program({"run", file("door.json", hinges), "-o", path("out")});
+  EXPECT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("7 coordinates, 6 constraints leave 1 degrees of freedom,"));
+  EXPECT_THAT(run.out, HasSubstr("left out        3 redundant constraints: joint low, equation 1 of 3 (along "
+                                 "ground x); joint low, equation 2"));
+}
+
 TEST_F(DaeProgram, RunsAndSumsUp) {
   const ProgramRun run = run_program({"run", falling(), "-o", path("out"), "--json", path("report.json")});
   EXPECT_EQ(run.code, 0) << run.err;

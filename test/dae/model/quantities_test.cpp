@@ -78,7 +78,7 @@ void expect_near(const Vector3d& value, const Vector3d& expected, double toleran
 // A compound pendulum let go level. Everything follows from its angle p below the horizontal, by the energy
 // integral w^2 = 2 m g l sin p / J.
 TEST(Recorded, Pendulum) {
-  const Recording r = record(R"({"name": "pendulum", "end": 0.6, "outputs": 6, "gravity": [0, 0, -10],
+  const Recording r = record(R"({"name": "pendulum", "end": 2.0, "outputs": 20, "gravity": [0, 0, -10],
     "bodies": {"bob": {"type": "rigid", "mass": 2, "inertia": [0.1, 0.3, 0.25], "position": [1.2, 0, 0]}},
     "joints": {"pin": {"type": "revolute", "a": "ground", "b": "bob", "point": [0.2, 0, 0], "axis": [0, 1, 0]}},
     "points": {"tip": {"body": "bob", "point": [1.7, 0, 0]}}})");

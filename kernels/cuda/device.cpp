@@ -77,11 +77,12 @@ DeviceArena::~DeviceArena() {
 constexpr Offset kPage = 4096;
 
 // Whole pages, which all threads bring into being before they are locked: cudaMallocHost takes half a
-// millisecond for a megabyte.
-PinnedArena::PinnedArena(Offset bytes) : RawArena(bytes), memory_((bytes + kPage - 1) / kPage * kPage) {
+// millisecond for a megabyte. At least one, as nothing cannot be locked.
+PinnedArena::PinnedArena(Offset bytes)
+    : RawArena(bytes), memory_((std::max(bytes, Offset(1)) + kPage - 1) / kPage * kPage) {
   data_ = memory_.at<char>(0);
 #pragma omp parallel for schedule(static)
-  for (Offset page = 0; page < bytes; page += kPage) *at<char>(page) = 0;
+  for (Offset page = 0; page < memory_.bytes(); page += kPage) *at<char>(page) = 0;
   const cudaError_t code = attempt(CallKind::host_memory, [&] {
     return cudaHostRegister(data_, static_cast<std::size_t>(memory_.bytes()), cudaHostRegisterDefault);
   });

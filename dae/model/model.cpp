@@ -48,21 +48,25 @@ void check_motions(const MultibodyModel& model) {
 }  // namespace
 
 MultibodyModel make_model(const Json& json, const std::string& folder, int threads, Backend backend) {
-  JsonObject file(json, "");
   ModelParts parts;
+  JsonObject file(json, "", &parts.parameters);
   MultibodyModel& model = parts.model;
   parts.folder = folder;
   model.name = file.text("name");
   if (file.has("description")) file.text("description");
+  if (file.has("parameters")) {
+    JsonObject parameters = file.object("parameters");
+    read_parameters(parameters, parts.parameters);
+  }
   model.end = file.positive("end");
   model.outputs = file.integer("outputs", 1);
   parts.gravity = file.vector("gravity", parts.gravity);
   read_all(file, "materials", parts, read_material);
   read_all(file, "bodies", parts, read_body);
   read_all(file, "joints", parts, read_joint);
+  read_all(file, "points", parts, read_point);
   read_all(file, "motions", parts, read_motion);
   read_all(file, "forces", parts, read_force);
-  read_all(file, "points", parts, read_point);
   const std::vector<std::string> reactions = file.texts("reactions");
   for (const std::string& joint : reactions)
     if (parts.joints.count(joint) == 0) file.refuse("reactions", "there is no joint '" + joint + "'");

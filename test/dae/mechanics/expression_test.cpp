@@ -107,6 +107,12 @@ TEST(Expression, HasTheDerivativesAlongAMotion) {
   }
 }
 
+TEST(Expression, WhatIsNotChosenNeedsNoDerivative) {
+  std::vector<double> gradient;
+  EXPECT_EQ(Expression("if(x > 0, sqrt(x), 3*x)").value<double>({0.0}, gradient), 0.0);
+  EXPECT_EQ(gradient[0], 3.0);
+}
+
 TEST(Expression, IsAFunctionOfOneVariable) {
   const Function f = expression_function(Expression("a * sin(w * t)"), 2, {3, 2, 0});
   const Jet jet = f->at(0.4);

@@ -60,6 +60,8 @@ MultibodyModel make_model(const Json& json, const std::string& folder, int threa
   }
   model.end = file.positive("end");
   model.outputs = file.integer("outputs", 1);
+  if (file.has("start"))
+    model.starts_at_rest = file.choice<bool>("start", {{"as_given", false}, {"equilibrium", true}});
   parts.gravity = file.vector("gravity", parts.gravity);
   read_all(file, "materials", parts, read_material);
   read_all(file, "bodies", parts, read_body);

@@ -48,8 +48,9 @@ struct MeasuredJoint {
 
 struct MultibodyModel {
   std::string name;
-  double end = 0.0;  ///< s
-  int outputs = 0;   ///< evenly spaced after t = 0
+  double end = 0.0;             ///< s
+  int outputs = 0;              ///< evenly spaced after t = 0
+  bool starts_at_rest = false;  ///< in the static equilibrium near q0
   std::vector<FlexibleBody> flexible_bodies;
   std::vector<RigidPart> rigid_bodies;
   std::vector<MeasuredPoint> points;

@@ -32,15 +32,17 @@ constexpr double kWithoutInertia = 1e-10;
 constexpr double kShift = 1e-4;
 /// Of the eigenpairs of the operator: asked for, and in the end.
 constexpr double kTolerance = 1e-11, kAccepted = 1e-6;
-constexpr int kMostRestarts = 300, kMostRounds = 50;
+constexpr int kMostRestarts = 100, kMostRounds = 50;
 
 /// M, D and K in a state, and Phi_q.
 class Matrices {
  public:
-  Matrices(const ConstrainedSystem& system, const State& state)
+  Matrices(const ConstrainedSystem& system, const State& state, Damping damping)
       : pattern_(system.tangent_pattern()), tangent_(make_tangent(system)) {
     system.evaluate(StateView{state.t, state.q.data(), state.v.data(), state.a.data(), state.lambda.data()},
                     tangent_, {Block::force_a, Block::force_v, Block::force_q, Block::position_q});
+    if (damping == Damping::left_out)
+      std::fill(tangent_[Block::force_v].begin(), tangent_[Block::force_v].end(), 0.0);
   }
   const Tangent& tangent() const { return tangent_; }
   VectorXd times(Block block, const VectorXd& x) const {
@@ -175,7 +177,7 @@ void find_vectors(Response& response, Index wanted) {
   for (int round = 0; round < kMostRounds; ++round) {
     const Index size = response.rows();
     const Index count = std::min(round == 0 ? wanted : Index{4}, size - 2);
-    const Index steps = std::min(size, std::max<Index>(2 * count + 1, 40));
+    const Index steps = std::min(size, std::max<Index>(2 * count + 20, 40));
     Spectra::GenEigsSolver<Response> solver(response, count, steps);
     // From a motion that constraints allow.
     VectorXd start(size);
@@ -185,8 +187,10 @@ void find_vectors(Response& response, Index wanted) {
     solver.init(begun.data());
     solver.compute(Spectra::SortRule::LargestMagn, kMostRestarts, kTolerance);
     if (solver.info() != Spectra::CompInfo::Successful)
-      throw Error("modes: Arnoldi's method has not converged after " + std::to_string(kMostRestarts) +
-                  " restarts");
+      throw Error("modes: " + std::to_string(solver.eigenvalues().size()) + " of " + std::to_string(count) +
+                  " eigenvalues have converged in " + std::to_string(kMostRestarts) +
+                  " restarts; with strong damping, or near -1 / beta, they lie close together: ask for fewer "
+                  "modes or leave the damping out");
     const VectorXcd theta = solver.eigenvalues();
     const MatrixXcd vectors = solver.eigenvectors();
     std::sort(sizes.begin(), sizes.end(), std::greater<>());
@@ -223,7 +227,8 @@ std::vector<Mode> modes_of(const ConstrainedSystem& system, const Eigenpairs& pa
   const double largest = pairs.theta.size() > 0 ? pairs.theta.cwiseAbs().maxCoeff() : 0.0;
   for (Index i = 0; i < pairs.theta.size(); ++i) {
     if (!(std::abs(pairs.theta[i]) > kWithoutInertia * largest) || pairs.theta[i].imag() > 0) continue;
-    Mode mode{c + 1.0 / pairs.theta[i], {}};
+    const Complex inverse = 1.0 / pairs.theta[i];
+    Mode mode{{c + inverse.real(), std::abs(inverse.imag())}, {}};  // no negative zero
     Complex most = 0.0;
     for (Index k = 0; k < pairs.x.rows(); ++k) {
       mode.x.push_back(pairs.x(k, i) / system.coordinate_scale(static_cast<int>(k)));
@@ -249,7 +254,8 @@ std::vector<Mode> modes_of(const ConstrainedSystem& system, const Eigenpairs& pa
 
 }  // namespace
 
-std::vector<Mode> find_modes(const ConstrainedSystem& system, const State& state, int count, int threads) {
+std::vector<Mode> find_modes(const ConstrainedSystem& system, const State& state, int count, int threads,
+                             Damping damping) {
   if (count < 1) throw InvalidInput("modes", "their number is not positive");
   const IndependentSystem independent(system, state.t, state.q);
   const ConstrainedSystem& own = independent.system();
@@ -257,7 +263,7 @@ std::vector<Mode> find_modes(const ConstrainedSystem& system, const State& state
   if (n == m) return {};
   State at = state;
   at.lambda = independent.kept_multipliers(state.lambda);
-  const Matrices matrices(own, at);
+  const Matrices matrices(own, at, damping);
   const double c = matrices.shift();
   const bool is_small = n - m <= kDenseFreedoms && n <= kDenseCoordinates;
   std::vector<Mode> modes = modes_of(

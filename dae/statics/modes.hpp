@@ -29,11 +29,15 @@ struct Mode {
   std::vector<std::complex<double>> x;  ///< n; the largest in the scales of coordinates is 1
 };
 
+/// Whether D is in it.
+enum class Damping { as_it_is, left_out };
+
 /// The `count` modes (or all that there are) nearest to s = 0 about `state`, which has t, q, v, a and lambda.
 /// Of two that are conjugate one is given, with a positive imaginary part; of two real ones of opposite sign
 /// the positive one, which grows. Throws InvalidInput, mfs::Error where Arnoldi's method does not converge,
 /// and what mfs::Solver throws.
-std::vector<Mode> find_modes(const ConstrainedSystem& system, const State& state, int count, int threads);
+std::vector<Mode> find_modes(const ConstrainedSystem& system, const State& state, int count, int threads,
+                             Damping damping = Damping::as_it_is);
 
 /// |s| / (2 pi), Hz.
 double natural_frequency(const Mode& mode);

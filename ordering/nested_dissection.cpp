@@ -41,7 +41,7 @@ class Dissection {
     SubGraph rest = whole_graph(graph_, dense_, threads);
     if (rest.size() > 0) {
 #pragma omp parallel num_threads(threads)
-#pragma omp master
+#pragma omp masked
       error_.attempt([&] { dissect(std::move(rest), 0, 0); });
     }
     error_.rethrow();

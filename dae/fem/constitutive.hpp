@@ -48,6 +48,12 @@ MFS_INLINE void neo_hookean_stress(const SolidConstants& c, const double* strain
     stress[k] = (k < 3 ? c.mu : 0.0) + (c.lambda * s.log_j - c.mu) * s.inverse[voigt(k, 0)][voigt(k, 1)];
 }
 
+/// Per undeformed volume. mu / 2 (tr C - 3) - mu ln J + lambda / 2 (ln J)^2.
+MFS_INLINE double neo_hookean_energy(const SolidConstants& c, const double* strain) {
+  const double log_j = inverse_stretch(strain).log_j;
+  return c.mu * (strain[0] + strain[1] + strain[2] - log_j) + 0.5 * c.lambda * log_j * log_j;
+}
+
 MFS_INLINE void neo_hookean_stiffness(const SolidConstants& c, const double* strain, double* d) {
   const InverseStretch s = inverse_stretch(strain);
   const double mu = c.mu - c.lambda * s.log_j;

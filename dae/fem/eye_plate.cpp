@@ -122,10 +122,14 @@ Mesh eye_plate_mesh(const EyePlate& plate, int refine, ElementKind kind) {
   check(plate, refine);
   double smallest = plate.eyes[0].hole;
   for (const Eye& eye : plate.eyes) smallest = std::min(smallest, eye.hole);
-  PlaneMesh mesh(1e-6 * smallest);
-  for (std::size_t e = 0; e < plate.eyes.size(); ++e) add_ring(plate, e, refine, mesh);
-  for (const Bar& bar : plate.bars) add_bar(plate, bar, refine, mesh);
-  return mesh.extrude(plate.thickness, plate.layers * refine, kind);
+  const auto plane = [&](int cells) {
+    PlaneMesh mesh(1e-6 * smallest);
+    for (std::size_t e = 0; e < plate.eyes.size(); ++e) add_ring(plate, e, cells, mesh);
+    for (const Bar& bar : plate.bars) add_bar(plate, bar, cells, mesh);
+    return mesh;
+  };
+  check_cell_count(1.0 * plane(1).cells() * plate.layers * refine * refine * refine, kind);
+  return plane(refine).extrude(plate.thickness, plate.layers * refine, kind);
 }
 
 }  // namespace mfs::dae

@@ -16,6 +16,7 @@ constexpr double kDegree = 3.14159265358979323846 / 180;
 Mesh box_mesh(const std::array<double, 3>& size, const std::array<int, 3>& divisions, ElementKind kind) {
   for (std::size_t k = 0; k < 3; ++k)
     if (!(size[k] > 0) || divisions[k] < 1) throw InvalidInput("box", "sizes and divisions must be positive");
+  check_cell_count(1.0 * divisions[0] * divisions[1] * divisions[2], kind);
   PlaneMesh plane(1e-6 * std::min(size[0] / divisions[0], size[1] / divisions[1]));
   plane.add_patch(divisions[0], divisions[1], [&](double s, double t) {
     return Point2{s * size[0], t * size[1]};

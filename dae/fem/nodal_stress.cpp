@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dae/fem/by_threads.hpp"
 #include "dae/fem/shape.hpp"
 
 namespace mfs::dae {
@@ -29,21 +30,17 @@ Eigen::MatrixXd extrapolation(ElementKind kind) {
 
 using PointStresses = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>;
 
-PointStresses element_stress(const SolidGroup& body, int e, const double* q) {
+// At the integration points, 6 each.
+void element_stress(const SolidGroup& body, int e, const double* q, double* stress) {
+  constexpr int kMostNodes = 20;
   const Mesh& mesh = body.mesh();
   const int nodes = nodes_per_element(mesh.kind);
-  std::vector<double> reference(static_cast<std::size_t>(3 * nodes)), positions;
-  body.gather_nodes(e, reference.data());
-  for (int i = 0; i < nodes; ++i) {
-    const double* x =
-        q + 3 * static_cast<std::ptrdiff_t>(
-                    mesh.elements[static_cast<std::size_t>(e) * static_cast<std::size_t>(nodes) +
-                                  static_cast<std::size_t>(i)]);
-    positions.insert(positions.end(), x, x + 3);
-  }
-  PointStresses stress(static_cast<Eigen::Index>(stiffness_rule(mesh.kind).points.size()), 6);
-  point_stress(mesh.kind, body.constants(), reference.data(), positions.data(), stress.data());
-  return stress;
+  const int* element = &mesh.elements[static_cast<std::size_t>(e) * static_cast<std::size_t>(nodes)];
+  double reference[3 * kMostNodes], positions[3 * kMostNodes];
+  body.gather_nodes(e, reference);
+  for (int i = 0; i < nodes; ++i)
+    std::copy_n(q + 3 * static_cast<std::ptrdiff_t>(element[i]), 3, positions + 3 * i);
+  point_stress(mesh.kind, body.constants(), reference, positions, stress);
 }
 
 }  // namespace
@@ -54,14 +51,18 @@ double von_mises(const std::array<double, 6>& s) {
                    3 * (square(s[3]) + square(s[4]) + square(s[5])));
 }
 
-NodalStress nodal_stress(const SolidGroup& body, const double* q) {
+NodalStress nodal_stress(const SolidGroup& body, const double* q, int threads) {
   const Mesh& mesh = body.mesh();
   const auto nodes = static_cast<Eigen::Index>(nodes_per_element(mesh.kind));
   const Eigen::MatrixXd to_nodes = extrapolation(mesh.kind);
   PointStresses all(nodes * body.size(), 6);
-#pragma omp parallel for schedule(static)
-  for (int e = 0; e < body.size(); ++e)
-    all.middleRows(e * nodes, nodes) = to_nodes * element_stress(body, e, q);
+  by_threads(threads, body.size(), [&](int begin, int end) {
+    PointStresses at_points(static_cast<Eigen::Index>(stiffness_rule(mesh.kind).points.size()), 6);
+    for (int e = begin; e < end; ++e) {
+      element_stress(body, e, q, at_points.data());
+      all.middleRows(e * nodes, nodes).noalias() = to_nodes * at_points;
+    }
+  });
 
   NodalStress result;
   std::vector<int> shares(mesh.nodes.size());

@@ -19,7 +19,7 @@ struct NodalStress {
 };
 
 /// q: the positions of the body's nodes (3 per node). Nodes of elements that are inside out have stress NaN.
-NodalStress nodal_stress(const SolidGroup& body, const double* q);
+NodalStress nodal_stress(const SolidGroup& body, const double* q, int threads = 1);
 
 double von_mises(const std::array<double, 6>& cauchy);
 

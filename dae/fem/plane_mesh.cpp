@@ -2,8 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+
+#include <mfs/error.hpp>
 
 #include "dae/fem/shape.hpp"
+#include "dae/mechanics/number_text.hpp"
 
 namespace mfs::dae {
 
@@ -84,6 +88,15 @@ void drop_unused_nodes(Mesh& mesh) {
 }
 
 }  // namespace
+
+void check_cell_count(double cells, ElementKind kind) {
+  // Of a cell inside a large block: 9 for each pair of coupled nodes. Cells at a surface have more.
+  const double entries = kind == ElementKind::hex8 ? 243 : kind == ElementKind::hex20 ? 2106 : 2070;
+  const double most = std::floor(std::numeric_limits<int>::max() / entries);
+  if (!(cells <= most))
+    throw InvalidInput("mesh", number_text(cells) + " cells are more than the " + number_text(most) +
+                                   " of this element whose matrices can be counted");
+}
 
 int PlaneMesh::point_at(const Point2& x) {
   const long long i = std::llround(x[0] / tolerance_), j = std::llround(x[1] / tolerance_);

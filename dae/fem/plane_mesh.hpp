@@ -21,6 +21,10 @@ namespace mfs::dae {
 
 using Point2 = std::array<double, 2>;
 
+/// Throws InvalidInput("mesh") where a body of so many cells, as PlaneMesh makes them, has more entries in
+/// its matrices than an int can count: before such a mesh is made, which would take minutes and all memory.
+void check_cell_count(double cells, ElementKind kind);
+
 class PlaneMesh {
  public:
   /// tolerance: points closer than that are one point.
@@ -31,6 +35,7 @@ class PlaneMesh {
   std::vector<int> add_patch(int cells_s, int cells_t, const std::function<Point2(double, double)>& map);
   void add_to_set(const std::string& name, const std::vector<int>& points);
 
+  int cells() const { return static_cast<int>(cells_.size()); }
   /// The solid between z = 0 and z = thickness; sets become node sets over all of it.
   Mesh extrude(double thickness, int layers, ElementKind kind) const;
 

@@ -125,14 +125,12 @@ std::unique_ptr<DeviceForce> SolidGroup::device_force(int coordinates, int threa
 // matrix (3 nodes x 3 nodes) += factor * mass
 void SolidGroup::add_mass(int e, double factor, double* matrix) const {
   const int n = 3 * nodes_;
-  const double* mass = &mass_[place(e, mass_entries())];
-  const bool lumped = options_.mass == MassKind::lumped;
-  for (int i = 0; i < nodes_; ++i)
-    for (int j = lumped ? i : 0; j <= i; ++j, ++mass)
-      for (int k = 0; k < 3; ++k) {
-        matrix[(3 * i + k) * n + 3 * j + k] += factor * *mass;
-        if (j < i) matrix[(3 * j + k) * n + 3 * i + k] += factor * *mass;
-      }
+  for_each_mass(e, [&](int i, int j, double mass) {
+    for (int k = 0; k < 3; ++k) {
+      matrix[(3 * i + k) * n + 3 * j + k] += factor * mass;
+      if (j < i) matrix[(3 * j + k) * n + 3 * i + k] += factor * mass;
+    }
+  });
 }
 
 void SolidGroup::tangent(int e, const LocalState& state, LocalTangent& tangent) const {
@@ -147,20 +145,47 @@ void SolidGroup::tangent(int e, const LocalState& state, LocalTangent& tangent) 
                        viscous ? tangent.force_v : nullptr);
 }
 
+Energy SolidGroup::energy(int e, const LocalState& state) const {
+  double nodes[3 * kMostNodes];
+  gather_nodes(e, nodes);
+  Energy energy;
+  energy.elastic = stored_energy(mesh_->kind, constants_, nodes, state.q);
+  for_each_mass(e, [&](int i, int j, double mass) {
+    for (int k = 0; k < 3; ++k) {
+      const double twice = j < i ? 2 : 1, g = options_.gravity[static_cast<std::size_t>(k)];
+      energy.kinetic += 0.5 * twice * mass * state.v[3 * i + k] * state.v[3 * j + k];
+      energy.potential -= 0.5 * twice * mass * g * (state.q[3 * i + k] + state.q[3 * j + k]);
+    }
+  });
+  return energy;
+}
+
+Power SolidGroup::power(int e, const LocalState& state) const {
+  Power power;
+  if (options_.damping_alpha > 0)
+    for_each_mass(e, [&](int i, int j, double mass) {
+      for (int k = 0; k < 3; ++k)
+        power.dissipated +=
+            (j < i ? 2 : 1) * options_.damping_alpha * mass * state.v[3 * i + k] * state.v[3 * j + k];
+    });
+  if (!(constants_.beta > 0)) return power;
+  const double rest[3 * kMostNodes] = {};
+  double nodes[3 * kMostNodes], moving[3 * kMostNodes] = {}, resting[3 * kMostNodes] = {};
+  gather_nodes(e, nodes);
+  add_internal_force(mesh_->kind, constants_, nodes, state.q, state.v, moving);
+  add_internal_force(mesh_->kind, constants_, nodes, state.q, rest, resting);
+  for (int n = 0; n < 3 * nodes_; ++n) power.dissipated += (moving[n] - resting[n]) * state.v[n];
+  return power;
+}
+
 std::string SolidGroup::name(int e) const {
   return "body " + body_ + ", element " + std::to_string(e);
 }
 
 double SolidGroup::mass() const {
   double sum = 0;
-  for (std::size_t k = 0; k < mass_.size();) {
-    if (options_.mass == MassKind::lumped) {
-      sum += mass_[k++];
-      continue;
-    }
-    for (int i = 0; i < nodes_; ++i)
-      for (int j = 0; j <= i; ++j) sum += (j < i ? 2 : 1) * mass_[k++];
-  }
+  for (int e = 0; e < size(); ++e)
+    for_each_mass(e, [&](int i, int j, double mass) { sum += (j < i ? 2 : 1) * mass; });
   return sum;
 }
 

@@ -41,14 +41,25 @@ class SolidGroup : public ElementGroup {
   LocalStructure structure() const override;
   void residual(int e, const LocalState& state, LocalResidual& residual) const override;
   void tangent(int e, const LocalState& state, LocalTangent& tangent) const override;
+  Energy energy(int e, const LocalState& state) const override;
+  Power power(int e, const LocalState& state) const override;
   std::unique_ptr<DeviceForce> device_force(int coordinates, int threads) const override;
   std::string name(int e) const override;
 
   const std::string& body() const { return body_; }
   const Mesh& mesh() const { return *mesh_; }
   const SolidConstants& constants() const { return constants_; }
+  bool is_damped() const { return options_.damping_alpha > 0 || options_.damping_beta > 0; }
   /// kg
   double mass() const;
+  /// visit(i, j, m) for the entries of the mass matrix of element e on its diagonal and below, j <= i: m of
+  /// its nodes i and j, kg, for each direction.
+  template <class Visit>
+  void for_each_mass(int e, const Visit& visit) const {
+    const double* mass = &mass_[place(e, mass_entries())];
+    for (int i = 0; i < nodes_; ++i)
+      for (int j = options_.mass == MassKind::lumped ? i : 0; j <= i; ++j) visit(i, j, *mass++);
+  }
   /// The nodes' reference positions of element e, nodes x 3, into `nodes`.
   void gather_nodes(int e, double* nodes) const;
 

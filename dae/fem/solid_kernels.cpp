@@ -106,6 +106,27 @@ MFS_INLINE void cauchy_of(SolidConstants c, const double* nodes, const double* q
     }
 }
 
+template <ElementKind kind>
+MFS_INLINE double energy_of(SolidConstants c, const double* nodes, const double* q) {
+  c.beta = 0;
+  Undeformed<kind> undeformed;
+  Response<kind> r;
+  undeform<kind>(c, cell_gradients<kind>(), nodes, undeformed);
+  respond<kind>(c, cell_gradients<kind>(), undeformed.map, undeformed.modes, q, nullptr, r);
+  double sum = 0;
+  for (int p = 0; p < Sizes<kind>::points; ++p) {
+    double strain[6], density = 0;
+    for (int k = 0; k < 6; ++k) {
+      strain[k] = r.elastic.strain[k][p];
+      // The linear law's strains are here without their enhancement, which does no work on the stress.
+      density += 0.5 * strain[k] * r.stress.value[k][p];
+    }
+    if (c.law == MaterialLaw::neo_hookean) density = neo_hookean_energy(c, strain);
+    sum += undeformed.map.weight[p] * density;
+  }
+  return sum;
+}
+
 }  // namespace
 
 // The three kinds of one operation, each compiled for several levels of the processor.
@@ -127,6 +148,12 @@ MFS_SIMD_CLONES
     void add_internal_tangent(ElementKind kind, const SolidConstants& constants, const double* nodes,
                               const double* q, const double* v, double* force_q, double* force_v){
         MFS_FOR_EACH_KIND(tangent_of, constants, nodes, q, v, force_q, force_v)}
+
+MFS_SIMD_CLONES double stored_energy(ElementKind kind, const SolidConstants& constants, const double* nodes,
+                                     const double* q) {
+  MFS_FOR_EACH_KIND(energy_of, constants, nodes, q)
+  return kNaN;
+}
 
 MFS_SIMD_CLONES void point_stress(ElementKind kind, const SolidConstants& constants, const double* nodes,
                                   const double* q, double* stress) {

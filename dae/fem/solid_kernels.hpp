@@ -46,6 +46,9 @@ void add_internal_force(ElementKind kind, const SolidConstants& constants, const
 void add_internal_tangent(ElementKind kind, const SolidConstants& constants, const double* nodes,
                           const double* q, const double* v, double* force_q, double* force_v);
 
+/// Of the strains, J; the viscous part of the stress has none.
+double stored_energy(ElementKind kind, const SolidConstants& constants, const double* nodes, const double* q);
+
 /// Cauchy stress F S F^T / J without its viscous part: kMostPoints x 6 at most, (points x 6) written.
 void point_stress(ElementKind kind, const SolidConstants& constants, const double* nodes, const double* q,
                   double* stress);

@@ -13,6 +13,13 @@ namespace {
 /// By which steps may grow again and again at any order, with nothing that sees their error.
 constexpr double kSafeGrowth = 1.1;
 
+/// A step becomes longer only by a factor worth its new matrix, and a little less than the estimate lets it.
+constexpr double kLeastGrowth = 1.2, kSafety = 0.9;
+/// A local error, in units of what is allowed, with which steps would become longer at any order.
+constexpr double kFarFromLimit = 1e-3;
+/// Most steps for which orders that proved unstable are not tried again.
+constexpr int kMostHeld = 5000;
+
 /// Factor for the step by which an error of `error` at `order` becomes half of what is allowed.
 double step_factor(double error, int order) {
   return std::pow(2.0 * error + 1e-4, -1.0 / (order + 1));
@@ -57,13 +64,13 @@ struct Shift {
   }
 };
 
-/// e and what it would be at one and two orders less.
-struct ThreeErrors {
+/// e, what it would be at one and two orders less, and the sum of the first and the last.
+struct FourErrors {
   const double *e, *last, *before;
   double beta_last, beta_before;
-  MFS_HOST_DEVICE Numbers<3> operator()(std::size_t i) const {
-    const double below = e[i] + beta_last * last[i];
-    return {{e[i], below, below + beta_before * before[i]}};
+  MFS_HOST_DEVICE Numbers<4> operator()(std::size_t i) const {
+    const double below = e[i] + beta_last * last[i], two_below = below + beta_before * before[i];
+    return {{e[i], below, two_below, e[i] + two_below}};
   }
 };
 
@@ -89,6 +96,7 @@ void Bdf::start(Array<double> y, Array<double> dy, double h) {
   }
   order_ = 1;
   rising_ = true;
+  rejected_ = false;
   steps_ = last_order_ = unchanged_ = 0;
   step_ = last_step_ = 0.0;
   psi_ = {};
@@ -145,22 +153,23 @@ void Bdf::predict(double h, Array<double>& y, Array<double>& dy) {
   for_parts(executor_, y.size(), predict);
 }
 
-// Of e and what it would be at one and two orders less, as far as these are known.
-std::array<double, 3> Bdf::sizes(const Array<double>& e, const Array<double>& weights) const {
+Bdf::Sizes Bdf::sizes(const Array<double>& e, const Array<double>& weights) const {
   if (order_ == 1 || fixed_) return {weighted_rms<1>(executor_, OneError{e.data()}, weights).of[0]};
-  const ThreeErrors errors{e.data(), phi_[order_].data(), phi_[order_ - 1].data(), beta_[order_],
-                           beta_[order_ - 1]};
-  const Numbers<3> sizes = weighted_rms<3>(executor_, errors, weights);
-  return {sizes.of[0], sizes.of[1], sizes.of[2]};
+  const FourErrors errors{e.data(), phi_[order_].data(), phi_[order_ - 1].data(), beta_[order_],
+                          beta_[order_ - 1]};
+  const Numbers<4> sizes = weighted_rms<4>(executor_, errors, weights);
+  return {sizes.of[0], sizes.of[1], sizes.of[2], sizes.of[3]};
 }
 
 double Bdf::local_error(const Array<double>& e, const Array<double>& weights) {
   const auto k = static_cast<std::size_t>(order_);
-  const std::array<double, 3> size = sizes(e, weights);
+  sizes_ = sizes(e, weights);
+  const Sizes& size = sizes_;
   error_here_ = sigma_[k] * size[0];
   suited_order_ = order_;
   suited_error_ = error_here_;
-  if (order_ > 1 && !fixed_) {
+  const bool held = held_ > 0 && order_ == kStableOrder;  // its differences are now large, now small
+  if (order_ > 1 && !fixed_ && !held) {
     error_below_ = sigma_[k - 1] * size[1];
     const double here = (order_ + 1) * error_here_, below = order_ * error_below_;
     bool lower = below <= 0.5 * here;
@@ -178,10 +187,7 @@ double Bdf::local_error(const Array<double>& e, const Array<double>& weights) {
 
 double Bdf::reject(int times) {
   rising_ = false;
-  if (times >= 3) {
-    order_ = 1;
-    return 0.25 * step_;
-  }
+  rejected_ = true;
   order_ = suited_order_;
   return step_ * (times == 1 ? std::clamp(0.9 * step_factor(suited_error_, order_), 0.25, 0.9) : 0.25);
 }
@@ -197,12 +203,14 @@ void Bdf::shift(const Array<double>& e) {
 
 double Bdf::accept(const Array<double>& e, const Array<double>& weights) {
   ++steps_;
-  if (!fixed_ && (suited_order_ < order_ || order_ == max_order_)) rising_ = false;
+  if (!fixed_ && (suited_order_ < order_ || order_ == most_order())) rising_ = false;
   Choice next{order_, step_};
-  if (!fixed_ && !rising_)
+  if (leave_unstable_orders())
+    next.order = kStableOrder;
+  else if (!fixed_ && !rising_)
     next = choose(e, weights);
   else if (steps_ > 1)
-    next = {std::min(order_ + 1, max_order_), (fixed_ ? kSafeGrowth : 2.0) * step_};
+    next = {std::min(order_ + 1, most_order()), (fixed_ ? kSafeGrowth : 2.0) * step_};
   shift(e);
   psi_ = next_psi_;
   unchanged_ = next_unchanged_;
@@ -212,11 +220,26 @@ double Bdf::accept(const Array<double>& e, const Array<double>& weights) {
   return next.step;
 }
 
+bool Bdf::leave_unstable_orders() {
+  if (held_ > 0) --held_;
+  // Where the step is not limited by its error, differences are rounding, which is an oscillation as well.
+  if (fixed_ || order_ <= kStableOrder || error_factor_ * sizes_[0] < kFarFromLimit) {
+    watch_.forget();
+    return false;
+  }
+  watch_.add(sizes_[0], sizes_[1], sizes_[2], sizes_[3]);
+  if (!watch_.unstable()) return false;
+  watch_.forget();
+  held_ = next_held_;
+  next_held_ = std::min(2 * next_held_, kMostHeld);
+  return true;
+}
+
 Bdf::Choice Bdf::choose(const Array<double>& e, const Array<double>& weights) {
   int order = suited_order_;
   double error = suited_error_;
   // The order above is judged only after order + 1 equal steps, and not just after a raise.
-  if (order == order_ && order_ < max_order_ && order_ + 1 < next_unchanged_ && order_ - last_order_ != 1) {
+  if (order == order_ && order_ < most_order() && order_ + 1 < next_unchanged_ && order_ - last_order_ != 1) {
     const ErrorAbove above{e.data(), phi_[order_ + 1].data()};
     const double error_above = weighted_rms<1>(executor_, above, weights).of[0] / (order_ + 2);
     const double rated_here = (order_ + 1) * error_here_, rated_above = (order_ + 2) * error_above;
@@ -229,7 +252,10 @@ Bdf::Choice Bdf::choose(const Array<double>& e, const Array<double>& weights) {
     }
   }
   const double factor = step_factor(error, order);
-  if (factor >= 2.0) return {order, 2.0 * step_};
+  const bool settled = next_unchanged_ > order_ + 1;
+  if (settled) rejected_ = false;
+  if (factor >= 2.0 && !rejected_) return {order, 2.0 * step_};
+  if (kSafety * factor >= kLeastGrowth && settled) return {order, std::min(kSafety * factor, 2.0) * step_};
   return {order, factor <= 1.0 ? step_ * std::clamp(factor, 0.5, 0.9) : step_};
 }
 

@@ -10,12 +10,19 @@
 //
 // Sources: Brenan, Campbell, Petzold, "Numerical Solution of Initial-Value Problems in DAEs", SIAM 1996, ch.
 // 5; Hindmarsh et al., SUNDIALS, ACM TOMS 31 (2005) 363-396, section 2.3 (whose factors of 2, 0.9, 0.5 and
-// 0.25 these are).
+// 0.25 these are). Three things differ: after the third rejection in one step the integrator starts the
+// formula anew, as its past is then no guide (IDA goes on at order 1 with it, and order and step come up only
+// after many equal steps); steps grow by 1.2 ... 2 after as many equal ones as CVODE asks for, and
+// after a rejection by 2 not before then either (IDA's only double, so that errors for tolerances a hundred
+// apart differ by anything from 15 to 200, and a step may double and be rejected by turns for ever); and
+// orders above 2 are left where they are not stable (stability_watch.hpp).
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 
+#include "dae/integrator/stability_watch.hpp"
 #include "dae/vectors/executor.hpp"
 
 namespace mfs::dae {
@@ -41,6 +48,7 @@ class Bdf {
   /// good. Says also what `reject` and `accept` are going to do.
   double local_error(const Array<double>& e, const Array<double>& weights);
   /// The step to try next, after the error was too large for the `times`-th time (1, 2, ...) in one step.
+  /// From the third time on, what is known of the past is to be forgotten by start().
   double reject(int times);
   /// Goes on to the new time with correction `e`; returns the step that suits it. After local_error(e).
   double accept(const Array<double>& e, const Array<double>& weights);
@@ -48,7 +56,10 @@ class Bdf {
  private:
   using Coefficients = std::array<double, kMostOrder + 2>;
   using Differences = std::array<Array<double>, kMostOrder + 2>;
-  std::array<double, 3> sizes(const Array<double>& e, const Array<double>& weights) const;
+  /// Of e, of what it would be at one and two orders less, as far as these are known, and of the sum of the
+  /// first and the last.
+  using Sizes = std::array<double, 4>;
+  Sizes sizes(const Array<double>& e, const Array<double>& weights) const;
   void restart_with(double h);
   void set_coefficients(double h);
   void shift(const Array<double>& e);
@@ -58,12 +69,17 @@ class Bdf {
   };
   /// The order and the step after this one.
   Choice choose(const Array<double>& e, const Array<double>& weights);
+  /// The highest order that may be taken now.
+  int most_order() const { return held_ > 0 ? std::min(kStableOrder, max_order_) : max_order_; }
+  /// Whether orders above 2 are to be left now.
+  bool leave_unstable_orders();
 
   int max_order_;
   bool fixed_;
   const Executor& executor_;
   int order_ = 1;
-  bool rising_ = true;  ///< the first steps: order and step grow at each
+  bool rising_ = true;     ///< the first steps: order and step grow at each
+  bool rejected_ = false;  ///< by the error, and since then not so many equal steps that they may grow
   int steps_ = 0;
   int last_order_ = 0;  ///< of the last accepted step
   double step_ = 0.0, last_step_ = 0.0;
@@ -75,6 +91,10 @@ class Bdf {
   double error_here_ = 0.0, error_below_ = 0.0;  ///< |error| of orders k, k - 1
   int suited_order_ = 1;
   double suited_error_ = 0.0;
+  Sizes sizes_{};
+  static constexpr int kStableOrder = 2;
+  StabilityWatch watch_;
+  int held_ = 0, next_held_ = 50;  ///< steps for which higher orders are not taken; after the next time
 };
 
 }  // namespace mfs::dae

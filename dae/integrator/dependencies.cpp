@@ -6,6 +6,8 @@
 #include <cmath>
 #include <optional>
 
+#include <mfs/error.hpp>
+
 #include "dae/integrator/sparse_lu.hpp"
 
 namespace mfs::dae {
@@ -13,8 +15,6 @@ namespace {
 
 /// A pivot of at least this part of its row's largest entry shows that the row is independent.
 constexpr double kLargePivot = 1e-3;
-/// What is left of a row below this part of its largest entry is rounding.
-constexpr double kRounding = 1e-8;
 /// The least share in a combination, in parts of the largest, of the row that is called redundant.
 constexpr double kShare = 1e-2;
 /// Shares below this part of the largest are rounding.
@@ -112,6 +112,7 @@ ScaledRows scale_rows(const Pattern& pattern, const std::vector<double>& values,
       most = std::max(most, std::abs(x));
       square += x * x;
     });
+    if (!std::isfinite(square)) throw InvalidInput("constraints", "their derivatives are not finite", r);
     if (most == 0.0) continue;
     rows.factor[r] = 1.0 / (normalizes[r] != 0 ? std::sqrt(square) : most);
     if (normalizes[r] == 0) continue;
@@ -138,8 +139,8 @@ ScaledRows scale_rows(const Pattern& pattern, const std::vector<double>& values,
 /// Steps 1 to 3.
 class Search {
  public:
-  Search(const ScaledRows& rows, const std::vector<char>& normalizes, int columns)
-      : rows_(rows), columns_(columns), sum_(columns) {
+  Search(const ScaledRows& rows, const std::vector<char>& normalizes, int columns, double nothing)
+      : rows_(rows), columns_(columns), nothing_(nothing), sum_(columns) {
     for (std::size_t r = 0; r < normalizes.size(); ++r)
       if (normalizes[r] == 0) kept_.push_back(static_cast<int>(r));
   }
@@ -154,9 +155,27 @@ class Search {
   }
 
  private:
+  /// A combination of rows and what it makes of coordinates.
   struct LeftOut {
-    SparseRow combination;  ///< of rows,
-    SparseRow rest;         ///< which makes this row of coordinates
+    SparseRow combination, rest;
+    double most_share = 0.0, most_rest = 0.0;  ///< largest of both
+    void measure() {
+      most_share = largest(combination);
+      most_rest = largest(rest);
+    }
+    bool is_zero(double nothing) const { return most_rest <= nothing * most_share; }
+  };
+  /// A combination that is zero.
+  struct Zero {
+    SparseRow combination;
+    double most = 0.0;  ///< largest share
+    int last = -1;      ///< row with a share worth mentioning
+    explicit Zero(SparseRow row) : combination(std::move(row)) { measure(); }
+    void measure() {
+      most = largest(combination);
+      for (const auto& [r, share] : combination)
+        if (std::abs(share) > kShare * most) last = r;
+    }
   };
 
   void leave_out_small_pivots() {
@@ -219,6 +238,7 @@ class Search {
         for (const auto& [c, x] : rows_.row[r])
           if (dependent_[c] < 0) sum_.add(c, share * x);
       out.rest = sum_.take();
+      out.measure();
     }
   }
 
@@ -226,17 +246,15 @@ class Search {
   void eliminate_rests() {
     std::vector<LeftOut> uncertain;
     for (LeftOut& out : out_) {
-      if (largest(out.rest) > kRounding * largest(out.combination))
-        uncertain.push_back(std::move(out));
+      if (out.is_zero(nothing_))
+        zero_.emplace_back(std::move(out.combination));
       else
-        zero_.push_back(std::move(out.combination));
+        uncertain.push_back(std::move(out));
     }
     while (!uncertain.empty()) {
-      const auto by_rest = [](const LeftOut& a, const LeftOut& b) {
-        return largest(a.rest) < largest(b.rest);
-      };
+      const auto by_rest = [](const LeftOut& a, const LeftOut& b) { return a.most_rest < b.most_rest; };
       const auto most = std::max_element(uncertain.begin(), uncertain.end(), by_rest);
-      if (largest(most->rest) <= kRounding * largest(most->combination)) break;
+      if (most->is_zero(nothing_)) break;
       const LeftOut pivot = std::move(*most);
       uncertain.erase(most);
       const auto entry = *std::max_element(
@@ -247,46 +265,37 @@ class Search {
         if (factor == 0.0) continue;
         out.rest = added(out.rest, factor, pivot.rest, entry.first);
         out.combination = added(out.combination, factor, pivot.combination, -1);
+        out.measure();
       }
     }
-    for (LeftOut& out : uncertain) zero_.push_back(std::move(out.combination));
-  }
-
-  /// The last row of `row` with a share worth mentioning.
-  static int last_share(const SparseRow& row) {
-    const double bound = kShare * largest(row);
-    int last = -1;
-    for (const auto& [r, share] : row)
-      if (std::abs(share) > bound) last = r;
-    return last;
+    for (LeftOut& out : uncertain) zero_.emplace_back(std::move(out.combination));
   }
 
   /// Gauss and Jordan, from the last row to the first.
   std::vector<std::pair<int, SparseRow>> name_redundant() {
     std::vector<std::pair<int, SparseRow>> named;
     while (!zero_.empty()) {
-      std::vector<int> last;
-      for (const SparseRow& row : zero_) last.push_back(last_share(row));
-      const int redundant = *std::max_element(last.begin(), last.end());
-      std::size_t pivot = 0;
-      double most = 0.0;
-      for (std::size_t k = 0; k < zero_.size(); ++k) {
-        const double share = std::abs(at(zero_[k], redundant)) / largest(zero_[k]);
-        if (share > most) {
-          most = share;
-          pivot = k;
-        }
-      }
-      SparseRow row = std::move(zero_[pivot]);
-      zero_.erase(zero_.begin() + static_cast<std::ptrdiff_t>(pivot));
+      const int redundant = std::max_element(zero_.begin(), zero_.end(), [](const Zero& a, const Zero& b) {
+                              return a.last < b.last;
+                            })->last;
+      const auto share_of = [&](const Zero& zero) {
+        return std::abs(at(zero.combination, redundant)) / zero.most;
+      };
+      const auto pivot = std::max_element(zero_.begin(), zero_.end(), [&](const Zero& a, const Zero& b) {
+        return share_of(a) < share_of(b);
+      });
+      SparseRow row = std::move(pivot->combination);
+      zero_.erase(pivot);
       divide(row, at(row, redundant));
       const auto eliminate = [&](SparseRow& other) {
         const double share = at(other, redundant);
-        if (share == 0.0) return;
+        if (share == 0.0) return false;
         other = added(other, -share, row, redundant);
         drop_rounding(other);
+        return true;
       };
-      for (SparseRow& other : zero_) eliminate(other);
+      for (Zero& other : zero_)
+        if (eliminate(other.combination)) other.measure();
       for (auto& other : named) eliminate(other.second);
       named.emplace_back(redundant, std::move(row));
     }
@@ -295,20 +304,22 @@ class Search {
 
   const ScaledRows& rows_;
   const int columns_;
+  const double nothing_;
   Accumulator sum_;
   std::vector<int> kept_, left_out_;
   std::vector<int> dependent_;  ///< of each coordinate: its number among the kept rows' pivots, or -1
   std::vector<LeftOut> out_;
-  std::vector<SparseRow> zero_;
+  std::vector<Zero> zero_;
 };
 
 }  // namespace
 
 Dependencies::Dependencies(const Pattern& position_q, const std::vector<double>& values,
-                           const std::vector<double>& scale, const std::vector<char>& normalizes) {
+                           const std::vector<double>& scale, const std::vector<char>& normalizes,
+                           double nothing) {
   if (position_q.rows == 0) return;
   const ScaledRows rows = scale_rows(position_q, values, scale, normalizes);
-  auto found = Search(rows, normalizes, position_q.columns).run();
+  auto found = Search(rows, normalizes, position_q.columns, nothing).run();
   std::sort(found.begin(), found.end());
   Accumulator sum(position_q.rows);
   for (const auto& [redundant, combination] : found) {

@@ -28,10 +28,13 @@ using SparseRow = std::vector<std::pair<int, double>>;
 class Dependencies {
  public:
   Dependencies() = default;
+  /// What is left of a row below this part of its largest entry is rounding.
+  static constexpr double kRounding = 1e-8;
   /// `values`: of `position_q`; `scale`: per coordinate; `normalizes`: per row,
-  /// ConstrainedSystem::is_normalization. Throws OutOfMemory, BackendError.
+  /// ConstrainedSystem::is_normalization; `nothing`: the part of a row that is taken for zero. Throws
+  /// InvalidInput where a value is not finite, OutOfMemory, BackendError.
   Dependencies(const Pattern& position_q, const std::vector<double>& values, const std::vector<double>& scale,
-               const std::vector<char>& normalizes);
+               const std::vector<char>& normalizes, double nothing = kRounding);
 
   /// Rows that follow from the others, ascending.
   const std::vector<int>& redundant() const { return redundant_; }

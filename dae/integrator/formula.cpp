@@ -1,5 +1,7 @@
 #include "dae/integrator/formula.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <utility>
 
@@ -86,9 +88,13 @@ class BdfFormula : public Formula {
   Array<double> correction_;
 };
 
-/// What generalized-alpha makes of one coordinate: w at the new time from a there and from a and w before.
+/// w belongs to the time alpha_m - alpha_f steps from a's: where the step has changed, it is moved there
+/// along the line through both (Jay and Negrut 2009).
 struct NextW {
   double alpha_m, alpha_f;
+  double ratio = 1.0;  ///< of this step and the one that w is of
+  MFS_HOST_DEVICE double moved(double a, double w) const { return a + ratio * (w - a); }
+  /// Of the new time, from a there and from a and w, moved, before.
   MFS_HOST_DEVICE double operator()(double a, double last_a, double w) const {
     return ((1.0 - alpha_f) * a + alpha_f * last_a - alpha_m * w) / (1.0 - alpha_m);
   }
@@ -100,51 +106,89 @@ struct Newmark {
   NextW next_w;
   double h, beta, gamma;
   MFS_HOST_DEVICE void operator()(std::size_t i) const {
-    const double next = next_w(last_a[i], last_a[i], w[i]);
-    q[i] = last_q[i] + h * last_v[i] + h * h * ((0.5 - beta) * w[i] + beta * next);
-    v[i] = last_v[i] + h * ((1.0 - gamma) * w[i] + gamma * next);
+    const double now = next_w.moved(last_a[i], w[i]), next = next_w(last_a[i], last_a[i], now);
+    q[i] = last_q[i] + h * last_v[i] + h * h * ((0.5 - beta) * now + beta * next);
+    v[i] = last_v[i] + h * ((1.0 - gamma) * now + gamma * next);
     a[i] = last_a[i];
+  }
+};
+
+/// Divided differences of a velocity at the last times.
+struct Differences {
+  double step, two_steps, three_steps;  ///< the new one, it with the one before, ...
+  MFS_HOST_DEVICE double first(double v, double last_v) const { return (v - last_v) / step; }
+  MFS_HOST_DEVICE double second(double first, double last_first) const {
+    return (first - last_first) / two_steps;
+  }
+  MFS_HOST_DEVICE double third(double second, double last_second) const {
+    return (second - last_second) / three_steps;
+  }
+};
+
+/// The leading terms of the local errors of [q, v]: h^3 times the second and the third derivative of v and
+/// constants of the method. The derivatives are taken from velocities: by accelerations, vibrations that are
+/// far too fast for the step would count for (w h)^2 times what they are.
+struct LeadingError {
+  const double *v, *last_v, *first, *second;
+  std::size_t n;
+  Differences differences;
+  double of_q, of_v;
+  MFS_HOST_DEVICE Numbers<1> operator()(std::size_t i) const {
+    const std::size_t k = i < n ? i : i - n;
+    const double now = differences.second(differences.first(v[k], last_v[k]), first[k]);
+    return {{i < n ? of_q * now : of_v * differences.third(now, second[k])}};
   }
 };
 
 /// Goes on to q, v and a.
 struct GoOn {
   const double *q, *v, *a;
-  double *last_q, *last_v, *last_a, *w;
+  double *last_q, *last_v, *last_a, *w, *first, *second;
   NextW next_w;
+  Differences differences;
   MFS_HOST_DEVICE void operator()(std::size_t i) const {
-    w[i] = next_w(a[i], last_a[i], w[i]);
+    w[i] = next_w(a[i], last_a[i], next_w.moved(last_a[i], w[i]));
+    const double now = differences.first(v[i], last_v[i]);
+    second[i] = differences.second(now, first[i]);
+    first[i] = now;
     last_q[i] = q[i];
     last_v[i] = v[i];
     last_a[i] = a[i];
   }
 };
 
-/// The same with w = a, to begin with.
+/// The same with w = a, to begin with, and as if there had been a step of no time.
 struct Begin {
   const double *q, *v, *a;
-  double *last_q, *last_v, *last_a, *w;
+  double *last_q, *last_v, *last_a, *w, *first, *second;
   MFS_HOST_DEVICE void operator()(std::size_t i) const {
     last_q[i] = q[i];
     last_v[i] = v[i];
-    w[i] = last_a[i] = a[i];
+    w[i] = last_a[i] = first[i] = a[i];
+    second[i] = 0.0;
   }
 };
 
 class GeneralizedAlpha : public Formula {
  public:
-  GeneralizedAlpha(double rho, const Executor& executor)
-      : next_w_{(2.0 * rho - 1.0) / (rho + 1.0), rho / (rho + 1.0)}, executor_(executor) {}
+  GeneralizedAlpha(const IntegratorOptions& options, const Executor& executor)
+      : next_w_{(2.0 * options.rho_inf - 1.0) / (options.rho_inf + 1.0),
+                options.rho_inf / (options.rho_inf + 1.0)},
+        fixed_step_(options.fixed_step),
+        executor_(executor) {}
 
   void start(const StepState& state, double h) override {
-    for (auto* part : {&q_, &v_, &a_, &w_}) part->resize(executor_, state.q.size());
-    for_each(
-        executor_, w_.size(),
-        Begin{state.q.data(), state.v.data(), state.a.data(), q_.data(), v_.data(), a_.data(), w_.data()});
+    for (auto* part : {&q_, &v_, &a_, &w_, &first_, &second_}) part->resize(executor_, state.q.size());
+    for_each(executor_, w_.size(),
+             Begin{state.q.data(), state.v.data(), state.a.data(), q_.data(), v_.data(), a_.data(), w_.data(),
+                   first_.data(), second_.data()});
     step_ = h;
+    last_step_ = before_ = 0.0;
+    alike_ = 0;
   }
   void predict(double h, StepRelation& relation) override {
     step_ = h;
+    next_w_.ratio = last_step_ > 0.0 ? h / last_step_ : 1.0;
     const double weight = (1.0 - next_w_.alpha_f) / (1.0 - next_w_.alpha_m);  // of a in w
     relation.v_by_a = gamma() * weight * h;
     relation.q_by_v = beta() * h / gamma();
@@ -154,30 +198,59 @@ class GeneralizedAlpha : public Formula {
                      relation.a.data(), next_w_, h, beta(), gamma()});
   }
   int order() const override { return 2; }
-  double local_error(const StepState&, const Array<double>&) override { return 0.0; }
-  double reject(int) override { return 0.5 * step_; }
+  double local_error(const StepState& state, const Array<double>& weights) override {
+    // In parts of a step: where w is, what w itself has of h^2 a''.
+    const double d = next_w_.alpha_m - next_w_.alpha_f, after = (1.0 + d) * (1.0 + d);
+    const double in_w =
+        0.5 * (1.0 - next_w_.alpha_f - (1.0 - next_w_.alpha_m) * after - next_w_.alpha_m * d * d);
+    const double of_q = beta() + 0.5 * d - 1.0 / 6.0;
+    const double of_v = 0.5 * d * d * (1.0 - gamma()) + 0.5 * gamma() * after - 1.0 / 6.0 + in_w;
+    const double cube = step_ * step_ * step_;
+    const bool known = last_step_ > 0.0;  // in the first step there is no third difference
+    const LeadingError error{
+        state.v.data(), v_.data(),     first_.data(),     second_.data(),
+        w_.size(),      differences(), 2.0 * of_q * cube, known ? 6.0 * of_v * cube : 0.0};
+    return error_ = weighted_rms<1>(executor_, error, weights).of[0];
+  }
+  double reject(int times) override {
+    alike_ = 0;
+    return step_ * (times == 1 ? std::clamp(kSafety * factor(), 0.25, 0.9) : 0.25);
+  }
   double accept(const StepState& state, const Array<double>&) override {
     for_each(executor_, w_.size(),
              GoOn{state.q.data(), state.v.data(), state.a.data(), q_.data(), v_.data(), a_.data(), w_.data(),
-                  next_w_});
-    return step_;
+                  first_.data(), second_.data(), next_w_, differences()});
+    alike_ = last_step_ > 0.0 && std::abs(step_ - last_step_) <= 1e-9 * step_ ? alike_ + 1 : 1;
+    before_ = std::exchange(last_step_, step_);
+    if (fixed_step_ > 0.0) return fixed_step_;
+    if (factor() <= 1.0) return step_ * std::clamp(factor(), 0.5, 0.9);
+    const double longer = std::min(kSafety * factor(), 2.0);
+    return longer >= kLeastGrowth && alike_ > order() ? longer * step_ : step_;
   }
 
  private:
   double gamma() const { return 0.5 - next_w_.alpha_m + next_w_.alpha_f; }
   double beta() const { return 0.25 * (gamma() + 0.5) * (gamma() + 0.5); }
+  Differences differences() const { return {step_, step_ + last_step_, step_ + last_step_ + before_}; }
+  /// For the step, by which the error becomes half of what is allowed.
+  double factor() const { return std::cbrt(1.0 / (2.0 * error_ + 1e-4)); }
 
+  /// As BDF's.
+  static constexpr double kSafety = 0.9, kLeastGrowth = 1.2;
   NextW next_w_;
+  const double fixed_step_;
   const Executor& executor_;
-  double step_ = 0.0;
-  Array<double> q_, v_, a_, w_;  ///< of the last time
+  double step_ = 0.0, last_step_ = 0.0, before_ = 0.0, error_ = 0.0;
+  int alike_ = 0;                 ///< steps of one length
+  Array<double> q_, v_, a_, w_;   ///< of the last time
+  Array<double> first_, second_;  ///< differences of v there
 };
 
 }  // namespace
 
 std::unique_ptr<Formula> make_formula(const IntegratorOptions& options, const Executor& executor) {
   if (options.method == Method::bdf) return std::make_unique<BdfFormula>(options, executor);
-  return std::make_unique<GeneralizedAlpha>(options.rho_inf, executor);
+  return std::make_unique<GeneralizedAlpha>(options, executor);
 }
 
 }  // namespace mfs::dae

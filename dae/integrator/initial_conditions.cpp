@@ -99,9 +99,9 @@ std::vector<double> inverse_squares(const ConstrainedSystem& system) {
 }
 
 /// Moves q and v to where the constraints hold.
-class Projection {
+class StartFinder {
  public:
-  Projection(const ConstrainedSystem& system, const IntegratorOptions& options, State& state)
+  StartFinder(const ConstrainedSystem& system, const IntegratorOptions& options, State& state)
       : system_(system),
         options_(options),
         state_(state),
@@ -225,9 +225,9 @@ State consistent_motion(const ConstrainedSystem& system, const IntegratorOptions
   state.a.assign(static_cast<std::size_t>(system.coordinates()), 0.0);
   state.lambda.assign(static_cast<std::size_t>(system.constraints()), 0.0);
   if (system.constraints() > 0) {
-    Projection projection(system, options, state);
-    projection.move_positions();
-    projection.move_velocities();
+    StartFinder start(system, options, state);
+    start.move_positions();
+    start.move_velocities();
   }
   return state;
 }

@@ -15,9 +15,11 @@
 #include "dae/integrator/initial_conditions.hpp"
 #include "dae/integrator/newton.hpp"
 #include "dae/integrator/partition.hpp"
+#include "dae/integrator/projection.hpp"
 #include "dae/integrator/redundancy.hpp"
 #include "dae/integrator/step_equations.hpp"
 #include "dae/integrator/step_state.hpp"
+#include "dae/mechanics/number_text.hpp"
 #include "dae/vectors/loops.hpp"
 #include "ordering/stopwatch.hpp"
 
@@ -28,6 +30,8 @@ namespace {
 constexpr double kNewtonRejection = 0.25;
 /// A step, in parts of the time to integrate.
 constexpr double kTypicalStep = 1e-3;
+/// Rejections by the error in one step after which the formula starts anew.
+constexpr int kRestart = 3;
 /// Steps of which at most so many are left before an output are evened out to meet it.
 constexpr double kEvenedOut = 8.0;
 /// By how much the last of them may be longer than the error control asks for.
@@ -39,8 +43,9 @@ void check(bool good, const char* option, const std::string& what) {
 
 void check_options(const IntegratorOptions& o) {
   check(o.rtol >= 0.0 && std::isfinite(o.rtol), "rtol", "must be zero or positive");
-  check(o.atol_position > 0.0, "atol_position", "must be positive");
-  check(o.atol_velocity > 0.0, "atol_velocity", "must be positive");
+  for (const auto& [name, value] :
+       {std::pair<const char*, double>{"atol_position", o.atol_position}, {"atol_velocity", o.atol_velocity}})
+    check(value >= 0.0 && (value > 0.0 || o.rtol > 0.0), name, "must be positive, or 0 with a positive rtol");
   check(o.constraint_position > 0.0, "constraint_position", "must be positive");
   check(o.constraint_velocity > 0.0, "constraint_velocity", "must be positive");
   check(o.constraint_acceleration > 0.0, "constraint_acceleration", "must be positive");
@@ -51,7 +56,6 @@ void check_options(const IntegratorOptions& o) {
                                     {"fixed_step", o.fixed_step}})
     check(value >= 0.0 && std::isfinite(value), name, "must be zero or positive");
   check(o.rho_inf >= 0.0 && o.rho_inf <= 1.0, "rho_inf", "must be 0 ... 1");
-  check(o.method == Method::bdf || o.fixed_step > 0.0, "fixed_step", "generalized-alpha needs one");
   check(o.newton_iterations >= 1, "newton_iterations", "must be at least 1");
   check(o.krylov_steps >= 0, "krylov_steps", "must be zero or positive");
   check(o.threads >= 0, "threads", "must be zero or positive");
@@ -71,8 +75,8 @@ void check_times(double t0, double t_end, const std::vector<double>& outputs) {
   check(std::isfinite(t0) && std::isfinite(t_end) && t_end > t0, "t_end", "must be finite and after t0");
   double last = -std::numeric_limits<double>::infinity();
   for (const double t : outputs) {
-    check(t >= t0 && t <= t_end, "outputs", "time " + std::to_string(t) + " is not within t0 ... t_end");
-    check(t > last, "outputs", "time " + std::to_string(t) + " does not come after the one before");
+    check(t >= t0 && t <= t_end, "outputs", "time " + number_text(t) + " is not within t0 ... t_end");
+    check(t > last, "outputs", "time " + number_text(t) + " does not come after the one before");
     last = t;
   }
 }
@@ -140,6 +144,8 @@ class Integrator::Impl {
   Impl(const ConstrainedSystem& system, IntegratorOptions options)
       : given_(system), options_(std::move(options)) {
     check_options(options_);
+    if (options_.atol_position == 0.0) options_.atol_position = 1e-2 * options_.rtol;
+    if (options_.atol_velocity == 0.0) options_.atol_velocity = options_.rtol;
     for (int i = 0; i < given_.coordinates(); ++i) scale_.push_back(given_.coordinate_scale(i));
   }
 
@@ -190,11 +196,10 @@ class Integrator::Impl {
     scale_there_.assign(*executor_, scale_);
     report_.coordinates = system_->coordinates();
     report_constraints();
-    choose_coordinates();
+    make_equations();
     newton_->find_accelerations(state_, kTypicalStep * (t_end_ - state_.t));
     last_lambda_step_ = 0.0;
-    if (const auto violation = redundancy_->violation(view(state_), options_))
-      redundancy_->throw_contradiction(*violation, state_.t);
+    if (redundancy_->filters()) redundancy_->check(view(state_), options_);
     set_weights();
     step_ = first_step();
     formula_ = make_formula(options_, *executor_);
@@ -216,20 +221,43 @@ class Integrator::Impl {
     state_.lambda.assign(*executor_, redundancy_->kept_multipliers(std::move(lambda)));
     last_lambda_step_ = 0.0;
     system_ = &redundancy_->system();
-    report_constraints();
+    // What is left out in a singular position is no news.
+    if (redundancy_->redundant().size() <= report_.redundant.size()) report_constraints();
   }
 
-  /// Whether what is left out holds in `there`, where a step has arrived. Where it does not because it does
-  /// not follow any more, the step is to be tried again with it.
+  /// Whether what is left out holds in `there`, where a step has arrived, or the step is to be tried again
+  /// with it.
   bool redundant_hold(const StepState& there) {
-    const auto violation = redundancy_->violation(view(there), options_);
-    if (!violation) return true;
-    Dependencies found = redundancy_->find(there.t, there.q.on_host(*executor_));
-    if (found.redundant().size() >= redundancy_->redundant().size())
-      redundancy_->throw_contradiction(*violation, there.t);
-    leave_out(std::move(found));
-    choose_coordinates();
+    if (!redundancy_->filters()) return true;  // otherwise the state is on the host
+    auto found = redundancy_->look_at(view(there), options_);
+    if (!found) return true;
+    leave_out(std::move(*found));
+    make_equations();
     return false;
+  }
+
+  /// Looks anew at what is left out. In a singular position nothing is left out besides: it would be needed
+  /// on the other side.
+  void choose_redundant() {
+    if (!redundancy_->filters()) return;
+    Dependencies found = redundancy_->find(state_.t, state_.q.on_host(*executor_));
+    if (found.redundant().size() <= redundancy_->redundant().size()) leave_out(std::move(found));
+  }
+
+  /// Whether the step, for which no solution was found, was to end in a singular position, where the
+  /// equations are singular, too. Then more is left out until it is needed again.
+  bool ends_singular() {
+    if (remote_) return false;  // the state has to be on the host
+    std::optional<Dependencies> found;
+    try {
+      found = redundancy_->look_for_singular(relation_.t, relation_.q.on_host(*executor_));
+    } catch (...) {  // as the step before it
+      rethrow_if_final(std::current_exception());
+    }
+    if (!found) return false;
+    leave_out(std::move(*found));
+    make_equations();
+    return true;
   }
 
   /// Vectors lie on the device where the system takes them there.
@@ -248,29 +276,22 @@ class Integrator::Impl {
     if (!remote_) executor_ = std::make_unique<Executor>(Executor::Place::host, options_.threads);
   }
 
-  /// Independent coordinates, and all that depends on which they are.
-  void choose_coordinates() {
-    const bool bdf = options_.method == Method::bdf;
-    std::vector<char> independent(scale_.size(), 1);
+  void make_equations() {
     newton_.reset();
     equations_.reset();
+    partition_.reset();
     if (redundancy_->filters()) {
-      // In a singular position there may be more; those are not for good.
-      Dependencies found = redundancy_->find(state_.t, state_.q.on_host(*executor_));
-      if (found.redundant().size() <= redundancy_->redundant().size()) leave_out(std::move(found));
-    }
-    if (bdf) {
       const Pattern& pattern = system_->tangent_pattern()[Block::position_q];
       partition_.emplace(pattern, constraint_gradient(*system_, state_.t, state_.q.on_host(*executor_)),
                          scale_, options_.threads);
-      independent = partition_->independent();
     }
-    equations_.emplace(*system_, options_.unknowns, bdf, independent, *executor_, remote_.get());
+    equations_.emplace(*system_, options_.unknowns,
+                       find_projection(*system_, state_.t, state_.q.on_host(*executor_), t_end_), *executor_,
+                       remote_.get());
     newton_ = std::make_unique<Newton>(*equations_, options_, *executor_, report_);
     judged_jacobians_ = report_.jacobians;
     report_.unknowns = equations_->size();
     report_.entries = static_cast<std::int64_t>(equations_->pattern().entries());
-    ++report_.partitions;
   }
 
   /// Error weights of [q, v] at the present state.
@@ -328,14 +349,22 @@ class Integrator::Impl {
         }
         ++report_.error_rejections;
         h = wanted = formula_->reject(++error_rejections);
-        give_up_below(h, "the local error is " + std::to_string(error) + " times what is allowed");
+        if (error_rejections >= kRestart) {
+          h = wanted = std::min(h, first_step());
+          formula_->start(state_, h);
+        }
+        give_up_below(h, "the local error is " + number_text(error) + " times what is allowed");
       } else {
         if (outcome.thrown) rethrow_if_final(outcome.thrown);
         ++(outcome.thrown ? report_.solver_rejections : report_.newton_rejections);
-        h *= kNewtonRejection;
+        const bool singular = search_failures++ == 0 && ends_singular();
+        if (!singular) h *= kNewtonRejection;
         wanted = h;
         give_up_below(h, outcome.thrown ? reason(outcome.thrown) : "Newton's method does not converge");
-        if (++search_failures == 2 && options_.method == Method::bdf) choose_coordinates();
+        if (search_failures == 2 && redundancy_->filters()) {
+          choose_redundant();
+          make_equations();
+        }
       }
       ++line.rejections;
       h = std::min(h, target - state_.t);
@@ -362,7 +391,7 @@ class Integrator::Impl {
 
   void give_up_below(double h, const std::string& why) const {
     if (h >= smallest_step()) return;
-    throw Error("the step became too small (" + std::to_string(h) + " s) at t = " + std::to_string(state_.t) +
+    throw Error("the step became too small (" + number_text(h) + " s) at t = " + number_text(state_.t) +
                 " s with order " + std::to_string(formula_->order()) + ": " + why);
   }
 
@@ -375,10 +404,13 @@ class Integrator::Impl {
     std::swap(last_lambda_, next_.lambda);
     last_lambda_step_ = h;
     set_weights();
-    // The choice is one of Newton's matrix: it is as good as it was until there is another one.
+    // Of constraints that depend on each other others may have to be left out in another position. That is
+    // seen at a new Jacobian.
     if (partition_ && std::exchange(judged_jacobians_, report_.jacobians) < report_.jacobians &&
-        partition_->degraded(equations_->constraint_gradient()))
-      choose_coordinates();
+        partition_->degraded(equations_->constraint_gradient())) {
+      choose_redundant();
+      make_equations();
+    }
   }
 
   /// Multipliers at the end of a step of `h`, where Newton's method starts.
@@ -413,7 +445,7 @@ class Integrator::Impl {
   const ConstrainedSystem* system_ = nullptr;  ///< the one given, or without what is redundant
   std::unique_ptr<Executor> executor_;
   std::unique_ptr<RemoteResidual> remote_;
-  std::optional<Partition> partition_;
+  std::optional<Partition> partition_;  ///< where constraints are redundant
   std::optional<StepEquations> equations_;
   std::unique_ptr<Newton> newton_;
   std::unique_ptr<Formula> formula_;
@@ -422,7 +454,7 @@ class Integrator::Impl {
   State whole_;
   StepState next_;  ///< what a step arrives at; afterwards the state before it
   StepRelation relation_;
-  std::int64_t judged_jacobians_ = 0;    ///< at how many of them the choice of coordinates was looked at
+  std::int64_t judged_jacobians_ = 0;    ///< at how many of them the constraints left out were looked at
   Array<double> weights_, scale_there_;  ///< of [q, v]; of the coordinates
   Array<double> last_lambda_, lambda_;   ///< of the step before; where Newton's method starts
   double last_lambda_step_ = 0.0;

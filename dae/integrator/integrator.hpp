@@ -4,9 +4,9 @@
 // At every step the unknowns x = [lambda, a, v, q] of the new time solve H(x) = 0, which is made of the
 // equations of motion, the constraints at all three levels (so nothing drifts) and the relations of a BDF
 // formula between a, v and q. Constraints already tie some coordinates to the others, so these relations are
-// asked for along independent coordinates only: U1^T (h' a - v - zeta1) = 0, U2^T (h' v - q - zeta2) = 0,
-// where [Phi_q; U_i^T] is invertible. Here U1 = U2 picks single coordinates, found by a sparse LU of Phi_q
-// and found anew when the motion has made them a bad choice. h' = h / b0.
+// asked for along the directions that are free: U1^T (h' a - v - zeta1) = 0, U2^T (h' v - q - zeta2) = 0,
+// where [Phi_q; U_i^T] is invertible. Here U1 = U2 is, but for tied nodes, the null space of Phi_q at the
+// prediction (projection.hpp). h' = h / b0.
 //
 // Steps and orders 1 ... 5 follow an estimate of the local error. Newton's method is that of NOX, its linear
 // systems are solved by MFS; a factorization is kept as long as it lets Newton's method converge.
@@ -30,14 +30,14 @@
 namespace mfs::dae {
 
 enum class Method {
-  bdf,                ///< variable step, order 1 ... 5, constraints at all three levels
-  generalized_alpha,  ///< fixed step, order 2, constraints on positions only (Arnold and Bruls 2007)
+  bdf,                ///< order 1 ... 5
+  generalized_alpha,  ///< order 2, with little damping where the motion is slow beside the step
 };
 
 /// Which unknowns Newton's method sees. The trajectory is the same.
 enum class Unknowns {
-  full,     ///< [lambda, a, v, q], m + 3 n: the paper's
-  reduced,  ///< q and v of independent coordinates are expressed by a: n + 3 m
+  full,     ///< the paper's [lambda, a, v, q], and what the constraints take of the formula (projection.hpp)
+  reduced,  ///< q and v of coordinates that are in no joint are expressed by a
 };
 
 struct IntegratorOptions {
@@ -47,9 +47,10 @@ struct IntegratorOptions {
   /// The local error of a coordinate q_i, a velocity v_i stays below rtol |q_i| + atol_position s_i,
   /// rtol |v_i| + atol_velocity s_i in the mean square, with s_i = coordinate_scale(i).
   double rtol = 1e-4;
-  double atol_position = 1e-6;
-  double atol_velocity = 1e-4;
-  /// Largest |Phi|, |d/dt Phi|, |d^2/dt^2 Phi| that a step may leave (each in its own unit).
+  double atol_position = 0.0;  ///< 0: rtol / 100
+  double atol_velocity = 0.0;  ///< 0: rtol
+  /// Largest |Phi|, |d/dt Phi|, |d^2/dt^2 Phi| that a step may leave (each in its own unit), and not more
+  /// than a tenth of the local error that atol_position and atol_velocity allow.
   double constraint_position = 1e-8;
   double constraint_velocity = 1e-6;
   double constraint_acceleration = 1e-4;
@@ -58,8 +59,8 @@ struct IntegratorOptions {
   double initial_step = 0.0;  ///< s; 0: chosen
   double max_step = 0.0;      ///< s; 0: no bound
   double min_step = 0.0;      ///< s, the step at which the integrator gives up; 0: as small as t resolves
-  /// s; not 0: no error control. BDF starts with initial_step and comes up to this slowly; generalized-alpha,
-  /// which needs it, starts with it. Steps are shortened evenly to meet outputs.
+  /// s; not 0: no error control. BDF starts with initial_step and comes up to this slowly, generalized-alpha
+  /// starts with it. Steps are shortened evenly to meet outputs.
   double fixed_step = 0.0;
   double rho_inf = 0.8;  ///< spectral radius of generalized-alpha at infinity, 0 ... 1
 
@@ -108,7 +109,6 @@ struct IntegrationReport {
   std::int64_t newton_iterations = 0;
   std::int64_t jacobians = 0, factorizations = 0, analyses = 0;
   std::int64_t krylov_solves = 0;  ///< linear systems solved on kept factors of another matrix
-  std::int64_t partitions = 0;     ///< choices of independent coordinates, the first included
   double violation[3] = {};        ///< largest |Phi|, |d/dt Phi|, |d^2/dt^2 Phi| of all accepted steps
 
   std::int64_t bytes_solver = 0;  ///< taken by the linear solver

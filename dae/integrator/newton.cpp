@@ -156,7 +156,8 @@ class StepModel : public Thyra::StateFuncModelEvaluatorBase<double> {
     try {
       equations_.unpack(ExecutorVector::of(*in.get_x()).data(), *relation_, state_);
       if (!out.get_f().is_null())
-        equations_.residual(state_, *relation_, ExecutorVector::of(*out.get_f()).data());
+        equations_.residual(ExecutorVector::of(*in.get_x()).data(), state_, *relation_,
+                            ExecutorVector::of(*out.get_f()).data());
       if (jacobian) {
         evaluate_jacobian(state_, *relation_);
         wanted_ = false;
@@ -202,8 +203,12 @@ class NewtonTest : public NOX::StatusTest::Generic {
 
   /// Before a search. `fresh`: with a new Jacobian; otherwise corrections by the kept one are expected to
   /// shrink by `rate`, if not more slowly.
-  void start(const Array<double>& weights, bool fresh, double rate) {
+  void start(const Array<double>& weights, const StepRelation& relation, bool fresh, double rate) {
     weights_ = &weights;
+    const double of_velocity = kTolerance * options_.atol_velocity;
+    bounds_ = {std::min(options_.constraint_position, kTolerance * options_.atol_position),
+               std::min(options_.constraint_velocity, of_velocity),
+               std::min(options_.constraint_acceleration, of_velocity / relation.v_by_a)};
     // What was seen in an earlier step says less the older the matrix gets.
     left_over_ = fresh ? kUnknownRate : std::max({2.0 * left_over_, rate / (1.0 - rate), kLeastLeftOver});
     since_jacobian_ = 0;
@@ -257,10 +262,8 @@ class NewtonTest : public NOX::StatusTest::Generic {
   }
 
   bool constraints_hold() const {
-    const double bounds[] = {options_.constraint_position, options_.constraint_velocity,
-                             options_.constraint_acceleration};
-    for (int level = 0; level < equations_.levels(); ++level)
-      if (violation_[level] > bounds[level]) return false;
+    for (int level = 0; level < StepEquations::kLevels; ++level)
+      if (violation_[level] > bounds_[level]) return false;
     return true;
   }
 
@@ -275,6 +278,8 @@ class NewtonTest : public NOX::StatusTest::Generic {
   double correction_ = 0.0, last_correction_ = 0.0, rate_ = 0.0, left_over_ = kUnknownRate;
   double residual_ = 0.0;
   std::array<double, 3> violation_{};
+  /// What constraints may be left at: no more than the local error may be, or it would be lost in this noise.
+  std::array<double, 3> bounds_{};
 };
 
 RCP<Teuchos::ParameterList> newton_parameters() {
@@ -316,6 +321,7 @@ class Newton::Impl {
     const Stopwatch watch;
     StepRelation some_step;
     some_step.v_by_a = some_step.q_by_v = h;
+    equations_.set_directions(view(state));
     model_->evaluate_jacobian(state, some_step);
     report_.time_assembly += watch.seconds();
     const auto op = model_->get_W_factory()->createOp();
@@ -342,8 +348,9 @@ class Newton::Impl {
     relation_ = &relation;
     model_->set_relation(relation);
     solves_.right_side = [this](const double* h, double* b) { equations_.scale_rows(h, b); };
-    const bool fresh = choose_matrix();
     Outcome outcome;
+    if (!set_directions(outcome)) return outcome;
+    const bool fresh = choose_matrix();
     bool converged = search(lambda, weights, fresh, outcome);
     if (!converged && !(fresh && solves_.factor_next)) {
       model_->want_jacobian();
@@ -357,10 +364,24 @@ class Newton::Impl {
   }
 
  private:
+  /// Those of the prediction. False: there are none.
+  bool set_directions(Outcome& outcome) const {
+    const Stopwatch watch;
+    try {
+      equations_.set_directions(
+          {relation_->t, relation_->q.data(), relation_->v.data(), relation_->a.data()});
+    } catch (...) {
+      outcome.thrown = std::current_exception();
+    }
+    report_.time_assembly += watch.seconds();
+    return outcome.thrown == nullptr;
+  }
+
   /// Whether the search begins with a new Jacobian; says what may be done with it.
   bool choose_matrix() {
     const double ratio = equations_.ratio(*relation_);
-    const bool known = solves_.factored && options_.keep_factors;
+    // Where nothing is integrated the local error does not tell how exact multipliers are.
+    const bool known = solves_.factored && options_.keep_factors && !equations_.all_prescribed();
     solves_.factor_next =
         !known || options_.krylov_steps == 0 || ratio < kRelatedRates[0] || ratio > kRelatedRates[1];
     const bool fresh = !known || ratio < kKeptRates[0] || ratio > kKeptRates[1];
@@ -371,7 +392,7 @@ class Newton::Impl {
 
   bool search(const Array<double>& lambda, const Array<double>& weights, bool fresh, Outcome& outcome) {
     solves_.failure = nullptr;
-    test_->start(weights, fresh, expected_rate_);
+    test_->start(weights, *relation_, fresh, expected_rate_);
     const NOX::Thyra::Vector start(model_->predicted(lambda));
     if (solver_.is_null())
       solver_ =

@@ -8,7 +8,7 @@
 namespace mfs::dae {
 namespace {
 
-constexpr int kLevels = 3;
+constexpr int kLevels = StepEquations::kLevels;
 /// The largest |H_i| of all rows, that of the constraints of each level, the sum of weighted squares.
 constexpr std::size_t kNumbers = 1 + kLevels + 1;
 
@@ -25,7 +25,6 @@ struct Largest {
 struct Look {
   const double* h;
   std::size_t rows, first_constraint, m;
-  int levels;
   const double *q, *v, *weights;
   double* y;
   std::size_t n;
@@ -34,7 +33,7 @@ struct Look {
     if (i < rows) {
       const double size = std::isfinite(h[i]) ? std::abs(h[i]) : HUGE_VAL;
       numbers.of[0] = size;
-      const std::size_t end = first_constraint + static_cast<std::size_t>(levels) * m;
+      const std::size_t end = first_constraint + kLevels * m;
       if (i >= first_constraint && i < end) numbers.of[1 + (i - first_constraint) / m] = size;
     } else {
       const std::size_t k = i - rows;
@@ -59,7 +58,6 @@ NewtonNorms newton_norms(const Executor& executor, const StepEquations& equation
                   rows,
                   static_cast<std::size_t>(equations.first_constraint()),
                   state.lambda.size(),
-                  equations.levels(),
                   state.q.data(),
                   state.v.data(),
                   weights.data(),

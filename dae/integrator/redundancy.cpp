@@ -14,6 +14,8 @@ namespace {
 /// Redundant constraints are only as exact as those that they follow from: their violation may be so many
 /// times as large.
 constexpr double kInexact = 100.0;
+/// What is left of a constraint, in parts of its largest entry, where it determines motions well.
+constexpr double kNearlySingular = 1e-3;
 /// A constraint takes part in a contradiction if its share is at least this part of the largest.
 constexpr double kTakesPart = 1e-6;
 /// How many of them an error message names.
@@ -43,14 +45,41 @@ std::vector<std::string> Redundancy::names() const {
   return names;
 }
 
-Dependencies Redundancy::find(double t, const std::vector<double>& q) const {
-  return {given_.tangent_pattern()[Block::position_q], constraint_gradient(given_, t, q), scale_,
-          normalizes_};
+Dependencies Redundancy::find(double t, const std::vector<double>& q, double nothing) const {
+  return {given_.tangent_pattern()[Block::position_q], constraint_gradient(given_, t, q), scale_, normalizes_,
+          nothing};
+}
+
+void Redundancy::check(const StateView& state, const IntegratorOptions& options) const {
+  if (const auto violated = violation(state, options)) throw_contradiction(*violated, state.t);
+}
+
+// A motion that begins in a singular position cannot do without what is left out there for long, but near it
+// that would determine nothing exactly.
+std::optional<Dependencies> Redundancy::look_at(const StateView& there, const IntegratorOptions& options) {
+  if (redundant().empty()) return std::nullopt;
+  const auto violated = violation(there, options);
+  if (!violated && !may_be_singular_) return std::nullopt;
+  const std::vector<double> q(there.q, there.q + given_.coordinates());
+  Dependencies found = find(there.t, q);
+  const bool fewer = found.redundant().size() < redundant().size();
+  if (violated && !fewer) throw_contradiction(*violated, there.t);
+  if (!violated && fewer) found = find(there.t, q, kNearlySingular);
+  may_be_singular_ = fewer && found.redundant().size() >= redundant().size();
+  if (!fewer || may_be_singular_) return std::nullopt;
+  return found;
 }
 
 void Redundancy::leave_out(Dependencies found) {
   left_out_ = std::move(found);
   if (filtered_ || !redundant().empty()) filtered_.emplace(given_, redundant());
+}
+
+std::optional<Dependencies> Redundancy::look_for_singular(double t, const std::vector<double>& q) {
+  Dependencies found = find(t, q, kNearlySingular);
+  if (found.redundant().size() <= redundant().size()) return std::nullopt;
+  may_be_singular_ = true;
+  return found;
 }
 
 std::vector<double> Redundancy::all_multipliers(const std::vector<double>& kept) const {

@@ -25,7 +25,7 @@ class Redundancy {
   const std::vector<int>& redundant() const { return left_out_.redundant(); }
   std::vector<std::string> names() const;
 
-  Dependencies find(double t, const std::vector<double>& q) const;
+  Dependencies find(double t, const std::vector<double>& q, double nothing = Dependencies::kRounding) const;
   /// What is redundant in `found` is left out from now on.
   void leave_out(Dependencies found);
 
@@ -36,22 +36,31 @@ class Redundancy {
   /// A state of system() as one of all constraints, with multipliers of least squares.
   State whole(State state) const;
 
-  /// What a constraint that is left out is violated by.
+  /// Throws InvalidInput, with the names of what contradicts each other, where what is left out is violated.
+  void check(const StateView& state, const IntegratorOptions& options) const;
+  /// Looks at where a step has arrived with what is left out. Returns what is to be left out
+  /// instead, where some of it does not follow any more; then the step is to be tried again. Throws
+  /// as check() where it is violated although it follows.
+  std::optional<Dependencies> look_at(const StateView& there, const IntegratorOptions& options);
+  /// What is to be left out until look_at() takes it back, where in a position more constraints determine
+  /// next to nothing.
+  std::optional<Dependencies> look_for_singular(double t, const std::vector<double>& q);
+
+ private:
+  /// By what a constraint that is left out is violated.
   struct Violation {
     int row;
     const char* level;
     double value;
   };
-  /// Of one where that is more than rounding by the tolerances of `options`.
   std::optional<Violation> violation(const StateView& state, const IntegratorOptions& options) const;
-  /// InvalidInput with the name of the constraint and of what it contradicts.
   [[noreturn]] void throw_contradiction(const Violation& violation, double t) const;
 
- private:
   const ConstrainedSystem& given_;
   std::vector<double> scale_;
   std::vector<char> normalizes_;
   Dependencies left_out_;
+  bool may_be_singular_ = true;  ///< the position for which that was found
   std::optional<IndependentConstraints> filtered_;
 };
 

@@ -3,17 +3,23 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <tuple>
+#include <utility>
+
+#include <mfs/error.hpp>
 
 #include "dae/vectors/loops.hpp"
 
 namespace mfs::dae {
 namespace {
 
-std::vector<int> set_members(const std::vector<char>& flags) {
-  std::vector<int> members;
-  for (std::size_t i = 0; i < flags.size(); ++i)
-    if (flags[i] != 0) members.push_back(static_cast<int>(i));
-  return members;
+/// Coordinates whose role is one of these.
+std::vector<int> members(const std::vector<Role>& roles, std::initializer_list<Role> wanted) {
+  std::vector<int> found;
+  for (std::size_t i = 0; i < roles.size(); ++i)
+    if (std::find(wanted.begin(), wanted.end(), roles[i]) != wanted.end())
+      found.push_back(static_cast<int>(i));
+  return found;
 }
 
 constexpr std::array<Block, 3> kForceByAVQ{Block::force_a, Block::force_v, Block::force_q};
@@ -30,17 +36,18 @@ std::vector<int> find_diagonal(const Pattern& pattern) {
   return places;
 }
 
-/// x = [lambda, a, v, q], the latter of those coordinates that are kept.
+/// x = [lambda, a, v, q, kappa, mu], v and q of those coordinates that are kept.
 struct Pack {
   const int* kept;
   const double *lambda, *a, *v, *q;
   double* x;
-  std::size_t first_a, first_v, first_q;
+  std::size_t first_a, first_v, first_q, first_kappa;
   MFS_HOST_DEVICE void operator()(std::size_t i) const {
-    x[i] = i < first_a   ? lambda[i]
-           : i < first_v ? a[i - first_a]
-           : i < first_q ? v[kept[i - first_v]]
-                         : q[kept[i - first_q]];
+    x[i] = i < first_a       ? lambda[i]
+           : i < first_v     ? a[i - first_a]
+           : i < first_q     ? v[kept[i - first_v]]
+           : i < first_kappa ? q[kept[i - first_q]]
+                             : 0.0;
   }
 };
 
@@ -90,16 +97,17 @@ struct ScaleGroups {
   }
 };
 
-/// lambda + Phi_q a, then a, v and q, each with a factor.
+/// lambda + Phi_q a, then a, v, q, kappa and mu, each with a factor.
 struct Correct {
   const int *start, *column;  ///< of the entries of Phi_q; columns of x
   const double *gradient, *solution;
   double* x;
-  std::size_t first_a, first_v, first_q;
+  std::size_t first_a, first_v, first_q, first_kappa, first_mu;
   double of_a, of_v, of_q;
   MFS_HOST_DEVICE void operator()(std::size_t i) const {
     if (i >= first_a) {
-      x[i] = (i < first_v ? of_a : i < first_q ? of_v : of_q) * solution[i];
+      const bool rates = i < first_q || (i >= first_kappa && i < first_mu);
+      x[i] = (i < first_v ? of_a : rates ? of_v : of_q) * solution[i];
       return;
     }
     double sum = solution[i];
@@ -108,17 +116,23 @@ struct Correct {
   }
 };
 
-/// The rows that tie v and q of independent coordinates to a.
+/// The rows that tie v and q to a.
 struct Relations {
-  const int* independent;
+  const int *related, *start, *column;  ///< coordinates; their entries of B
+  const double *direction, *kappa, *mu;
   const double *q, *v, *a, *q0, *v0, *a0;
   double v_by_a, q_by_v;
   double* h;
   std::size_t count;
   MFS_HOST_DEVICE void operator()(std::size_t k) const {
-    const int i = independent[k];
-    h[k] = v_by_a * (a[i] - a0[i]) - (v[i] - v0[i]);
-    h[count + k] = q_by_v * (v[i] - v0[i]) - (q[i] - q0[i]);
+    const int i = related[k];
+    double of_v = 0.0, of_q = 0.0;
+    for (int e = start[k]; e < start[k + 1]; ++e) {
+      of_v += direction[e] * kappa[column[e]];
+      of_q += direction[e] * mu[column[e]];
+    }
+    h[k] = v_by_a * (a[i] - a0[i]) - (v[i] - v0[i]) + of_v;
+    h[count + k] = q_by_v * (v[i] - v0[i]) - (q[i] - q0[i]) + of_q;
   }
 };
 
@@ -145,45 +159,62 @@ Pattern make_selection(const std::vector<int>& members, int columns) {
           RawVector<int>(members.begin(), members.end())};
 }
 
+/// Those rows of a pattern, and where their entries lie in it.
+std::pair<Pattern, std::vector<int>> take_rows(const Pattern& pattern, const std::vector<int>& rows) {
+  Pattern taken{static_cast<int>(rows.size()), pattern.columns, {0}, {}};
+  std::vector<int> place;
+  for (const int row : rows) {
+    for (int k = pattern.row_start[row]; k < pattern.row_start[row + 1]; ++k) {
+      taken.column.push_back(pattern.column[k]);
+      place.push_back(k);
+    }
+    taken.row_start.push_back(static_cast<int>(place.size()));
+  }
+  return {std::move(taken), std::move(place)};
+}
+
 }  // namespace
 
-StepEquations::StepEquations(const ConstrainedSystem& system, Unknowns unknowns, bool all_levels,
-                             const std::vector<char>& independent, const Executor& executor,
-                             RemoteResidual* remote)
+StepEquations::StepEquations(const ConstrainedSystem& system, Unknowns unknowns, Projection projection,
+                             const Executor& executor, RemoteResidual* remote)
     : system_(system),
       n_(system.coordinates()),
       m_(system.constraints()),
-      levels_(all_levels ? 3 : 1),
       reduced_(unknowns == Unknowns::reduced),
       executor_(executor),
       remote_(remote),
-      is_independent_(independent),
-      independent_(set_members(independent)),
+      projection_(std::move(projection)),
+      related_(reduced_ ? members(projection_.role, {Role::shared})
+                        : members(projection_.role, {Role::free, Role::shared})),
       size_(number_unknowns()),
       position_transposed_(system.tangent_pattern()[Block::position_q]),
       augmentation_(system.tangent_pattern()[Block::position_q], position_transposed_, executor.threads()),
-      selection_(make_selection(independent_, n_)),
-      ones_(independent_.size(), 1.0),
-      minus_ones_(independent_.size(), -1.0),
+      selection_(make_selection(related_, n_)),
+      ones_(related_.size(), 1.0),
+      minus_ones_(related_.size(), -1.0),
       residual_(make_residual(system)),
       tangent_(make_tangent(system)),
       composition_(make_composition(executor.threads())) {
+  direction_tangent_[Block::position_q].resize(tangent_[Block::position_q].size());
   for (std::size_t b = 0; b < kForceByAVQ.size(); ++b)
     diagonal_[b] = find_diagonal(system.tangent_pattern()[kForceByAVQ[b]]);
-  diagonal_sum_.resize(is_independent_.size());
+  diagonal_sum_.resize(projection_.role.size());
   place_remotes();
   place_numbers();
 }
 
 /// What the passes over vectors look up.
 void StepEquations::place_numbers() {
-  std::vector<int> kept_place(is_independent_.size(), -1), gradient_column;
+  std::vector<int> kept_place(projection_.role.size(), -1), gradient_column;
   for (std::size_t k = 0; k < kept_.size(); ++k) kept_place[kept_[k]] = static_cast<int>(k);
   const Pattern& gradient = system_.tangent_pattern()[Block::position_q];
   for (const int coordinate : gradient.column) gradient_column.push_back(column_[kA][coordinate]);
   kept_there_.assign(executor_, kept_);
   kept_place_.assign(executor_, kept_place);
-  independent_there_.assign(executor_, independent_);
+  related_there_.assign(executor_, related_);
+  direction_start_.assign(executor_, directions_.row_start);
+  direction_column_.assign(executor_, std::vector<int>(directions_.column.begin(), directions_.column.end()));
+  no_multipliers_.assign(executor_, std::vector<double>(static_cast<std::size_t>(m_), 0.0));
   gradient_start_.assign(executor_, gradient.row_start);
   gradient_column_.assign(executor_, gradient_column);
 }
@@ -195,9 +226,9 @@ int StepEquations::number_unknowns() {
     if (!eliminated(i)) kept_.push_back(i);
   int next = m_ + n_;
   for (const Kind kind : {kV, kQ})
-    for (std::size_t i = 0; i < is_independent_.size(); ++i)
+    for (std::size_t i = 0; i < projection_.role.size(); ++i)
       column_[kind].push_back(eliminated(i) ? column_[kA][i] : next++);
-  return next;
+  return next + 2 * static_cast<int>(projection_.rows.size());
 }
 
 Composition StepEquations::make_composition(int threads) {
@@ -219,25 +250,12 @@ Composition StepEquations::make_composition(int threads) {
   terms.push_back({&augmentation_.pattern(), 0, column_[kA]});
   numbers_.push_back({&augmentation_.values(), kPosition, kA});
   add(kPosition, Block::position_q, kQ);
-  if (levels_ == 3) {
-    add(kVelocity, Block::position_q, kV);
-    add(kVelocity, Block::velocity_q, kQ);
-    add(kAcceleration, Block::position_q, kA);
-    add(kAcceleration, Block::acceleration_v, kV);
-    add(kAcceleration, Block::acceleration_q, kQ);
-  }
-  if (!reduced_) {
-    int row = n_ + levels_ * m_;
-    const auto add_relation = [&](Kind upper, Kind lower) {
-      terms.push_back({&selection_, row, column_[upper]});
-      numbers_.push_back({&ones_, kRelation, upper});
-      terms.push_back({&selection_, row, column_[lower]});
-      numbers_.push_back({&minus_ones_, kRelation, lower});
-      row += selection_.rows;
-    };
-    add_relation(kA, kV);
-    add_relation(kV, kQ);
-  }
+  add(kVelocity, Block::position_q, kV);
+  add(kVelocity, Block::velocity_q, kQ);
+  add(kAcceleration, Block::position_q, kA);
+  add(kAcceleration, Block::acceleration_v, kV);
+  add(kAcceleration, Block::acceleration_q, kQ);
+  add_relations(terms);
   for (RemoteTangent* const remote : system_.remote_tangents()) {
     remotes_.push_back({remote, terms.size()});
     for (const Kind kind : {kA, kV, kQ}) {
@@ -246,6 +264,29 @@ Composition StepEquations::make_composition(int threads) {
     }
   }
   return Composition(size_, std::move(terms), threads);
+}
+
+void StepEquations::add_relations(std::vector<Composition::Term>& terms) {
+  if (related_.empty()) return;
+  std::vector<int> place;
+  std::tie(directions_, place) = take_rows(projection_.directions, related_);
+  for (const int k : place) direction_source_.push_back(projection_.source[k]);
+  direction_values_.resize(place.size());
+  int row = n_ + kLevels * m_;
+  const auto add = [&](Kind upper, Kind lower, std::size_t first_multiplier) {
+    terms.push_back({&selection_, row, column_[upper]});
+    numbers_.push_back({&ones_, kRelation, upper});
+    terms.push_back({&selection_, row, column_[lower]});
+    numbers_.push_back({&minus_ones_, kRelation, lower});
+    if (directions_.entries() > 0) {
+      terms.push_back(
+          {&directions_, row, consecutive(static_cast<int>(first_multiplier), directions_.columns)});
+      numbers_.push_back({&direction_values_, kRelation, lower});
+    }
+    row += selection_.rows;
+  };
+  add(kA, kV, first_kappa());
+  add(kV, kQ, first_mu());
 }
 
 void StepEquations::place_remotes() {
@@ -266,13 +307,29 @@ std::string StepEquations::unknown_name(int unknown) const {
     if (place != column_[kind].end())
       return system_.coordinate_name(static_cast<int>(place - column_[kind].begin()));
   }
-  return system_.constraint_name(unknown);
+  const auto kappa = static_cast<int>(first_kappa());
+  if (unknown < kappa) return system_.constraint_name(unknown);
+  return system_.constraint_name(projection_.rows[(unknown - kappa) % directions_.columns]);
+}
+
+void StepEquations::set_directions(const StateView& state) const {
+  if (direction_values_.empty()) return;
+  const StateView there{state.t, state.q, state.v, state.a, no_multipliers_.data()};
+  std::vector<double>& gradient = direction_tangent_[Block::position_q];
+  system_.evaluate(remote_ != nullptr ? remote_->bring(there) : there, direction_tangent_,
+                   {Block::position_q});
+  for (std::size_t k = 0; k < direction_values_.size(); ++k) {
+    direction_values_[k] = gradient[direction_source_[k]];
+    if (!std::isfinite(direction_values_[k]))
+      throw InvalidInput("constraints", "their derivatives are not finite", direction_source_[k]);
+  }
+  directions_there_.assign(executor_, direction_values_);
 }
 
 void StepEquations::pack(const StepRelation& relation, const double* lambda, double* x) const {
   for_each(executor_, static_cast<std::size_t>(size_),
            Pack{kept_there_.data(), lambda, relation.a.data(), relation.v.data(), relation.q.data(), x,
-                first_acceleration(), first_velocity(), first_position()});
+                first_acceleration(), first_velocity(), first_position(), first_kappa()});
 }
 
 void StepEquations::unpack(const double* x, const StepRelation& relation, StepState& state) const {
@@ -299,11 +356,9 @@ void StepEquations::scale_rows(const double* h, double* b) const {
   ScaleGroups scale{h, b, {}, {}};
   scale.add(n_, 1.0);
   scale.add(m_, of_position);
-  if (levels_ == 3) {
-    scale.add(m_, of_velocity);
-    scale.add(m_, scales_.s);
-  }
-  if (!reduced_) {
+  scale.add(m_, of_velocity);
+  scale.add(m_, scales_.s);
+  if (!related_.empty()) {
     scale.add(selection_.rows, of_velocity);
     scale.add(selection_.rows, of_position);
   }
@@ -316,30 +371,31 @@ void StepEquations::correct(const StepRelation& relation, const double* solution
   // Where v and q are eliminated the matrix took them for a over its own rates.
   for_each(executor_, static_cast<std::size_t>(size_),
            Correct{gradient_start_.data(), gradient_column_.data(), gradient_.data(), solution, x,
-                   first_acceleration(), first_velocity(), first_position(), shared, shared * relation.v_by_a,
-                   shared * relation.q_by_a()},
+                   first_acceleration(), first_velocity(), first_position(), first_kappa(), first_mu(),
+                   shared, shared * relation.v_by_a, shared * relation.q_by_a()},
            static_cast<std::size_t>(size_) + gradient_.size());
 }
 
 /// F and the constraints.
 void StepEquations::evaluate(const StepState& state, double* h) const {
-  if (remote_ != nullptr) return remote_->evaluate(view(state), levels_, h);
+  if (remote_ != nullptr) return remote_->evaluate(view(state), kLevels, h);
   system_.evaluate(view(state), residual_);
   parallel_for(residual_.force.size(), executor_.threads(),
                [&](std::size_t i) { h[i] = residual_.force[i]; });
   h = std::copy(residual_.position.begin(), residual_.position.end(), h + n_);
-  if (levels_ == 1) return;
   h = std::copy(residual_.velocity.begin(), residual_.velocity.end(), h);
   std::copy(residual_.acceleration.begin(), residual_.acceleration.end(), h);
 }
 
-void StepEquations::residual(const StepState& state, const StepRelation& relation, double* h) const {
+void StepEquations::residual(const double* x, const StepState& state, const StepRelation& relation,
+                             double* h) const {
   evaluate(state, h);
-  if (reduced_) return;
-  for_each(executor_, independent_.size(),
-           Relations{independent_there_.data(), state.q.data(), state.v.data(), state.a.data(),
-                     relation.q.data(), relation.v.data(), relation.a.data(), relation.v_by_a,
-                     relation.q_by_v, h + n_ + levels_ * m_, independent_.size()});
+  if (related_.empty()) return;
+  for_each(executor_, related_.size(),
+           Relations{related_there_.data(), direction_start_.data(), direction_column_.data(),
+                     directions_there_.data(), x + first_kappa(), x + first_mu(), state.q.data(),
+                     state.v.data(), state.a.data(), relation.q.data(), relation.v.data(), relation.a.data(),
+                     relation.v_by_a, relation.q_by_v, h + n_ + kLevels * m_, related_.size()});
 }
 
 /// Of the derivatives of F that go to the columns of a, in the mean.
@@ -366,7 +422,7 @@ void StepEquations::jacobian(const StepState& state, const StepRelation& relatio
   system_.evaluate(here, tangent_, due_);
   due_.erase(constant_);
   compose(relation, values);
-  gradient_.assign(executor_, constraint_gradient());  // late: it waits for the derivatives
+  gradient_.assign(executor_, tangent_[Block::position_q]);  // late: it waits for the derivatives
 }
 
 void StepEquations::initial_jacobian(double* values) const {
@@ -374,7 +430,7 @@ void StepEquations::initial_jacobian(double* values) const {
 }
 
 void StepEquations::compose(const StepRelation& relation, double* values) const {
-  augmentation_.compute(constraint_gradient());
+  augmentation_.compute(tangent_[Block::position_q]);
   scales_ = {typical_diagonal(relation), relation.v_by_a, relation.q_by_v};
   std::vector<Composition::Values> terms;
   for (const Numbers& numbers : numbers_)
@@ -390,7 +446,7 @@ void StepEquations::compose(const StepRelation& relation, double* values) const 
 void StepEquations::initial_right_side(const StepState& state, double* b) const {
   evaluate(state, b);
   const auto n = static_cast<std::size_t>(n_), m = static_cast<std::size_t>(m_);
-  const std::size_t last_level = n + static_cast<std::size_t>(levels_ - 1) * m;
+  const std::size_t last_level = n + static_cast<std::size_t>(kLevels - 1) * m;
   for_each(executor_, static_cast<std::size_t>(size_),
            KeepForceAnd{b, n, last_level, last_level + m, scales_.s});
 }

@@ -1,13 +1,13 @@
 // The equations of one step, H(x) = 0, the paper's Eq. (6), and their Jacobian H_x. With a formula that ties
-// v and a to q (formula.hpp), n coordinates, m constraints and the set I of independent coordinates,
+// v and a to q (formula.hpp), n coordinates, m constraints and the directions B that the constraints have for
+// themselves (projection.hpp),
 //
-//   rows      F (n) | Phi (m) | dPhi/dt (m) | d2Phi/dt2 (m) | v_by_a (a - a0) - (v - v0)   i in I
-//                                                           | q_by_v (v - v0) - (q - q0)   i in I
-//   unknowns  x = [lambda (m), a (n), v (n), q (n)]
+//   rows      F (n) | Phi (m) | dPhi/dt (m) | d2Phi/dt2 (m) | v_by_a (a - a0) - (v - v0) + B kappa
+//                                                           | q_by_v (v - v0) - (q - q0) + B mu
+//   unknowns  x = [lambda (m), a (n), v (n), q (n), kappa, mu]
 //
-// BDF asks for all levels of constraints and has |I| = n - m. Generalized-alpha asks for Phi alone, and then
-// every coordinate is independent. The reduced form solves the last two groups of rows beforehand: v_i and
-// q_i of independent coordinates are no unknowns any more, and their columns of H_x go, times v_by_a and
+// with relations for all but tied coordinates. The reduced form solves the relations of free coordinates
+// beforehand: their v_i and q_i are no unknowns any more, and their columns of H_x go, times v_by_a and
 // q_by_a, to the column of a_i. (The other way round, a_i from q_i, rounding in q would be multiplied by
 // 1 / q_by_a ~ 1/h^2.)
 //
@@ -17,6 +17,7 @@
 //
 //   R    F by 1  | Phi by s / q_by_a | dPhi/dt by s / v_by_a | d2Phi/dt2 by s | relations as Phi's
 //   derivatives C    a, v, q by 1 / s, v_by_a / s, q_by_a / s,  then  lambda = lambda' + s Phi_q a
+//                    kappa and mu as v and q
 //
 // so Phi_q itself stands in the rows of all its levels, and the first two groups of columns hold
 // (dF/da + v_by_a dF/dv + q_by_a dF/dq) / s + Phi_q^T Phi_q and Phi_q^T in the rows of F. Where a device has
@@ -32,6 +33,7 @@
 #include "dae/integrator/composition.hpp"
 #include "dae/integrator/formula.hpp"
 #include "dae/integrator/integrator.hpp"
+#include "dae/integrator/projection.hpp"
 #include "dae/integrator/step_state.hpp"
 #include "dae/mechanics/constrained_system.hpp"
 #include "dae/vectors/executor.hpp"
@@ -40,30 +42,33 @@ namespace mfs::dae {
 
 class StepEquations {
  public:
-  /// `independent`: one flag per coordinate. `all_levels`: constraints on velocities and accelerations too.
-  /// `remote`: that of the system for a device, null for the host. Vectors are those of `executor`. All have
-  /// to live as long.
-  StepEquations(const ConstrainedSystem& system, Unknowns unknowns, bool all_levels,
-                const std::vector<char>& independent, const Executor& executor,
-                RemoteResidual* remote = nullptr);
+  /// `remote`: that of the system for a
+  /// device, null for the host. Vectors are those of `executor`. All have to live as long.
+  StepEquations(const ConstrainedSystem& system, Unknowns unknowns, Projection projection,
+                const Executor& executor, RemoteResidual* remote = nullptr);
   StepEquations(const StepEquations&) = delete;
 
   int size() const { return size_; }
   const Pattern& pattern() const { return composition_.pattern(); }
-  /// Rows of H of the constraints: `levels` times m from `first_constraint`.
+  /// Rows of H of the constraints: kLevels times m from `first_constraint`.
   int first_constraint() const { return n_; }
-  int levels() const { return levels_; }
+  static constexpr int kLevels = 3;
+  /// Whether the constraints alone determine the motion.
+  bool all_prescribed() const { return n_ == m_; }
   /// What an unknown belongs to: a coordinate or a constraint.
   std::string unknown_name(int unknown) const;
+
   /// Phi_q of the last Jacobian.
   const std::vector<double>& constraint_gradient() const { return tangent_[Block::position_q]; }
-
+  /// Sets B to what it is at q of `state`, whose multipliers do not matter. Throws InvalidInput where it is
+  /// no number.
+  void set_directions(const StateView& state) const;
   /// x of the prediction with multipliers `lambda` (m).
   void pack(const StepRelation& relation, const double* lambda, double* x) const;
   /// The state that x stands for.
   void unpack(const double* x, const StepRelation& relation, StepState& state) const;
-  /// H at `state`, the unpacked x.
-  void residual(const StepState& state, const StepRelation& relation, double* h) const;
+  /// H at x, `state` unpacked.
+  void residual(const double* x, const StepState& state, const StepRelation& relation, double* h) const;
   /// R H_x C at `state`: values on the host in the order of the pattern, unless there is a remote matrix,
   /// which takes them instead.
   void jacobian(const StepState& state, const StepRelation& relation, double* values) const;
@@ -104,32 +109,38 @@ class StepEquations {
     double q_by_a() const { return v_by_a * q_by_v; }
     double of(Row row, Kind column) const;
   };
-  bool eliminated(std::size_t i) const { return reduced_ && is_independent_[i] != 0; }
-  /// Columns: multipliers, all of a, then v and q of the coordinates that are kept.
+  bool eliminated(std::size_t i) const { return reduced_ && projection_.role[i] == Role::free; }
+  /// Columns: multipliers, all of a, then v and q of the coordinates that are kept, kappa and mu.
   std::size_t first_acceleration() const { return static_cast<std::size_t>(m_); }
-  std::size_t first_velocity() const { return static_cast<std::size_t>(m_) + is_independent_.size(); }
+  std::size_t first_velocity() const { return static_cast<std::size_t>(m_) + projection_.role.size(); }
   std::size_t first_position() const { return first_velocity() + kept_.size(); }
+  std::size_t first_kappa() const { return first_position() + kept_.size(); }
+  std::size_t first_mu() const { return first_kappa() + projection_.rows.size(); }
   int number_unknowns();
   void place_numbers();
   void evaluate(const StepState& state, double* h) const;
   Composition make_composition(int threads);
+  void add_relations(std::vector<Composition::Term>& terms);
   void place_remotes();
   double typical_diagonal(const StepRelation& relation) const;
   void compose(const StepRelation& relation, double* values) const;
 
   const ConstrainedSystem& system_;
-  const int n_, m_, levels_;
+  const int n_, m_;
   const bool reduced_;
   const Executor& executor_;
   RemoteResidual* const remote_;
-  std::vector<char> is_independent_;
-  std::vector<int> independent_;            ///< ascending
+  Projection projection_;
+  std::vector<int> related_;                ///< those with rows of relations, ascending
   std::vector<int> kept_;                   ///< those whose v and q are unknowns, ascending
   std::array<std::vector<int>, 4> column_;  ///< by Kind: where an unknown's derivatives go
   const int size_;
   TransposedPattern position_transposed_;
   mutable Augmentation augmentation_;
-  Pattern selection_;  ///< U^T: a row with one entry for each independent coordinate
+  Pattern selection_;                  ///< a row with one entry for each of the related coordinates
+  Pattern directions_;                 ///< their rows of B
+  std::vector<int> direction_source_;  ///< of an entry of these: that of Phi_q
+  mutable std::vector<double> direction_values_;
   std::vector<double> ones_, minus_ones_;
   mutable Residual residual_;
   mutable Tangent tangent_;
@@ -149,7 +160,11 @@ class StepEquations {
   mutable Scales scales_;
   // For the passes over vectors.
   Array<int> kept_there_, kept_place_;  ///< which are kept; the place of each among those, or -1
-  Array<int> independent_there_;
+  Array<int> related_there_;
+  Array<int> direction_start_, direction_column_;
+  mutable Array<double> directions_there_;  ///< entries of B
+  mutable Tangent direction_tangent_;       ///< Phi_q alone
+  mutable Array<double> no_multipliers_;
   Array<int> gradient_start_, gradient_column_;  ///< of Phi_q's entries: the column of x
   mutable Array<double> gradient_;               ///< Phi_q of the last Jacobian
 };

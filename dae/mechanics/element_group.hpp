@@ -48,6 +48,30 @@ struct LocalStructure {
   int coupled_from = 0;
 };
 
+/// What an element has in a state, J.
+struct Energy {
+  double kinetic = 0, potential = 0, elastic = 0;  ///< potential: of its weight, 0 at the origin
+
+  Energy& operator+=(const Energy& other) {
+    kinetic += other.kinetic;
+    potential += other.potential;
+    elastic += other.elastic;
+    return *this;
+  }
+};
+
+/// At what rate an element changes the energy of the system, W.
+struct Power {
+  double dissipated = 0;  ///< by dampers
+  double input = 0;       ///< by what depends on time or keeps no account of its own: drives, loads
+
+  Power& operator+=(const Power& other) {
+    dissipated += other.dissipated;
+    input += other.input;
+    return *this;
+  }
+};
+
 /// F of all elements of a group at once, and its derivatives, by a device that works beside the host.
 class DeviceForce : public RemoteTangent {
  public:
@@ -75,6 +99,27 @@ class ElementGroup {
 
   virtual void residual(int e, const LocalState& state, LocalResidual& residual) const = 0;
   virtual void tangent(int e, const LocalState& state, LocalTangent& tangent) const = 0;
+
+  // For the balance: d/dt of the energies of all elements = input - dissipated, each summed over all.
+  virtual Energy energy(int /*e*/, const LocalState& /*state*/) const { return {}; }
+  /// Unless a group knows better: a force brings in its power, -F . v; constraints what the multipliers do to
+  /// those that move with time, lambda . Phi_t.
+  virtual Power power(int e, const LocalState& state) const {
+    const auto nq = static_cast<std::size_t>(local_coordinates());
+    const auto nc = static_cast<std::size_t>(local_constraints());
+    std::vector<double> force(nq), constraint(3 * nc);
+    const std::vector<double> rest(nq);
+    LocalResidual local{force.data(), constraint.data(), constraint.data() + nc, constraint.data() + 2 * nc};
+    Power power;
+    if (nc == 0) {
+      residual(e, state, local);
+      for (std::size_t k = 0; k < nq; ++k) power.input -= force[k] * state.v[k];
+      return power;
+    }
+    residual(e, {state.t, state.q, rest.data(), rest.data(), state.lambda}, local);
+    for (std::size_t i = 0; i < nc; ++i) power.input += state.lambda[i] * local.velocity[i];
+    return power;
+  }
 
   /// The same as `residual` and `tangent` of all elements, on a device; null: this group is left to the host.
   /// For groups without constraints.

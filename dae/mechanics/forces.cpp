@@ -16,6 +16,7 @@ struct BushingFormulas {
   std::array<double, 6> stiffness, damping;
 
   int count() const { return 6; }
+  double relaxed(int) const { return 0.0; }
 
   template <class T>
   void positions(double, const T* q, T* x) const {
@@ -42,6 +43,7 @@ struct SpringFormulas {
   Function force;  // of the elongation
 
   int count() const { return 1; }
+  double relaxed(int) const { return free_length; }
 
   template <class T>
   void positions(double, const T* q, T* x) const {

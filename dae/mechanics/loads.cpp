@@ -196,6 +196,7 @@ struct CoordinateSpringFormulas {
   Function force;
 
   int count() const { return 1; }
+  double relaxed(int) const { return free; }
   template <class T>
   void positions(double, const T* q, T* x) const {
     x[0] = q[0];

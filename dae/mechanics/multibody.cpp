@@ -56,7 +56,9 @@ CoordinateRange MultibodyBuilder::add_coordinates(const std::string& body,
 
 void MultibodyBuilder::add(std::shared_ptr<const ElementGroup> group) {
   if (!group) throw InvalidInput("group", "null pointer");
-  if (group->size() > 0) groups_.push_back(std::move(group));
+  if (group->size() == 0) return;
+  constraints_ += group->size() * group->local_constraints();
+  groups_.push_back(std::move(group));
 }
 
 std::unique_ptr<ConstrainedSystem> MultibodyBuilder::build(int threads, Backend backend) const {

@@ -39,6 +39,9 @@ class MultibodyBuilder {
                                   const std::vector<std::string>& components = {});
   void add(std::shared_ptr<const ElementGroup> group);
 
+  const std::vector<std::shared_ptr<const ElementGroup>>& groups() const { return groups_; }
+  /// Of all groups so far: the next one's first.
+  int constraints() const { return constraints_; }
   const std::vector<double>& initial_q() const { return q_; }
   const std::vector<double>& initial_v() const { return v_; }
 
@@ -55,6 +58,7 @@ class MultibodyBuilder {
   std::vector<BodyCoordinates> bodies_;
   std::vector<double> q_, v_;
   std::vector<std::shared_ptr<const ElementGroup>> groups_;
+  int constraints_ = 0;
 };
 
 }  // namespace mfs::dae

@@ -6,6 +6,7 @@
 
 #include <mfs/error.hpp>
 
+#include "dae/mechanics/number_text.hpp"
 #include "dae/mechanics/rotation.hpp"
 #include "dae/mechanics/single_element.hpp"
 
@@ -32,6 +33,17 @@ struct InertiaAndWeight {
     const Quadruple<T> gyroscopic = g_transposed_times(rate, inertia_times(g_times(p, rate)));
     for (int i = 0; i < 4; ++i) f[3 + i] = 4.0 * inertial[i] + 8.0 * gyroscopic[i];
   }
+
+  Energy energy(const double* q, const double* v) const {
+    const Triple<double> half = g_times(q + 3, v + 3);  // of the angular velocity
+    Energy energy;
+    energy.kinetic = 2 * dot(half, inertia_times(half));
+    for (int i = 0; i < 3; ++i) {
+      energy.kinetic += 0.5 * mass * v[i] * v[i];
+      energy.potential -= mass * gravity[i] * q[i];
+    }
+    return energy;
+  }
 };
 
 void check(const RigidBody& body) {
@@ -44,6 +56,13 @@ void check(const RigidBody& body) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> principal(body.inertia, Eigen::EigenvaluesOnly);
   if (!(principal.eigenvalues()[0] > 1e-14 * size))
     throw InvalidInput(owner, "its inertia tensor is not positive definite");
+  // Any distribution of mass has J1 + J2 - J3 = 2 int x3^2 dm >= 0; measured tensors are rounded.
+  constexpr double kRounding = 0.01;
+  const double largest = principal.eigenvalues()[2], others = principal.eigenvalues().sum() - largest;
+  if (largest > (1 + kRounding) * others)
+    throw InvalidInput(owner, "no body has its inertia tensor: the largest principal moment, " +
+                                  number_text(largest) + " kg m^2, is more than the sum of the others, " +
+                                  number_text(others));
 }
 
 }  // namespace

@@ -23,8 +23,9 @@ struct RigidBody {
 };
 
 /// Adds the body with its weight in the field `gravity` (m/s^2, ground axes). Its frame sits at the centre of
-/// mass. Throws InvalidInput unless the mass is positive and the inertia tensor symmetric and positive
-/// definite.
+/// mass. Throws InvalidInput unless the mass is positive and the inertia tensor symmetric, positive
+/// definite and that of some body: no principal moment more than the sum of the others (by 1 %, as tensors
+/// are rounded).
 Frame add_rigid_body(MultibodyBuilder& builder, const RigidBody& body, const Eigen::Vector3d& gravity);
 
 }  // namespace mfs::dae

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 #include "dae/mechanics/autodiff.hpp"
@@ -73,9 +74,35 @@ struct Reaction {
   double force = 0.0, stiffness = 0.0, damping = 0.0;
 };
 
+/// Whether Formulas says where deformation i stores no energy, `double relaxed(int i) const`: the part of the
+/// reaction that does not depend on the rate is then elastic, and the rest a damper's.
+template <class Formulas, class = void>
+struct IsElastic : std::false_type {};
+template <class Formulas>
+struct IsElastic<Formulas, std::void_t<decltype(std::declval<const Formulas&>().relaxed(0))>>
+    : std::true_type {};
+
+/// The integral of f from a to b, by Gauss' rule of five points in eight parts: of the reactions of springs,
+/// which are polynomials or splines.
+template <class F>
+double integral(const F& f, double a, double b) {
+  constexpr int kParts = 8;
+  constexpr std::array<std::array<double, 2>, 3> kRule{{{0.0, 128.0 / 225},
+                                                        {0.538469310105683091, 0.478628670499366468},
+                                                        {0.906179845938663993, 0.236926885056189088}}};
+  const double half = (b - a) / (2 * kParts);
+  double sum = 0;
+  for (int part = 0; part < kParts; ++part) {
+    const double middle = a + (2 * part + 1) * half;
+    for (const auto& [x, weight] : kRule)
+      sum += weight * (x == 0 ? f(middle) : f(middle - x * half) + f(middle + x * half));
+  }
+  return half * sum;
+}
+
 /// Forces that answer to deformations x(t, q): by virtual work F = sum_i reaction_i x_i,q. Beside what
 /// autodiff.hpp asks for, Formulas has `Reaction reaction(double t, int i, double x, double rate) const`,
-/// which is where a deformation that cannot be is refused.
+/// which is where a deformation that cannot be is refused; and IsElastic tells what else it may have.
 template <class Formulas, int N>
 class CompliantElement final : public SingleElement<N> {
  public:
@@ -113,12 +140,37 @@ class CompliantElement final : public SingleElement<N> {
     add_hessian<N>(formulas_, state.t, state.q, force.data(), tangent.force_q);
   }
 
+  Energy energy(int, const LocalState& state) const override {
+    Energy energy;
+    if constexpr (IsElastic<Formulas>::value) {
+      const auto x = along_motion<N>(formulas_, state);
+      for (int i = 0; i < formulas_.count(); ++i)
+        energy.elastic += integral([&](double s) { return formulas_.reaction(state.t, i, s, 0.0).force; },
+                                   formulas_.relaxed(i), x[i].c0);
+    }
+    return energy;
+  }
+
+  Power power(int, const LocalState& state) const override {
+    const auto x = along_motion<N>(formulas_, state);
+    Power power;
+    for (int i = 0; i < formulas_.count(); ++i) {
+      const double rate = x[i].c1, force = formulas_.reaction(state.t, i, x[i].c0, rate).force;
+      if constexpr (IsElastic<Formulas>::value)
+        power.dissipated += (force - formulas_.reaction(state.t, i, x[i].c0, 0.0).force) * rate;
+      else
+        power.input -= force * rate;
+    }
+    return power;
+  }
+
  private:
   Formulas formulas_;
 };
 
 /// A share of F given as `template <class T> void force(const T* q, const T* v, const T* a, T* f) const`,
-/// with all N of f.
+/// with all N of f, of a body: `Energy energy(const double* q, const double* v) const` is all that it
+/// changes.
 template <class Formula, int N>
 class ForceElement final : public SingleElement<N> {
  public:
@@ -151,6 +203,9 @@ class ForceElement final : public SingleElement<N> {
         tangent.force_a[i * N + k] = f[i].derivatives()[2 * N + k];
       }
   }
+
+  Energy energy(int, const LocalState& state) const override { return formula_.energy(state.q, state.v); }
+  Power power(int, const LocalState&) const override { return {}; }
 
  private:
   Formula formula_;

@@ -1,10 +1,12 @@
 // Materials, bodies and points of a model file.
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <filesystem>
 
 #include <mfs/error.hpp>
 
 #include "dae/fem/gmsh.hpp"
+#include "dae/mechanics/number_text.hpp"
 #include "dae/mechanics/rigid_body.hpp"
 #include "dae/model/mesh_generators.hpp"
 #include "dae/model/model_parts.hpp"
@@ -44,7 +46,13 @@ Eigen::Matrix3d read_inertia(JsonObject& object) {
 void read_rigid_body(JsonObject& object, const std::string& name, ModelParts& parts) {
   const RigidBody body{name, object.positive("mass"), read_inertia(object), read_placement(object)};
   object.finish();
-  parts.model.rigid_bodies.push_back({name, add_rigid_body(parts.builder, body, parts.gravity), {}});
+  const Frame frame = add_rigid_body(parts.builder, body, parts.gravity);
+  parts.model.rigid_bodies.push_back({name,
+                                      frame,
+                                      {},
+                                      body.mass,
+                                      body.inertia,
+                                      {parts.builder.groups().back(), parts.builder.constraints()}});
 }
 
 std::shared_ptr<const Mesh> read_mesh(JsonObject object, const std::string& folder) {
@@ -100,13 +108,36 @@ void read_flexible_body(JsonObject& object, const std::string& name, ModelParts&
   parts.model.flexible_bodies.push_back({name, solid, range});
 }
 
-int nearest_node(const FlexibleBody& body, const std::vector<double>& q, const Eigen::Vector3d& point) {
+// Between the two nodes of one element that are farthest apart.
+double largest_element(const Mesh& mesh) {
+  const int nodes = nodes_per_element(mesh.kind);
+  const auto place = [&](std::size_t k) {
+    return Eigen::Map<const Eigen::Vector3d>(mesh.nodes[static_cast<std::size_t>(mesh.elements[k])].data());
+  };
+  double largest = 0;
+  for (std::size_t first = 0; first < mesh.elements.size(); first += static_cast<std::size_t>(nodes))
+    for (int i = 0; i < nodes; ++i)
+      for (int j = 0; j < i; ++j)
+        largest = std::max(
+            largest,
+            (place(first + static_cast<std::size_t>(i)) - place(first + static_cast<std::size_t>(j))).norm());
+  return largest;
+}
+
+// Its first coordinate. No point of the body is farther from all nodes than an element is wide.
+int nearest_node(const FlexibleBody& body, const std::vector<double>& q, const Eigen::Vector3d& point,
+                 const JsonObject& object) {
   int nearest = body.range.first;
   const auto distance = [&](int first) {
     return (Eigen::Map<const Eigen::Vector3d>(&q[first]) - point).norm();
   };
   for (int first = body.range.first; first < body.range.first + body.range.count; first += 3)
     if (distance(first) < distance(nearest)) nearest = first;
+  const double widest = largest_element(body.solid->mesh());
+  if (!(distance(nearest) <= widest))
+    object.refuse("point", "is " + number_text(distance(nearest)) + " m from the nearest node of '" +
+                               body.name + "', whose elements are " + number_text(widest) +
+                               " m wide at most");
   return nearest;
 }
 
@@ -150,11 +181,12 @@ void read_point(JsonObject& object, const std::string& name, ModelParts& parts) 
   const Eigen::Vector3d point = object.vector("point");
   object.finish();
   if (const FlexibleBody* flexible = parts.flexible(body)) {
-    const int first = nearest_node(*flexible, parts.builder.initial_q(), point);
-    parts.model.points.push_back({name, first, false, {}});
+    const int first = nearest_node(*flexible, parts.builder.initial_q(), point, object);
+    const auto index = static_cast<int>(flexible - parts.model.flexible_bodies.data());
+    parts.model.points.push_back({name, {}, {}, index, (first - flexible->range.first) / 3});
   } else if (const RigidPart* rigid = parts.rigid(body)) {
     const Attachment place = attach(parts.builder, rigid->frame, point);
-    parts.model.points.push_back({name, rigid->frame.first, true, place.point});
+    parts.model.points.push_back({name, rigid->frame, place.point});
   } else {
     object.refuse("body", "there is no body '" + body + "'");
   }

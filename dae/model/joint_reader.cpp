@@ -44,6 +44,16 @@ Attachment rigid_side(RigidPart& body, const Eigen::Vector3d& point, const Eigen
   return side;
 }
 
+Attachment side_at(JsonObject& object, const std::string& key, const Eigen::Vector3d& point,
+                   const Eigen::Matrix3d& axes, ModelParts& parts) {
+  const std::string side = object.text(key);
+  if (side == "ground") return attach(parts.builder, Frame(), point, axes);
+  if (RigidPart* body = parts.rigid(side)) return rigid_side(*body, point, axes, parts);
+  if (side.find(':') == std::string::npos)
+    object.refuse(key, "'" + side + "' is neither ground nor a rigid body of this model nor BODY:NODE_SET");
+  return attach(parts.builder, interface_of(read_node_set(object, key, parts), side, parts), point, axes);
+}
+
 // Along the coordinates of what moves where the motion depends on quantities.
 void read_drive(JsonObject& object, const std::string& name, const char* quantity, const char* member,
                 ModelParts& parts,
@@ -58,6 +68,7 @@ void read_drive(JsonObject& object, const std::string& name, const char* quantit
     add_coordinate_motion(parts.builder, name, {read_joint_measure(object, member, parts)}, function,
                           MotionFrom::zero);
   object.finish();
+  parts.sides = {joint.a, joint.b};
 }
 
 void read_rotation(JsonObject& object, const std::string& name, ModelParts& parts) {
@@ -115,12 +126,8 @@ NodeSet read_node_set(JsonObject& object, const std::string& key, const ModelPar
 
 Attachment read_side(JsonObject& object, const std::string& key, const Eigen::Vector3d& point,
                      const Eigen::Matrix3d& axes, ModelParts& parts) {
-  const std::string side = object.text(key);
-  if (side == "ground") return attach(parts.builder, Frame(), point, axes);
-  if (RigidPart* body = parts.rigid(side)) return rigid_side(*body, point, axes, parts);
-  if (side.find(':') == std::string::npos)
-    object.refuse(key, "'" + side + "' is neither ground nor a rigid body of this model nor BODY:NODE_SET");
-  return attach(parts.builder, interface_of(read_node_set(object, key, parts), side, parts), point, axes);
+  parts.sides.push_back(side_at(object, key, point, axes, parts));
+  return parts.sides.back();
 }
 
 void read_joint(JsonObject& object, const std::string& name, ModelParts& parts) {

@@ -54,7 +54,7 @@ void JsonObject::refuse(const std::string& key, const std::string& what) const {
 }
 
 const Json& JsonObject::at(const std::string& key) {
-  asked_.insert(key);
+  known_.insert(key);
   const auto found = json_->find(key);
   if (found == json_->end()) refuse(key, "is missing");
   return *found;
@@ -93,13 +93,13 @@ std::vector<std::string> JsonObject::keys() const {
 
 double JsonObject::positive(const std::string& key) {
   const double value = number(key);
-  if (!(value > 0)) refuse(key, "must be positive, not " + std::to_string(value));
+  if (!(value > 0)) refuse(key, "must be positive, not " + at(key).dump());
   return value;
 }
 
 double JsonObject::not_negative(const std::string& key, double fallback) {
   const double value = number(key, fallback);
-  if (!(value >= 0)) refuse(key, "must not be negative, as " + std::to_string(value));
+  if (!(value >= 0)) refuse(key, "must not be negative, as " + at(key).dump());
   return value;
 }
 
@@ -170,8 +170,8 @@ std::vector<std::pair<std::string, JsonObject>> JsonObject::members(const std::s
 
 void JsonObject::finish() const {
   for (const auto& item : json_->items())
-    if (asked_.count(item.key()) == 0)
-      refuse(item.key(), "is not known here; known are: " + comma_list(asked_));
+    if (known_.count(item.key()) == 0)
+      refuse(item.key(), "is not known here; known are: " + comma_list(known_));
 }
 
 }  // namespace mfs::dae

@@ -36,8 +36,12 @@ class JsonObject {
   const std::string& place() const { return place_; }
   /// Of one of its keys.
   std::string place_of(const std::string& key) const;
-  bool has(const std::string& key) const { return json_->contains(key); }
-  bool has_text(const std::string& key) const { return has(key) && json_->at(key).is_string(); }
+  /// The key is known from now on: whoever asks reads it where it is there.
+  bool has(const std::string& key) {
+    known_.insert(key);
+    return json_->contains(key);
+  }
+  bool has_text(const std::string& key) { return has(key) && json_->at(key).is_string(); }
   std::vector<std::string> keys() const;
 
   // All throw InvalidInput. Without a fallback the key has to be there. Numbers may be expressions.
@@ -68,7 +72,8 @@ class JsonObject {
   }
 
   [[noreturn]] void refuse(const std::string& key, const std::string& what) const;
-  /// To be called in the end: throws InvalidInput where the object has a key that was not asked for.
+  /// To be called in the end: throws InvalidInput where the object has a key that was not asked for, with
+  /// those that were.
   void finish() const;
 
  private:
@@ -78,7 +83,7 @@ class JsonObject {
   const Json* json_;
   std::string place_;
   const Parameters* parameters_;
-  std::set<std::string> asked_;
+  std::set<std::string> known_;
 };
 
 }  // namespace mfs::dae

@@ -4,10 +4,16 @@
 
 #include <mfs/error.hpp>
 
+#include "dae/mechanics/number_text.hpp"
 #include "dae/model/model_parts.hpp"
+#include "dae/model/quantities.hpp"
 
 namespace mfs::dae {
 namespace {
+
+bool begins_with(const std::string& text, const std::string& begin) {
+  return text.compare(0, begin.size(), begin) == 0;
+}
 
 // A complaint of another part says which body or joint; here it learns where in the file that is.
 void read_all(JsonObject& file, const char* key, ModelParts& parts,
@@ -16,19 +22,72 @@ void read_all(JsonObject& file, const char* key, ModelParts& parts,
     try {
       read(object, name, parts);
     } catch (const InvalidInput& e) {
-      if (e.argument().compare(0, object.place().size(), object.place()) == 0) throw;
+      if (begins_with(e.argument(), object.place())) throw;
       throw InvalidInput(object.place(), e.what());
     }
   }
 }
 
-// The rows that hold the points of the joint together: its first ones, three, or two where it slides.
-MeasuredJoint rows_of(const Joint& joint, const ConstrainedSystem& system) {
-  const bool slides = joint.kind == JointKind::translational || joint.kind == JointKind::cylindrical;
-  const std::string prefix = "joint " + joint.name + ", ";
-  int row = 0;
-  while (system.constraint_name(row).compare(0, prefix.size(), prefix) != 0) ++row;
-  return {joint.name, row, slides ? 2 : 3};
+// What the reader of a joint, a motion or a force has added to the system, but for interfaces of its sides
+// and measures, which others use, too.
+class Added {
+ public:
+  explicit Added(ModelParts& parts)
+      : parts_(parts), group_(parts.builder.groups().size()), row_(parts.builder.constraints()) {
+    parts.sides.clear();
+    parts.along = {};
+  }
+  std::vector<ModelElement> elements() const {
+    std::vector<ModelElement> elements;
+    int row = row_;
+    const auto& groups = parts_.builder.groups();
+    for (std::size_t g = group_; g < groups.size(); ++g) {
+      const std::string name = groups[g]->name(0);
+      if (!begins_with(name, "interface ") && !begins_with(name, "body ") &&
+          parts_.measuring.count(groups[g].get()) == 0)
+        elements.push_back({groups[g], row});
+      row += groups[g]->size() * groups[g]->local_constraints();
+    }
+    return elements;
+  }
+
+ private:
+  ModelParts& parts_;
+  std::size_t group_;
+  int row_;
+};
+
+// Of the axis of `of` about the axis of `about`, both as time begins.
+double angle_between(const MultibodyBuilder& builder, const Attachment& of, const Attachment& about) {
+  const Eigen::Vector3d axis = initial_placement(builder, of.frame).rotation * of.axes.col(2);
+  const Eigen::Matrix3d axes = initial_placement(builder, about.frame).rotation * about.axes;
+  return std::atan2(axes.col(1).dot(axis), axes.col(0).dot(axis));
+}
+
+void read_and_keep_joint(JsonObject& object, const std::string& name, ModelParts& parts) {
+  const Added added(parts);
+  read_joint(object, name, parts);
+  const Joint& joint = parts.joints.at(name);
+  ModelJoint kept{name, joint.kind, joint.a, joint.b, added.elements()};
+  if (joint.kind == JointKind::universal)
+    kept.angle_begin = {angle_between(parts.builder, joint.b, joint.a),
+                        angle_between(parts.builder, joint.a, joint.b)};
+  parts.model.joints.push_back(std::move(kept));
+}
+
+ModelAction read_and_keep(JsonObject& object, const std::string& name, ModelParts& parts,
+                          void (*read)(JsonObject&, const std::string&, ModelParts&)) {
+  const Added added(parts);
+  read(object, name, parts);
+  return {name, object.text("type"), added.elements(), parts.sides, parts.along};
+}
+
+void read_and_keep_motion(JsonObject& object, const std::string& name, ModelParts& parts) {
+  parts.model.motions.push_back(read_and_keep(object, name, parts, read_motion));
+}
+
+void read_and_keep_force(JsonObject& object, const std::string& name, ModelParts& parts) {
+  parts.model.forces.push_back(read_and_keep(object, name, parts, read_force));
 }
 
 // A flexible body is placed without strain; moving the nodes that a motion holds would tear it.
@@ -41,7 +100,7 @@ void check_motions(const MultibodyModel& model) {
   for (int row = 0; row < model.system->constraints(); ++row)
     if (!(std::abs(residual.position[row]) <= kOff))
       throw InvalidInput(model.system->constraint_name(row),
-                         "where time begins it is " + std::to_string(residual.position[row]) +
+                         "where time begins it is " + number_text(residual.position[row]) +
                              " off; beside flexible bodies a motion has to begin where bodies are placed");
 }
 
@@ -65,13 +124,14 @@ MultibodyModel make_model(const Json& json, const std::string& folder, int threa
   parts.gravity = file.vector("gravity", parts.gravity);
   read_all(file, "materials", parts, read_material);
   read_all(file, "bodies", parts, read_body);
-  read_all(file, "joints", parts, read_joint);
+  read_all(file, "joints", parts, read_and_keep_joint);
   read_all(file, "points", parts, read_point);
-  read_all(file, "motions", parts, read_motion);
-  read_all(file, "forces", parts, read_force);
-  const std::vector<std::string> reactions = file.texts("reactions");
-  for (const std::string& joint : reactions)
+  read_all(file, "motions", parts, read_and_keep_motion);
+  read_all(file, "forces", parts, read_and_keep_force);
+  model.reactions = file.texts("reactions");
+  for (const std::string& joint : model.reactions)
     if (parts.joints.count(joint) == 0) file.refuse("reactions", "there is no joint '" + joint + "'");
+  model.record = file.texts("record");
   if (file.has("integrator")) {
     JsonObject integrator = file.object("integrator");
     model.integrator = read_integrator(integrator);
@@ -80,11 +140,14 @@ MultibodyModel make_model(const Json& json, const std::string& folder, int threa
   model.system = parts.builder.build(threads, backend);
   model.integrator.threads = threads;
   model.integrator.backend = backend;
-  for (const std::string& joint : reactions)
-    model.joints.push_back(rows_of(parts.joints.at(joint), *model.system));
   model.q0 = parts.builder.initial_q();
   model.v0 = parts.builder.initial_v();
   check_motions(model);
+  try {
+    chosen_quantities(model);
+  } catch (const InvalidInput& e) {
+    throw InvalidInput("record", e.what());
+  }
   return std::move(parts.model);
 }
 

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
@@ -14,9 +15,16 @@
 #include "dae/fem/solid_group.hpp"
 #include "dae/integrator/integrator.hpp"
 #include "dae/mechanics/frame.hpp"
+#include "dae/mechanics/joints.hpp"
 #include "dae/model/json_object.hpp"
 
 namespace mfs::dae {
+
+/// A group of elements in the system; their constraints begin at this row.
+struct ModelElement {
+  std::shared_ptr<const ElementGroup> group;
+  int first_row = 0;
+};
 
 struct FlexibleBody {
   std::string name;
@@ -29,21 +37,40 @@ struct RigidPart {
   std::string name;
   Frame frame;
   std::vector<Eigen::Vector3d> points;  ///< in its own axes, m
+  double mass = 0.0;                    ///< kg
+  Eigen::Matrix3d inertia;              ///< about the origin of its frame, in its axes, kg m^2
+  ModelElement element;
 };
 
-/// A point whose motion is recorded: `point` of the frame at coordinate `first`, or the node that begins
-/// there.
-struct MeasuredPoint {
+/// A point that is looked at: `point` of `frame`, or a node of a flexible body.
+struct ModelPoint {
   std::string name;
-  int first = 0;
-  bool on_frame = false;
+  Frame frame;                                      ///< the ground: it is a node
   Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< in the frame's axes, m
+  int body = -1, node = -1;                         ///< of flexible_bodies
 };
 
-/// A joint whose force is recorded: the multipliers of these rows are its components, N.
-struct MeasuredJoint {
+struct ModelJoint {
   std::string name;
-  int first_row = 0, rows = 0;
+  JointKind kind = JointKind::fixed;
+  Attachment a, b;
+  std::vector<ModelElement> elements;
+  std::array<double, 2>
+      angle_begin{};  ///< of a universal joint: of b's axis about a's, of a's about b's, rad
+};
+
+/// The coordinate that measures how b of a joint is turned about its axis against a, or has moved along it.
+struct JointCoordinate {
+  int number = -1;  ///< none
+  bool turns = false;
+};
+
+/// A motion or a force: its elements and what they hold on to, the last as b; no sides: nodes.
+struct ModelAction {
+  std::string name, type;  ///< as in the file
+  std::vector<ModelElement> elements;
+  std::vector<Attachment> sides;
+  JointCoordinate along;  ///< where it acts on that alone
 };
 
 struct MultibodyModel {
@@ -53,8 +80,11 @@ struct MultibodyModel {
   bool starts_at_rest = false;  ///< in the static equilibrium near q0
   std::vector<FlexibleBody> flexible_bodies;
   std::vector<RigidPart> rigid_bodies;
-  std::vector<MeasuredPoint> points;
-  std::vector<MeasuredJoint> joints;
+  std::vector<ModelPoint> points;
+  std::vector<ModelJoint> joints;
+  std::vector<ModelAction> motions, forces;
+  std::vector<std::string> reactions;  ///< joints whose forces are in the overview
+  std::vector<std::string> record;     ///< which quantities are recorded (quantities.hpp); none: all
   IntegratorOptions integrator;
 
   std::unique_ptr<const ConstrainedSystem> system;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -22,6 +23,9 @@ struct ModelParts {
   std::map<std::string, Joint> joints;
   std::map<std::string, Frame> interfaces;  ///< by "BODY:NODE_SET"
   std::map<std::string, int> measures;      ///< coordinates, by "JOINT.angle", "POINT.x", ...
+  std::set<const ElementGroup*> measuring;  ///< what ties those coordinates to what they measure
+  std::vector<Attachment> sides;            ///< of the object that is being read, in its order
+  JointCoordinate along;                    ///< of that object, too
 
   const FlexibleBody* flexible(const std::string& name) const;
   RigidPart* rigid(const std::string& name);
@@ -56,7 +60,7 @@ int measured(const std::string& quantity, const std::string& place, ModelParts& 
 bool moves(JointKind kind, const std::string& member);
 /// The joint that the key "joint" names.
 const Joint& read_joint_name(JsonObject& object, const ModelParts& parts);
-/// The measure of that joint.
+/// The measure of that joint, along which the object that is being read acts.
 int read_joint_measure(JsonObject& object, const char* member, ModelParts& parts);
 
 /// Nodes of a flexible body, written "BODY:NODE_SET".

@@ -1,68 +1,84 @@
 #include "dae/output/vtk_files.hpp"
 
-#include <algorithm>
+#include <string_view>
 
 #include <fmt/format.h>
 
 #include <mfs/error.hpp>
 
-#include "solver/program/output_file.hpp"
-
 namespace mfs::dae {
 namespace {
 
-static_assert(sizeof(float) == 4);
 static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "the files say so");
 
-// RFC 4648, section 4.
-std::string base64(const std::string& bytes) {
-  constexpr const char* digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const std::size_t have = std::min<std::size_t>(3, bytes.size() - i);
-    std::uint32_t group = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-      group = group << 8 | (k < have ? static_cast<std::uint8_t>(bytes[i + k]) : 0U);
-    for (std::size_t k = 0; k < 4; ++k) text += k <= have ? digits[group >> (18 - 6 * k) & 63U] : '=';
+// The arrays behind the XML, which names the place of each.
+class Appended {
+ public:
+  /// The element that stands for it. `values` has to live until write().
+  template <class Value>
+  std::string add(const char* type, const std::string& name, int components,
+                  const std::vector<Value>& values) {
+    const std::string_view bytes(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(Value));
+    arrays_.push_back(bytes);
+    const std::uint64_t offset = size_;
+    size_ += sizeof(std::uint64_t) + bytes.size();
+    return fmt::format(
+        "<DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"appended\" offset=\"{}\"/>\n",
+        type, name, components, offset);
   }
-  return text;
-}
+  std::string add(const VtkField& field) {
+    return add("Float64", field.name, field.components, field.values);
+  }
 
-// A data array inline: the number of bytes, then the bytes.
-template <class Number, class Value>
-std::string data_array(const char* type, const std::string& name, int components,
-                       const std::vector<Value>& values) {
-  std::string bytes(sizeof(std::uint64_t) + values.size() * sizeof(Number), '\0');
-  const std::uint64_t length = values.size() * sizeof(Number);
-  char* to = std::copy_n(reinterpret_cast<const char*>(&length), sizeof length, bytes.data());
-  for (const Value value : values) {
-    const auto number = static_cast<Number>(value);
-    to = std::copy_n(reinterpret_cast<const char*>(&number), sizeof number, to);
+  void write(io::OutputFile& file) const {
+    for (const std::string_view bytes : arrays_) {
+      const std::uint64_t length = bytes.size();
+      file.write({reinterpret_cast<const char*>(&length), sizeof length});
+      file.write(bytes);
+    }
+  }
+
+ private:
+  std::vector<std::string_view> arrays_;
+  std::uint64_t size_ = 0;
+};
+
+// The characters' numbers, each text with a zero behind it.
+std::string text_array(const VtkNames& names) {
+  std::string codes;
+  for (const std::string& text : names.values) {
+    for (const char c : text) codes += fmt::format("{} ", static_cast<int>(static_cast<unsigned char>(c)));
+    codes += "0 ";
   }
   return fmt::format(
-      "<DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"binary\">{}</DataArray>\n", type,
-      name, components, base64(bytes));
+      "<DataArray type=\"String\" Name=\"{}\" NumberOfTuples=\"{}\" format=\"ascii\">{}</DataArray>\n",
+      names.name, names.values.size(), codes);
 }
 
-void check(const std::vector<double>& points, const VtkCells& cells, const std::vector<VtkField>& fields) {
-  const std::size_t count = points.size() / 3;
-  if (points.size() % 3 != 0) throw InvalidInput("points", "not three coordinates for each");
-  for (const std::int32_t point : cells.connectivity)
-    if (point < 0 || static_cast<std::size_t>(point) >= count)
-      throw InvalidInput("cells", fmt::format("point {} of {} is named", point, count));
-  for (const VtkField& field : fields)
-    if (field.values.size() != count * static_cast<std::size_t>(field.components))
-      throw InvalidInput("field " + field.name, fmt::format("{} values for {} points of {} components",
-                                                            field.values.size(), count, field.components));
+void check_length(const std::string& name, std::size_t values, const char* of, std::size_t count,
+                  int components) {
+  if (values != count * static_cast<std::size_t>(components))
+    throw InvalidInput("field " + name,
+                       fmt::format("{} values for {} {} of {} components", values, count, of, components));
 }
 
-std::string vtk_file(const char* type, const std::string& content) {
-  return fmt::format(
-      "<?xml version=\"1.0\"?>\n<VTKFile type=\"{}\" version=\"1.0\" byte_order=\"LittleEndian\" "
-      "header_type=\"UInt64\">\n{}</VTKFile>\n",
-      type, content);
+void check(const VtkGrid& grid) {
+  const std::size_t points = grid.points.size() / 3, cells = grid.cells.kind.size();
+  if (grid.points.size() % 3 != 0) throw InvalidInput("points", "not three coordinates for each");
+  for (const std::int32_t point : grid.cells.connectivity)
+    if (point < 0 || static_cast<std::size_t>(point) >= points)
+      throw InvalidInput("cells", fmt::format("point {} of {} is named", point, points));
+  for (const VtkField& field : grid.point_fields)
+    check_length(field.name, field.values.size(), "points", points, field.components);
+  for (const VtkField& field : grid.cell_fields)
+    check_length(field.name, field.values.size(), "cells", cells, field.components);
+  for (const VtkIds& ids : grid.cell_ids) check_length(ids.name, ids.values.size(), "cells", cells, 1);
 }
+
+constexpr const char* kBegin =
+    "<?xml version=\"1.0\"?>\n<VTKFile type=\"{}\" version=\"1.0\" byte_order=\"LittleEndian\" "
+    "header_type=\"UInt64\">\n";
+constexpr const char* kEndOfList = "</Collection>\n</VTKFile>\n";
 
 }  // namespace
 
@@ -83,26 +99,40 @@ VtkCells vtk_cells(const Mesh& mesh) {
   return cells;
 }
 
-void write_vtu(const std::string& path, const std::vector<double>& points, const VtkCells& cells,
-               const std::vector<VtkField>& fields) {
-  check(points, cells, fields);
-  std::string text = fmt::format("<UnstructuredGrid>\n<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n",
-                                 points.size() / 3, cells.kind.size());
-  text += "<PointData>\n";
-  for (const VtkField& field : fields)
-    text += data_array<float>("Float32", field.name, field.components, field.values);
+void write_vtu(const std::string& path, const VtkGrid& grid) {
+  check(grid);
+  Appended arrays;
+  std::string text = fmt::format(kBegin, "UnstructuredGrid") + "<UnstructuredGrid>\n<FieldData>\n";
+  for (const VtkNames& names : grid.names) text += text_array(names);
+  text += fmt::format("</FieldData>\n<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n<PointData>\n",
+                      grid.points.size() / 3, grid.cells.kind.size());
+  for (const VtkField& field : grid.point_fields) text += arrays.add(field);
+  text += "</PointData>\n<CellData>\n";
+  for (const VtkField& field : grid.cell_fields) text += arrays.add(field);
+  for (const VtkIds& ids : grid.cell_ids) text += arrays.add("Int32", ids.name, 1, ids.values);
   text +=
-      "</PointData>\n<Points>\n" + data_array<float>("Float32", "Points", 3, points) + "</Points>\n<Cells>\n";
-  text += data_array<std::int32_t>("Int32", "connectivity", 1, cells.connectivity);
-  text += data_array<std::int32_t>("Int32", "offsets", 1, cells.end);
-  text += data_array<std::uint8_t>("UInt8", "types", 1, cells.kind);
-  text += "</Cells>\n</Piece>\n</UnstructuredGrid>\n";
-  io::OutputFile(path).write(vtk_file("UnstructuredGrid", text));
+      "</CellData>\n<Points>\n" + arrays.add("Float64", "Points", 3, grid.points) + "</Points>\n<Cells>\n";
+  text += arrays.add("Int32", "connectivity", 1, grid.cells.connectivity);
+  text += arrays.add("Int32", "offsets", 1, grid.cells.end);
+  text += arrays.add("UInt8", "types", 1, grid.cells.kind);
+  text += "</Cells>\n</Piece>\n</UnstructuredGrid>\n<AppendedData encoding=\"raw\">\n_";
+  io::OutputFile file(path);
+  file.write(text);
+  arrays.write(file);
+  file.write("\n</AppendedData>\n</VTKFile>\n");
+}
+
+PvdFile::PvdFile(const std::string& path) : file_(path) {
+  const std::string begin = fmt::format(kBegin, "Collection") + "<Collection>\n";
+  file_.write(begin + kEndOfList);
+  end_ = begin.size();
 }
 
 void PvdFile::add(double t, int part, const std::string& file) {
-  entries_ += fmt::format("<DataSet timestep=\"{}\" part=\"{}\" file=\"{}\"/>\n", t, part, file);
-  io::OutputFile(path_).write(vtk_file("Collection", "<Collection>\n" + entries_ + "</Collection>\n"));
+  const std::string entry =
+      fmt::format("<DataSet timestep=\"{}\" part=\"{}\" file=\"{}\"/>\n", t, part, file);
+  file_.overwrite(end_, entry + kEndOfList);
+  end_ += entry.size();
 }
 
 }  // namespace mfs::dae

@@ -1,6 +1,7 @@
 // Grids for ParaView in VTK's XML formats: a .vtu file holds the points and cells of one moment, a .pvd file
-// lists the .vtu files of a run with their times. Coordinates and fields are written as base64 of 32 bit
-// floats: what a picture needs, at half the size.
+// lists the .vtu files of a run with their times. Numbers are 64-bit floats, raw and behind the XML
+// ("appended"), each array as its number of bytes (8 bytes) and the bytes: nothing is converted, and a file
+// is no larger than what it holds.
 //
 // Source: The VTK User's Guide, "XML file formats"; https://docs.vtk.org/en/latest/design_documents/.
 #pragma once
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include "dae/fem/mesh.hpp"
+#include "solver/program/output_file.hpp"
 
 namespace mfs::dae {
 
@@ -35,27 +37,48 @@ struct VtkCells {
 
 VtkCells vtk_cells(const Mesh& mesh);
 
-/// A field with `components` values (1: scalar, 3: vector) at each point, point by point.
+/// A field with `components` values (1: scalar, 3: vector) at each point or cell, one after the other.
 struct VtkField {
   std::string name;
   int components = 1;
   std::vector<double> values;
 };
 
-/// Writes `path` with points of 3 coordinates each, in metres. Throws InvalidInput where the file cannot be
-/// written, a cell names a point that is not there, or a field has the wrong length.
-void write_vtu(const std::string& path, const std::vector<double>& points, const VtkCells& cells,
-               const std::vector<VtkField>& fields);
+/// A number for each cell, as of the body to which it belongs.
+struct VtkIds {
+  std::string name;
+  std::vector<std::int32_t> values;
+};
 
-/// The list of a run. Rewritten with each entry, so that a run can be looked at before it ends.
+/// Texts of the grid as a whole, as the names of the bodies by their numbers.
+struct VtkNames {
+  std::string name;
+  std::vector<std::string> values;
+};
+
+struct VtkGrid {
+  std::vector<double> points;  ///< 3 coordinates each, m
+  VtkCells cells;
+  std::vector<VtkField> point_fields, cell_fields;
+  std::vector<VtkIds> cell_ids;
+  std::vector<VtkNames> names;
+};
+
+/// Throws InvalidInput where the file cannot be written, a cell names a point that is not there, or a field
+/// has the wrong length.
+void write_vtu(const std::string& path, const VtkGrid& grid);
+
+/// The list of a run, whole after each entry, so that a run can be looked at before it ends.
 class PvdFile {
  public:
-  explicit PvdFile(std::string path) : path_(std::move(path)) {}
+  /// Throws InvalidInput.
+  explicit PvdFile(const std::string& path);
   /// `file` as seen from the folder of the list; `part` numbers the files of one moment. Throws InvalidInput.
   void add(double t, int part, const std::string& file);
 
  private:
-  std::string path_, entries_;
+  io::OutputFile file_;
+  std::size_t end_ = 0;  // of the entries in the file
 };
 
 }  // namespace mfs::dae

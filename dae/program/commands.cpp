@@ -3,6 +3,7 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <exception>
 #include <filesystem>
 #include <optional>
 
@@ -15,8 +16,10 @@
 #include "dae/output/plots.hpp"
 #include "dae/program/host_threads.hpp"
 #include "dae/program/recorder.hpp"
+#include "dae/program/result_files.hpp"
 #include "dae/program/run_report.hpp"
 #include "ordering/stopwatch.hpp"
+#include "solver/program/interrupt.hpp"
 #include "solver/program/output_file.hpp"
 #include "solver/program/summary.hpp"
 
@@ -40,28 +43,49 @@ void set_parameters(const std::vector<std::string>& parameters, Json& json) {
 void integrate(const MultibodyModel& model, const Command& command, program::ProgressDisplay& display,
                RunResult& result) {
   Integrator integrator = make_integrator(model);
-  Recorder recorder(model, command.folder, display);
+  ResultFiles files(model, command.folder,
+                    host_threads(command.threads, command.backend, omp_get_num_procs()));
+  Recorder recorder(files, model.end, display);
   const auto take_report = [&] {
     result.report = integrator.report();
-    result.time_output = recorder.time_output();
+    result.time_output = recorder.time_busy();
+    result.time_waiting = recorder.time_waited();
+    result.notes = files.notes();
     result.bytes_peak = peak_memory();
     display.clear();
   };
   try {
     integrator.run(0.0, model.q0, model.v0, model.end, output_times(model), recorder);
+    recorder.finish();
   } catch (...) {
+    const std::exception_ptr thrown = std::current_exception();
+    try {
+      recorder.finish();  // what there is up to here
+    } catch (...) {       // the same once more, or less than what ended the run
+    }
     take_report();
-    throw;
+    std::rethrow_exception(thrown);
   }
   take_report();
+}
+
+void print_plots(const PlotOutcome& plots) {
+  std::string text;
+  for (const std::string& file : plots.files) text += program::labelled("plot", file);
+  io::print(text);
 }
 
 void draw(const std::string& folder) {
   const PlotOutcome plots = draw_plots(folder);
   if (!plots.trouble.empty()) fmt::print(stderr, "mfs-dae: no plots: {}\n", plots.trouble);
-  std::string text;
-  for (const std::string& file : plots.files) text += program::labelled("plot", file);
-  io::print(text);
+  print_plots(plots);
+}
+
+// For people, unless standard output is for the report.
+void sum_up(const Command& command, const RunResult& result) {
+  if (command.json == "-") return;
+  io::print(run_summary(result) + program::labelled("ParaView", command.folder + "/result.pvd"));
+  if (command.plots) draw(command.folder);
 }
 
 }  // namespace
@@ -89,6 +113,7 @@ Integrator make_integrator(const MultibodyModel& model) {
 ExitCode run_model(const Command& command) {
   std::optional<io::OutputFile> json;
   if (!command.json.empty()) json.emplace(command.json);
+  program::catch_interrupts();
   RunResult result;
   result.model = command.model;
   result.backend = command.backend;
@@ -98,7 +123,9 @@ ExitCode run_model(const Command& command) {
     const Stopwatch watch;
     display.show("model", 0.0);
     MultibodyModel model = load_model(command);
+    program::throw_if_interrupted();
     start_model(model);
+    program::throw_if_interrupted();
     result.model = model.name;
     result.time_model = watch.seconds();
     integrate(model, command, display, result);
@@ -107,13 +134,20 @@ ExitCode run_model(const Command& command) {
     result.code = failure.code;
     result.message = failure.message;
     if (json) json->write(run_json(result) + "\n");
+    const bool interrupted = failure.code == ExitCode::interrupted || failure.code == ExitCode::terminated;
+    if (interrupted && result.report.steps > 0) sum_up(command, result);
     throw;
   }
   if (json) json->write(run_json(result) + "\n");
-  if (command.json != "-") {
-    io::print(run_summary(result) + program::labelled("ParaView", command.folder + "/result.pvd"));
-    draw(command.folder);
-  }
+  sum_up(command, result);
+  return ExitCode::solved;
+}
+
+ExitCode plot_results(const Command& command) {
+  const PlotOutcome plots = draw_plots(command.folder);
+  if (!plots.trouble.empty()) throw Error("no plots: " + plots.trouble);
+  if (plots.files.empty()) throw InvalidInput(command.folder, "holds no results of a run");
+  print_plots(plots);
   return ExitCode::solved;
 }
 

@@ -23,6 +23,7 @@ struct Command {
   std::optional<double> at;             ///< s: of modes and matrices, the moment of the motion; none: at rest
   int modes = 10;                       ///< how many
   bool undamped = false;                ///< modes without damping
+  bool plots = true;
 };
 
 /// The model of the command, for its backend and threads.
@@ -34,6 +35,8 @@ void start_model(MultibodyModel& model);
 
 /// All throw what describe_current_exception() knows.
 program::ExitCode run_model(const Command& command);
+/// Draws plots of the results in the folder.
+program::ExitCode plot_results(const Command& command);
 /// Reads the model and puts it together, and says how large it is.
 program::ExitCode check_model(const Command& command);
 /// Finds the static equilibrium and writes it as a run's only output.

@@ -12,7 +12,8 @@ using mfs::program::ExitCode;
 
 constexpr const char* kExitCodes =
     "Exit codes: 0 done, 2 usage, 3 invalid input (or output that cannot be written), 4 singular,\n"
-    "5 out of memory, 6 accuracy not reached, 7 backend, or the integration failed.";
+    "5 out of memory, 6 accuracy not reached, 7 backend, or the integration failed; 130 interrupted,\n"
+    "143 terminated: what there is by then is written.";
 
 void add_model(CLI::App& app, Command& command) {
   app.add_option("MODEL.json", command.model, "model file (docs/models.md)")->required();
@@ -73,6 +74,7 @@ void add_run(CLI::App& app, Command& command) {
                          "write a JSON object there ('-': standard output, and nothing else)");
   add_refine(*run, command);
   add_set(*run, command);
+  run->add_flag("!--no-plots", command.plots, "draw none; 'mfs-dae plot DIR' does it later");
 }
 
 void add_commands(CLI::App& app, Command& command) {
@@ -84,6 +86,9 @@ void add_commands(CLI::App& app, Command& command) {
       app.add_subcommand("models", "List the models that come with the program, or write them");
   models->add_option("--write", command.folder, "write their files into DIR")->type_name("DIR");
   add_refine(*models, command);
+  app.add_subcommand("plot", "Draw plots of the results in DIR")
+      ->add_option("DIR", command.folder, "folder of a run")
+      ->required();
   CLI::App* check = app.add_subcommand("check", "Read a model, put it together and say how large it is");
   add_model(*check, command);
   add_refine(*check, command);
@@ -92,6 +97,7 @@ void add_commands(CLI::App& app, Command& command) {
 
 ExitCode run(const CLI::App& app, const Command& command) {
   if (app.got_subcommand("run")) return mfs::dae::run_model(command);
+  if (app.got_subcommand("plot")) return mfs::dae::plot_results(command);
   if (app.got_subcommand("check")) return mfs::dae::check_model(command);
   if (app.got_subcommand("static")) return mfs::dae::solve_static(command);
   if (app.got_subcommand("modes")) return mfs::dae::list_modes(command);

@@ -1,5 +1,7 @@
 #include "dae/program/mode_files.hpp"
 
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
@@ -9,7 +11,6 @@
 
 #include "dae/output/csv_table.hpp"
 #include "dae/output/vtk_files.hpp"
-#include "dae/program/measure.hpp"
 
 namespace mfs::dae {
 namespace {
@@ -46,15 +47,18 @@ class Picture {
   }
 
   const VtkCells& cells() const { return cells_; }
-  std::vector<double> points(std::vector<double> q) const {
+  std::vector<double> points(const std::vector<double>& q) const {
     std::vector<double> points;
     for (const FlexibleBody& body : model_.flexible_bodies)
-      points.insert(points.end(), &q[body.range.first], &q[body.range.first] + body.range.count);
+      points.insert(points.end(), q.begin() + body.range.first,
+                    q.begin() + body.range.first + body.range.count);
     for (const RigidPart& body : model_.rigid_bodies) {
-      double* const frame = &q[body.frame.first];
-      Eigen::Map<Eigen::Vector4d>(frame + 3).normalize();  // a mode is a small change, drawn large
+      const double* const frame = &q[static_cast<std::size_t>(body.frame.first)];
+      const Eigen::Map<const Eigen::Vector3d> origin(frame);
+      // A mode is a small change, drawn large.
+      const Eigen::Quaterniond turn = Eigen::Quaterniond(frame[3], frame[4], frame[5], frame[6]).normalized();
       const auto add = [&](const Eigen::Vector3d& point) {
-        const Eigen::Vector3d place = frame_point(frame, point);
+        const Eigen::Vector3d place = origin + turn * point;
         points.insert(points.end(), place.begin(), place.end());
       };
       add(Eigen::Vector3d::Zero());
@@ -112,9 +116,12 @@ void write_shape(const Picture& picture, const State& state, const Mode& mode, i
   const double amplitude = reach > 0 ? kSmall * kLargest * span(rest) / reach : 0.0;
   PvdFile list(folder + fmt::format("/mode_{:03}.pvd", number));
   for (int k = 0; k < kMoments; ++k) {
-    const std::vector<double> points = picture.points(moved(state, mode, amplitude, 2 * kPi * k / kMoments));
+    VtkGrid grid;
+    grid.cells = picture.cells();
+    grid.points = picture.points(moved(state, mode, amplitude, 2 * kPi * k / kMoments));
+    grid.point_fields = {{"displacement", 3, difference(grid.points, rest)}};
     const std::string file = fmt::format("vtu/mode_{:03}_{:02}.vtu", number, k);
-    write_vtu(folder + "/" + file, points, picture.cells(), {{"displacement", 3, difference(points, rest)}});
+    write_vtu(folder + "/" + file, grid);
     list.add(static_cast<double>(k) / kMoments, 0, file);
   }
 }

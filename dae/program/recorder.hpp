@@ -1,42 +1,46 @@
-// Writes the results of a run into a folder while it goes on:
-//   time_series.csv   a row per output: largest stress of each flexible body, named points, joints
-//   steps.csv         a row per step of the integrator
-//   result.pvd        for ParaView, with the files in vtu/
+// The integrator's observer: gives steps and outputs to a thread that writes them beside the integration
+// (result_files.hpp), shows how far the run is, and ends it where the user wants that.
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "dae/integrator/integrator.hpp"
-#include "dae/model/model.hpp"
-#include "dae/output/csv_table.hpp"
-#include "dae/output/vtk_files.hpp"
+#include "dae/output/output_thread.hpp"
+#include "dae/program/result_files.hpp"
+#include "ordering/stopwatch.hpp"
 #include "solver/program/progress_display.hpp"
 
 namespace mfs::dae {
 
 class Recorder final : public Observer {
  public:
-  /// Makes the folder. `model` has to live as long. Throws InvalidInput where files cannot be written.
-  Recorder(const MultibodyModel& model, const std::string& folder, program::ProgressDisplay& display);
+  /// `files` and `display` have to live as long. `end`: of the run, s.
+  Recorder(ResultFiles& files, double end, program::ProgressDisplay& display);
 
+  /// Both throw what writing an earlier one threw, and program::Interrupted.
   void step(const StepReport& step, const std::function<const State&()>& state) override;
   void output(const State& state) override;
 
-  double time_output() const { return time_output_; }  ///< s spent in output()
+  /// Waits until all is written. Throws what writing threw.
+  void finish();
+  double time_busy() const { return thread_.time_busy(); }      ///< s that writing took
+  double time_waited() const { return thread_.time_waited(); }  ///< s that the integration waited for it
 
  private:
-  void write_flexible(const State& state, std::size_t body, const std::vector<double>& von_mises);
-  void write_rigid(const State& state);
-  std::string grid_file(const std::string& body) const;
+  struct Step {
+    StepReport report;
+    State state;
+  };
+  void give_steps();
 
-  const MultibodyModel& model_;
-  std::string folder_;
+  ResultFiles& files_;
+  double end_;
   program::ProgressDisplay& display_;
-  CsvTable time_series_, steps_;
-  PvdFile list_;
-  std::vector<VtkCells> cells_;  // of each flexible body
-  int outputs_ = 0;
-  double time_output_ = 0.0;
+  std::vector<Step> steps_;  // not yet given
+  std::size_t bytes_ = 0;    // of their states
+  Stopwatch since_given_;
+  OutputThread thread_;
 };
 
 }  // namespace mfs::dae

@@ -29,10 +29,18 @@ std::string run_summary(const RunResult& result) {
     const double share = r.time_total > 0 ? 100 * seconds / r.time_total : 0.0;
     line(label, fmt::format("{:9.3f} s {:5.1f} %", seconds, share));
   };
-  line("model", fmt::format("{}: {} coordinates, {} constraints, Newton matrix of {} unknowns, {} entries",
-                            result.model, r.coordinates, r.constraints, r.unknowns, r.entries));
-  if (!r.redundant.empty())
-    line("left out", fmt::format("{} redundant constraints, as {}", r.redundant.size(), r.redundant.front()));
+  line("model", fmt::format("{}: {} coordinates, {} constraints leave {} degrees of freedom, Newton matrix "
+                            "of {} unknowns, {} entries",
+                            result.model, r.coordinates, r.constraints, r.coordinates - r.constraints,
+                            r.unknowns, r.entries));
+  if (!r.redundant.empty()) {
+    constexpr std::size_t kMostNamed = 6;
+    std::string names;
+    for (std::size_t i = 0; i < std::min(r.redundant.size(), kMostNamed); ++i)
+      names += (i == 0 ? "" : "; ") + r.redundant[i];
+    line("left out", fmt::format("{} redundant constraints: {}{}", r.redundant.size(), names,
+                                 r.redundant.size() > kMostNamed ? "; ..." : ""));
+  }
   line("steps", fmt::format("{}; rejected {} (error {}, Newton {}, solver {})", r.steps,
                             r.error_rejections + r.newton_rejections + r.solver_rejections,
                             r.error_rejections, r.newton_rejections, r.solver_rejections));
@@ -49,7 +57,9 @@ std::string run_summary(const RunResult& result) {
   time("assembly", r.time_assembly);
   time("rest", time_rest(r));
   time("analysis", r.time_total);
-  line("beside it", fmt::format("{:.3f} s model, {:.3f} s output", result.time_model, result.time_output));
+  line("beside it", fmt::format("{:.3f} s model, {:.3f} s output (waited for {:.3f} s of it)",
+                                result.time_model, result.time_output, result.time_waiting));
+  for (const std::string& note : result.notes) line("note", note);
   return text;
 }
 
@@ -73,7 +83,6 @@ std::string run_json(const RunResult& result) {
   json["factorizations"] = r.factorizations;
   json["analyses"] = r.analyses;
   json["krylov_solves"] = r.krylov_solves;
-  json["partitions"] = r.partitions;
   json["violation"] = {r.violation[0], r.violation[1], r.violation[2]};
   json["bytes_solver"] = r.bytes_solver;
   json["bytes_peak"] = result.bytes_peak;
@@ -85,6 +94,8 @@ std::string run_json(const RunResult& result) {
   json["time_rest"] = time_rest(r);
   json["time_total"] = r.time_total;
   json["time_output"] = result.time_output;
+  json["time_waiting"] = result.time_waiting;
+  json["notes"] = result.notes;
   json["status"] = program::status_word(result.code);
   json["message"] = result.message;
   return program::one_line(json);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include <mfs/options.hpp>
 
@@ -16,8 +17,10 @@ struct RunResult {
   Backend backend = Backend::openmp;
   int threads = 0;  ///< as asked for; 0: all
   IntegrationReport report;
-  double time_model = 0;        ///< s: reading the file, meshes, putting the system together
-  double time_output = 0;       ///< s: stresses and files
+  double time_model = 0;    ///< s: reading the file, meshes, putting the system together
+  double time_output = 0;   ///< s: results and files, by a thread beside the analysis
+  double time_waiting = 0;  ///< s: that the run waited for that
+  std::vector<std::string> notes;
   std::int64_t bytes_peak = 0;  ///< of the whole process on the host, the most so far
   program::ExitCode code = program::ExitCode::solved;
   std::string message;
@@ -28,9 +31,9 @@ std::string run_summary(const RunResult& result);
 
 /// One line: name, backend, threads, coordinates, constraints, unknowns, entries, redundant (names), steps,
 /// error_rejections, newton_rejections, solver_rejections, newton_iterations, jacobians, factorizations,
-/// analyses, krylov_solves, partitions, violation (of positions, velocities, accelerations), bytes_solver,
+/// analyses, krylov_solves, violation (of positions, velocities, accelerations), bytes_solver,
 /// bytes_peak, time_model, time_reordering, time_factor, time_solve, time_assembly, time_rest, time_total,
-/// time_output, status, message.
+/// time_output, time_waiting, notes, status, message.
 std::string run_json(const RunResult& result);
 
 /// Of this process, bytes.

@@ -1,12 +1,17 @@
 // The subcommands that do not integrate: static, modes, linearize.
+#include <omp.h>
+
+#include <algorithm>
+
 #include <fmt/format.h>
 
 #include <mfs/error.hpp>
 
 #include "dae/output/plots.hpp"
 #include "dae/program/commands.hpp"
+#include "dae/program/host_threads.hpp"
 #include "dae/program/mode_files.hpp"
-#include "dae/program/recorder.hpp"
+#include "dae/program/result_files.hpp"
 #include "dae/statics/equilibrium.hpp"
 #include "dae/statics/linearization.hpp"
 #include "dae/statics/modes.hpp"
@@ -68,8 +73,8 @@ ExitCode solve_static(const Command& command) {
   const MultibodyModel model = load_model(command);
   EquilibriumReport report;
   const State state = equilibrium(model, &report);
-  program::ProgressDisplay display;
-  Recorder(model, command.folder, display).output(state);
+  ResultFiles(model, command.folder, host_threads(command.threads, command.backend, omp_get_num_procs()))
+      .add_output(state);
   io::print(program::labelled("equilibrium", fmt::format("{}: {} steps, largest force left {:.1e}",
                                                          model.name, report.iterations, report.force)) +
             program::labelled("ParaView", command.folder + "/result.pvd"));

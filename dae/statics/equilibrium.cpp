@@ -191,9 +191,7 @@ State find_equilibrium(const ConstrainedSystem& system, const IntegratorOptions&
   Search(independent.system(), options, state, told).run();
   IntegratorOptions at_rest = options;  // velocities are those of no motion
   at_rest.constraint_velocity = at_rest.constraint_acceleration = HUGE_VAL;
-  const StateView found{state.t, state.q.data(), state.v.data(), state.a.data(), state.lambda.data()};
-  if (const auto violation = independent.violation(found, at_rest))
-    independent.throw_contradiction(*violation, state.t);
+  independent.check({state.t, state.q.data(), state.v.data(), state.a.data(), state.lambda.data()}, at_rest);
   return independent.whole(std::move(state));
 }
 

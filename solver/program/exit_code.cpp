@@ -1,11 +1,14 @@
 #include "solver/program/exit_code.hpp"
 
 #include <algorithm>
+#include <csignal>
 #include <exception>
 #include <new>
 #include <stdexcept>
 
 #include <mfs/error.hpp>
+
+#include "solver/program/interrupt.hpp"
 
 namespace mfs::program {
 namespace {
@@ -24,6 +27,8 @@ std::string one_line(std::string text) {
 Failure describe() {
   try {
     throw;
+  } catch (const Interrupted& e) {
+    return {e.signal() == SIGINT ? ExitCode::interrupted : ExitCode::terminated, e.what()};
   } catch (const InvalidInput& e) {
     return {ExitCode::invalid_input, with_base(e.what(), e.row(), e.column())};
   } catch (const PatternChanged& e) {
@@ -61,6 +66,10 @@ const char* status_word(ExitCode code) {
       return "accuracy_not_reached";
     case ExitCode::backend:
       return "backend";
+    case ExitCode::interrupted:
+      return "interrupted";
+    case ExitCode::terminated:
+      return "terminated";
   }
   return "backend";
 }

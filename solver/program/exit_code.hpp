@@ -12,7 +12,9 @@ enum class ExitCode {
   singular = 4,
   out_of_memory = 5,
   accuracy_not_reached = 6,
-  backend = 7,  // a library or device failed, or the program itself
+  backend = 7,        // a library or device failed, or the program itself
+  interrupted = 130,  // by SIGINT: 128 + the signal, as shells have it
+  terminated = 143,   // by SIGTERM
 };
 
 /// "solved", "invalid_input", ...: the status of the JSON report.

@@ -18,11 +18,20 @@ OutputFile::OutputFile(const std::string& path)
   if (!file_) throw InvalidInput(path_, std::string("cannot be opened for writing: ") + std::strerror(errno));
 }
 
-void OutputFile::write(const std::string& text) {
+void OutputFile::fail() const {
+  throw InvalidInput(path_ == "-" ? "standard output" : path_,
+                     std::string("cannot be written: ") + std::strerror(errno));
+}
+
+void OutputFile::write(std::string_view text) {
   const bool complete = std::fwrite(text.data(), 1, text.size(), file_.get()) == text.size();
-  if (!complete || std::fflush(file_.get()) != 0)
-    throw InvalidInput(path_ == "-" ? "standard output" : path_,
-                       std::string("cannot be written: ") + std::strerror(errno));
+  if (!complete || std::fflush(file_.get()) != 0) fail();
+}
+
+void OutputFile::overwrite(std::size_t position, std::string_view text) {
+  if (std::fseek(file_.get(), static_cast<long>(position), SEEK_SET) != 0) fail();
+  write(text);
+  if (std::fseek(file_.get(), 0, SEEK_END) != 0) fail();
 }
 
 void print(const std::string& text) {

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <memory>
 #include <string>
+#include <string_view>
 
 namespace mfs::io {
 
@@ -13,7 +14,10 @@ class OutputFile {
   /// Throws InvalidInput.
   explicit OutputFile(const std::string& path);
   /// Writes and flushes. Throws InvalidInput.
-  void write(const std::string& text);
+  void write(std::string_view text);
+  /// Writes over what begins at `position`, of a file on a disk; then goes on at the end. Throws
+  /// InvalidInput.
+  void overwrite(std::size_t position, std::string_view text);
 
  private:
   struct Closer {
@@ -21,6 +25,8 @@ class OutputFile {
       if (file != stdout) std::fclose(file);
     }
   };
+  [[noreturn]] void fail() const;
+
   std::string path_;
   std::unique_ptr<std::FILE, Closer> file_;
 };

@@ -55,7 +55,7 @@ TEST_P(IvpTestSet, AndrewsSqueezer) {
 
 TEST_P(IvpTestSet, CarAxis) {
   const DenseSystem<CarAxis> system;
-  const IntegratorOptions options = tolerance(1e-8, GetParam());
+  const IntegratorOptions options = tolerance(5e-9, GetParam());
   Integrator integrator(system, options);
   Recorder recorder;
   const State end =

@@ -19,7 +19,7 @@ TEST(NewtonNorms, AreThoseOfRowsLevelsAndTheLastCorrection) {
   const DenseSystem<Pendulum> system;
   const Executor host(Executor::Place::host, 2);
   for (const Unknowns unknowns : {Unknowns::reduced, Unknowns::full}) {
-    const StepEquations equations(system, unknowns, true, {1, 0}, host);
+    const StepEquations equations(system, unknowns, find_projection(system, 0.0, {1.0, 0.0}, 1.0), host);
     const auto size = static_cast<std::size_t>(equations.size());
     mfs::test::Random random(7);
     const std::vector<double> scales = random.vector(4);

@@ -84,13 +84,17 @@ TEST(Model, MaterialMassAndForcesCount) {
 TEST(Model, PointsAndReactions) {
   const MultibodyModel model = mfs::dae::make_model(small_model(), "", 1);
   ASSERT_EQ(model.points.size(), 2U);
-  EXPECT_TRUE(model.points[0].on_frame);
+  EXPECT_EQ(model.points[0].frame.first, model.rigid_bodies[0].frame.first);
   EXPECT_THAT(model.points[0].point, ElementsAre(0, 0.5, 0));
-  EXPECT_FALSE(model.points[1].on_frame);
-  EXPECT_THAT(part(model.q0, model.points[1].first, 3), Pointwise(DoubleNear(1e-14), {0.0, 3.0, 0.2}));
-  ASSERT_EQ(model.joints.size(), 1U);
-  EXPECT_EQ(model.joints[0].rows, 3);
-  EXPECT_EQ(model.system->constraint_name(model.joints[0].first_row).substr(0, 10), "joint tip,");
+  const int node = model.points[1].node;
+  ASSERT_GE(node, 0);
+  EXPECT_THAT(part(model.q0, model.flexible_bodies[0].range.first + 3 * node, 3),
+              Pointwise(DoubleNear(1e-14), {0.0, 3.0, 0.2}));
+  EXPECT_THAT(model.reactions, ElementsAre("tip"));
+  ASSERT_EQ(model.joints.size(), 2U);
+  ASSERT_EQ(model.joints[1].elements.size(), 1U);
+  const int row = model.joints[1].elements[0].first_row;
+  EXPECT_EQ(model.system->constraint_name(row).substr(0, 26), "joint tip, equation 1 of 3");
   // The block hangs on what attaches to it: tip, cushion, strut, push.
   EXPECT_EQ(model.rigid_bodies[0].points.size(), 4U);
 }

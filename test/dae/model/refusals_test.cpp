@@ -24,9 +24,13 @@ void PrintTo(const Mistake& mistake, std::ostream* out) {
 
 const Mistake kMistakes[] = {
     {"/name", "", "name", "is missing"},
-    {"/colour", "3", "colour", "is not known here; known are: "},
+    {"/colour", "3", "colour",
+     "is not known here; known are: bodies, description, end, forces, gravity, integrator, joints, "
+     "materials, "
+     "motions, name, outputs, parameters, points, reactions, record, start"},
     {"/end", "\"long\"", "end", "must be a number, not of type string"},
     {"/end", "0", "end", "must be positive"},
+    {"/end", "-1e-9", "end", "must be positive, not -1e-09"},
     {"/outputs", "1.5", "outputs", "must be an integer from 1 up"},
     {"/outputs", "0", "outputs", "must be an integer from 1 up"},
     {"/outputs", "3000000000", "outputs", "must be an integer from 1 up"},
@@ -53,7 +57,13 @@ const Mistake kMistakes[] = {
     {"/bodies/block/mass", "0", "bodies.block.mass", "must be positive"},
     {"/bodies/block/inertia", "[1, 2]", "bodies.block.inertia", "must have 3 numbers"},
     {"/bodies/block/inertia", "[1, 2, -3]", "bodies.block", "inertia"},
-    {"/bodies/block/colour", "1", "bodies.block.colour", "is not known here"},
+    {"/bodies/block/inertia", "[1, 2, 3.1]", "bodies.block",
+     "body block: no body has its inertia tensor: the largest principal moment, 3.1 kg m^2, is more than the "
+     "sum of the others, 3"},
+    // Its principal moments are 1, 1 and 2.1.
+    {"/bodies/block/inertia", "[1.55, 1, 1.55, 0, 0, 0.55]", "bodies.block", "body block: no body has"},
+    {"/bodies/block/colour", "1", "bodies.block.colour",
+     "is not known here; known are: angular_velocity, inertia, mass, position, rotation, type, velocity"},
     {"/bodies/bar/material", "\"wood\"", "bodies.bar.material", "there is no material 'wood'"},
     {"/bodies/bar/mass", "\"heavy\"", "bodies.bar.mass", "is none of: consistent, lumped"},
     {"/bodies/bar/damping/beta", "-1", "bodies.bar.damping.beta", "must not be negative"},
@@ -68,7 +78,13 @@ const Mistake kMistakes[] = {
     {"/bodies/bar/mesh/refine", "0", "bodies.bar.mesh.refine", "must be an integer from 1 to 100"},
     {"/bodies/bar/mesh/size", "[1, 0, 1]", "bodies.bar.mesh.size", "must be positive"},
     {"/bodies/bar/mesh/divisions", "[4, 1.5, 1]", "bodies.bar.mesh.divisions", "must be integers"},
-    {"/bodies/bar/mesh/length", "3", "bodies.bar.mesh.length", "is not known here"},
+    {"/bodies/bar/mesh/length", "3", "bodies.bar.mesh.length",
+     "is not known here; known are: divisions, element, generator, gmsh, refine, size"},
+    {"/bodies/bar/mesh",
+     R"({"generator": "box", "element": "hex8", "refine": 10, "size": [1, 1, 1], "divisions": [1000, 1000, 10]})",
+     "bodies.bar", "mesh: 1e+10 cells are more than the 8.83738e+06 of this element"},
+    {"/bodies/bar/mesh", R"({"generator": "bell_crank", "element": "tet10", "refine": 100})", "bodies.bar",
+     "mesh: 8.6e+07 cells are more than the 1.03743e+06 of this element"},
 
     {"/parameters", R"({"a": "b + 1"})", "parameters.a", "there is no parameter 'b'"},
     {"/parameters", R"({"a": "1 / 0"})", "parameters.a", "is not finite"},
@@ -118,6 +134,8 @@ const Mistake kMistakes[] = {
 
     {"/points/tip/body", "\"nobody\"", "points.tip.body", "nobody"},
     {"/points/tip/point", "", "points.tip.point", "is missing"},
+    {"/points/tip/point", "[-0.01, 51, 0.19]", "points.tip.point",
+     "is 48 m from the nearest node of 'bar', whose elements are 0.167705 m wide at most"},
 
     {"/integrator/method", "\"euler\"", "integrator.method", "'euler' is none of: bdf, generalized_alpha"},
     {"/integrator/unknowns", "\"some\"", "integrator.unknowns", "'some' is none of: full, reduced"},

@@ -24,7 +24,7 @@ Json model_file(const std::string& element, int cells) {
     "name": "slider_crank", "end": 0.25, "outputs": 100,
     "materials": {"steel": {"law": "st_venant_kirchhoff", "young": 2e11, "poisson": 0.3, "density": 7870}},
     "bodies": {
-      "crank": {"type": "rigid", "mass": 0.36, "inertia": [0.001, 0.001, 0.002727]},
+      "crank": {"type": "rigid", "mass": 0.36, "inertia": [0.001364, 0.001364, 0.002727]},
       "rod": {
         "type": "flexible", "material": "steel", "damping": {"beta": 1e-4}, "position": [0.15, -0.004, -0.004],
         "mesh": {"generator": "box", "refine": 1, "size": [0.3, 0.008, 0.008]}

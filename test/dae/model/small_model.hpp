@@ -18,7 +18,7 @@ inline const char* const kSmallModel = R"({
       "position": [0, 2, 0], "rotation": {"axis": [0, 0, 2], "angle": 1.5707963267948966},
       "velocity": [0, 0, 1], "angular_velocity": [0, 0, 3]
     },
-    "block": {"type": "rigid", "mass": 3, "inertia": [1, 2, 3, 0.1, 0.2, 0.3], "position": [0, 3.5, 0.1]}
+    "block": {"type": "rigid", "mass": 3, "inertia": [1.5, 2, 3, 0.1, 0.2, 0.3], "position": [0, 3.5, 0.1]}
   },
   "joints": {
     "hinge": {"type": "revolute", "a": "ground", "b": "bar:x0", "point": [0, 2, 0.1], "axis": [0, 0, 1]},

@@ -1,6 +1,9 @@
 // The program mfs-dae from outside: exit codes, standard output and error, files.
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
+#include <csignal>
+#include <cstdlib>
 #include <filesystem>
 
 #include <gmock/gmock.h>
@@ -67,6 +70,22 @@ TEST_F(DaeProgram, ChecksAModel) {
   EXPECT_THAT(coarse.out, HasSubstr(" 81 coordinates,"));
 }
 
+TEST_F(DaeProgram, NamesWhatIsRedundant) {
+  const std::string hinges = R"({
+    "name": "door", "end": 0.01, "outputs": 1,
+    "bodies": {"door": {"type": "rigid", "mass": 1, "inertia": [1, 1, 1]}},
+    "joints": {
+      "high": {"type": "revolute", "a": "ground", "b": "door", "point": [0, 1, 0], "axis": [0, 1, 0]},
+      "low": {"type": "spherical", "a": "ground", "b": "door", "point": [0, 0, 0]}
+    }
+  })";
+  const ProgramRun run = run_program({"run", file("door.json", hinges), "-o", path("out")});
+  EXPECT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("7 coordinates, 6 constraints leave 1 degrees of freedom,"));
+  EXPECT_THAT(run.out, HasSubstr("left out        3 redundant constraints: joint low, equation 1 of 3 (along "
+                                 "ground x); joint low, equation 2"));
+}
+
 TEST_F(DaeProgram, RunsAndSumsUp) {
   const ProgramRun run = run_program({"run", falling(), "-o", path("out"), "--json", path("report.json")});
   EXPECT_EQ(run.code, 0) << run.err;
@@ -80,6 +99,121 @@ TEST_F(DaeProgram, RunsAndSumsUp) {
   EXPECT_EQ(report["coordinates"], 7);
   const Table series = read_table(path("out/time_series.csv"));
   for (const double a : series.at("acceleration corner [m/s2]")) EXPECT_NEAR(a, 10, 1e-6);
+  const std::vector<double>&t = series.at("t [s]"), &z = series.at("bodies.block.position.z [m]");
+  for (std::size_t i = 0; i < t.size(); ++i) EXPECT_NEAR(z[i], -5 * t[i] * t[i], 1e-6);
+  EXPECT_THAT(text_of(path("out/results.npy")), HasSubstr("('bodies.block.orientation', '<f8', (4,)), "));
+  EXPECT_THAT(text_of(path("out/vtu/rigid.bodies_0004.vtu")), HasSubstr("Name=\"bodies\""));
+  EXPECT_TRUE(report["notes"].empty()) << report["notes"];
+}
+
+TEST_F(DaeProgram, RecordsWhatTheModelChooses) {
+  ordered_json json = ordered_json::parse(text_of(falling()));
+  json["record"] = {"bodies.*.velocity", "energy.kinetic"};
+  const ProgramRun run =
+      run_program({"run", file("chosen.json", json.dump()), "-o", path("out"), "--no-plots"});
+  EXPECT_EQ(run.code, 0) << run.err;
+  const Table series = read_table(path("out/time_series.csv"));
+  EXPECT_EQ(series.size(), 1 + 1 + 3 + 1U);
+  EXPECT_NEAR(series.at("energy.kinetic [J]").back(), 100, 1e-4);  // 2 kg at 10 m/s
+  json["record"] = {"bodies.bloc"};
+  EXPECT_THAT(complaint({"check", file("wrong.json", json.dump())}, 3),
+              HasSubstr("record: bodies.bloc: there is no 'bloc'; known are: block"));
+}
+
+// A table of more columns than a spreadsheet takes keeps to the overview.
+TEST_F(DaeProgram, LeavesALongRecordToTheBinaryFile) {
+  ordered_json json = ordered_json::parse(text_of(falling()));
+  for (int i = 0; i < 50; ++i) json["bodies"]["b" + std::to_string(i)] = json["bodies"]["block"];
+  json["integrator"] = {{"max_order", 2}};
+  const ProgramRun run =
+      run_program({"run", file("many.json", json.dump()), "-o", path("out"), "--no-plots"});
+  EXPECT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("time_series.csv has the overview alone"));
+  EXPECT_EQ(read_table(path("out/time_series.csv")).size(), 2U);
+  EXPECT_THAT(text_of(path("out/results.npy")), HasSubstr("('bodies.b49.velocity', '<f8', (3,)), "));
+}
+
+TEST_F(DaeProgram, SaysWhatItCorrectsAtTheBeginning) {
+  ordered_json json = ordered_json::parse(text_of(falling()));
+  json["bodies"]["block"]["velocity"] = {0, 0, 3};
+  json["joints"]["pin"] = {{"type", "spherical"}, {"a", "ground"}, {"b", "block"}, {"point", {0, 0, 0}}};
+  json["gravity"] = {0, 0, 0};
+  const ProgramRun run = run_program(
+      {"run", file("pin.json", json.dump()), "-o", path("out"), "--no-plots", "--json", path("report.json")});
+  EXPECT_EQ(run.code, 0) << run.err;
+  const std::string note =
+      "initial velocities are corrected by up to 3 m/s (body block), so that all constraints hold";
+  EXPECT_THAT(run.out, HasSubstr("note            " + note));
+  EXPECT_EQ(ordered_json::parse(text_of(path("report.json")))["notes"], ordered_json::array({note}));
+}
+
+TEST_F(DaeProgram, PlotsAreForThoseWhoWantThem) {
+  const ProgramRun run = run_program({"run", falling(), "-o", path("out"), "--no-plots"});
+  EXPECT_EQ(run.code, 0) << run.err;
+  EXPECT_EQ(run.out.find("plot "), std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(path("out/steps.png")));
+  EXPECT_THAT(complaint({"plot", path("nowhere")}, 3), HasSubstr("nowhere: holds no results"));
+  const ProgramRun plot = run_program({"plot", path("out")});
+  if (plot.err.find("needs matplotlib") != std::string::npos) GTEST_SKIP() << plot.err;
+  EXPECT_EQ(plot.code, 0) << plot.err;
+  for (const char* name : {"time_series", "steps", "deformed"}) {
+    const std::string picture = path("out/") + name + ".png";
+    EXPECT_THAT(plot.out, HasSubstr("plot            " + picture + "\n"));
+    EXPECT_EQ(text_of(picture).substr(1, 3), "PNG");
+  }
+}
+
+class DaeSignal : public DaeProgram, public testing::WithParamInterface<int> {};
+
+// The run would take hours; the signal comes when the first steps are there.
+TEST_P(DaeSignal, LeavesWhatIsThere) {
+  ordered_json json = ordered_json::parse(text_of(falling()));
+  json["end"] = 1e6;
+  json["outputs"] = 1000000;
+  json["integrator"] = {{"max_step", 1e-3}};
+  const std::string model = file("long.json", json.dump()), report = path("report.json");
+  const std::string out = path("stdout"), err = path("stderr");
+  const pid_t child = fork();
+  if (child == 0) {
+    dup2(open(out.c_str(), O_WRONLY | O_CREAT, 0600), STDOUT_FILENO);
+    dup2(open(err.c_str(), O_WRONLY | O_CREAT, 0600), STDERR_FILENO);
+    exec_program({"run", model, "-o", path("out"), "--no-plots", "--json", report});
+  }
+  const auto lines = [&](const char* table = "out/steps.csv") {
+    const std::string text = text_of(path(table));
+    return std::count(text.begin(), text.end(), '\n');
+  };
+  int status = 0;
+  while (lines() < 3 && waitpid(child, &status, WNOHANG) == 0) usleep(20000);
+  kill(child, GetParam());
+  waitpid(child, &status, 0);
+  ASSERT_TRUE(WIFEXITED(status)) << text_of(err);
+  EXPECT_EQ(WEXITSTATUS(status), 128 + GetParam());
+  const std::string word = GetParam() == SIGINT ? "interrupted" : "terminated";
+  EXPECT_EQ(text_of(err), "mfs-dae: " + word + "\n");
+  const ordered_json json_report = ordered_json::parse(text_of(report));
+  EXPECT_EQ(json_report["status"], word);
+  EXPECT_EQ(json_report["steps"], lines() - 1);  // each step that was made is in the table
+  EXPECT_THAT(text_of(out), AllOf(HasSubstr("\nsteps "), HasSubstr("\nParaView ")));
+  EXPECT_THAT(text_of(path("out/results.npy")),
+              HasSubstr(" " + std::to_string(lines("out/time_series.csv") - 1) + ",), }"));
+}
+
+INSTANTIATE_TEST_SUITE_P(All, DaeSignal, testing::Values(SIGINT, SIGTERM));
+
+// The file system takes no more in the middle of the run.
+TEST_F(DaeProgram, AFullDiskEndsTheRun) {
+  ordered_json json = ordered_json::parse(text_of(falling()));
+  json["end"] = 100;
+  json["integrator"] = {{"max_step", 1e-2}};
+  const std::string model = file("long.json", json.dump());
+  const std::string command = std::string("trap '' XFSZ; ulimit -f 64; exec ") + MFS_PROGRAM + " run " +
+                              model + " -o " + path("out") + " --json " + path("report.json") +
+                              " > /dev/null 2> " + path("stderr");
+  const int status = std::system(command.c_str());
+  EXPECT_EQ(WEXITSTATUS(status), 3);
+  EXPECT_THAT(text_of(path("stderr")), HasSubstr("out/steps.csv: cannot be written: File too large"));
+  EXPECT_EQ(ordered_json::parse(text_of(path("report.json")))["status"], "invalid_input");
 }
 
 // A bar of 2 kg on a hinge, 0.6 m from its centre: its moment of inertia there is 0.96.
@@ -154,7 +288,8 @@ TEST_F(DaeProgram, WritesTheMatricesOfAState) {
   EXPECT_NEAR(24 * angle + 2 * 9.81 * 0.6 * std::cos(angle), 0, 1e-6);
   EXPECT_NEAR(free.dot(dense("D.mtx") * free) / mass, 1.2 / 0.96, 1e-9);
   EXPECT_NEAR(free.dot(dense("K.mtx") * free) / mass, (24 - 2 * 9.81 * 0.6 * std::sin(angle)) / 0.96, 1e-6);
-  EXPECT_THAT(text_of(path("linear/rows.csv")), HasSubstr("\"joint hinge, equation 5 of 5 (about [0 1 0])\""));
+  EXPECT_THAT(text_of(path("linear/rows.csv")),
+              HasSubstr("\"joint hinge, equation 5 of 5 (about [0 1 0])\""));
 }
 
 TEST_F(DaeProgram, UsageIsCode2) {
@@ -163,6 +298,7 @@ TEST_F(DaeProgram, UsageIsCode2) {
   EXPECT_THAT(complaint({"run", "a.json", "-o", path("out"), "--backend", "abacus"}, 2), HasSubstr("abacus"));
   EXPECT_THAT(complaint({"run", "a.json", "-o", path("out"), "--threads", "0"}, 2), HasSubstr("--threads"));
   EXPECT_THAT(complaint({"models", "--refine", "0"}, 2), HasSubstr("--refine"));
+  EXPECT_THAT(complaint({"plot"}, 2), HasSubstr("DIR is required"));
 }
 
 TEST_F(DaeProgram, InvalidInputIsCode3) {

@@ -1,0 +1,195 @@
+#include "dae/program/result_files.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <thread>
+
+#include <fmt/format.h>
+
+#include <mfs/error.hpp>
+
+namespace mfs::dae {
+namespace {
+
+/// Columns of time_series.csv beside the overview; spreadsheets end at some thousand.
+constexpr std::size_t kMostColumns = 1000;
+
+// Before the tables are opened in it.
+const std::string& made(const std::string& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(std::filesystem::path(folder) / "vtu", error);
+  if (error) throw InvalidInput(folder, "cannot be made: " + error.message());
+  return folder;
+}
+
+std::size_t numbers_of(const std::vector<Quantity>& chosen) {
+  std::size_t count = 0;
+  for (const Quantity& quantity : chosen) count += quantity.size();
+  return count;
+}
+
+std::vector<std::string> series_columns(const MultibodyModel& model, const std::vector<Quantity>& chosen,
+                                        bool all) {
+  std::vector<std::string> columns{"t [s]"};
+  for (const FlexibleBody& body : model.flexible_bodies) {
+    columns.push_back("von_mises " + body.name + " [Pa]");
+    columns.push_back("von_mises_node " + body.name);
+  }
+  for (const ModelPoint& point : model.points) columns.push_back("acceleration " + point.name + " [m/s2]");
+  for (const std::string& joint : model.reactions) columns.push_back("reaction " + joint + " [N]");
+  if (!all) return columns;
+  for (const Quantity& quantity : chosen) {
+    const std::string unit = quantity.unit.empty() ? "" : " [" + quantity.unit + "]";
+    if (quantity.components.empty()) columns.push_back(quantity.path() + unit);
+    for (const std::string& component : quantity.components)
+      columns.push_back(quantity.path() + "." + component + unit);
+  }
+  return columns;
+}
+
+std::vector<NpyField> fields(const std::vector<Quantity>& chosen) {
+  std::vector<NpyField> fields{{"t", {}}};
+  for (const Quantity& quantity : chosen) {
+    fields.push_back({quantity.path(), {}});
+    if (!quantity.components.empty()) fields.back().shape = {static_cast<int>(quantity.size())};
+  }
+  return fields;
+}
+
+const std::vector<std::string> kStepColumns{"t [s]",          "h [s]",      "order",    "newton",
+                                            "factorizations", "rejections", "residual", "wall [s]"};
+
+/// The largest of some changes, and whose it is.
+struct Change {
+  double size = 0;
+  std::string body;
+
+  void take(double candidate, const std::string& name) {
+    if (!(candidate > size)) return;
+    size = candidate;
+    body = name;
+  }
+  std::string text(const char* unit) const { return fmt::format("{:.3g} {} (body {})", size, unit, body); }
+};
+
+std::string note(const char* what, const Change& length, const char* unit, const Change& angle,
+                 const char* angle_unit) {
+  constexpr double kRounding = 1e-5;  // well above what constraints may leave by default
+  std::string sizes;
+  if (length.size > kRounding) sizes = length.text(unit);
+  if (angle.size > kRounding) sizes += (sizes.empty() ? "" : " and ") + angle.text(angle_unit);
+  if (sizes.empty()) return "";
+  return fmt::format("initial {} are corrected by up to {}, so that all constraints hold", what, sizes);
+}
+
+}  // namespace
+
+std::vector<std::string> correction_notes(const MultibodyModel& model, const State& begin) {
+  State given = begin;
+  given.q = model.q0;
+  given.v = model.v0;
+  Change place, turn, velocity, spin;
+  for (const RigidPart& body : model.rigid_bodies) {
+    const FrameMotion is = frame_motion(body.frame, begin), was = frame_motion(body.frame, given);
+    place.take((is.position - was.position).norm(), body.name);
+    turn.take(Eigen::AngleAxisd(is.rotation * was.rotation.transpose()).angle(), body.name);
+    velocity.take((is.velocity - was.velocity).norm(), body.name);
+    spin.take((is.angular_velocity - was.angular_velocity).norm(), body.name);
+  }
+  for (const FlexibleBody& body : model.flexible_bodies)
+    for (int i = body.range.first; i < body.range.first + body.range.count; i += 3) {
+      const auto apart = [i](const std::vector<double>& x, const std::vector<double>& y) {
+        return (Eigen::Map<const Eigen::Vector3d>(&x[static_cast<std::size_t>(i)]) -
+                Eigen::Map<const Eigen::Vector3d>(&y[static_cast<std::size_t>(i)]))
+            .norm();
+      };
+      place.take(apart(begin.q, given.q), body.name);
+      velocity.take(apart(begin.v, given.v), body.name);
+    }
+  std::vector<std::string> notes{note("positions", place, "m", turn, "rad"),
+                                 note("velocities", velocity, "m/s", spin, "rad/s")};
+  notes.erase(std::remove(notes.begin(), notes.end(), ""), notes.end());
+  return notes;
+}
+
+ResultFiles::ResultFiles(const MultibodyModel& model, const std::string& folder, int threads)
+    : model_(model),
+      folder_(made(folder)),
+      threads_(threads > 0 ? threads : static_cast<int>(std::max(std::thread::hardware_concurrency(), 1U))),
+      chosen_(chosen_quantities(model)),
+      along_steps_(
+          std::any_of(chosen_.begin(), chosen_.end(), [](const Quantity& q) { return q.along_steps; })),
+      all_in_series_(numbers_of(chosen_) <= kMostColumns),
+      time_series_(folder + "/time_series.csv", series_columns(model, chosen_, all_in_series_)),
+      steps_(folder + "/steps.csv", kStepColumns),
+      results_(folder + "/results.npy", fields(chosen_)),
+      list_(folder + "/result.pvd"),
+      grids_(model),
+      account_(model, along_steps_) {
+  if (!all_in_series_)
+    notes_.push_back(
+        fmt::format("time_series.csv has the overview alone; all {} numbers of an output are in results.npy",
+                    numbers_of(chosen_)));
+}
+
+void ResultFiles::add_step(const StepReport& step, const State& state) {
+  steps_.add_row({step.t, step.h, static_cast<double>(step.order),
+                  static_cast<double>(step.newton_iterations), static_cast<double>(step.factorizations),
+                  static_cast<double>(step.rejections), step.residual, step.wall});
+  if (along_steps_) account_.follow(state);
+}
+
+void ResultFiles::add_output(const State& state) {
+  if (outputs_ == 0)
+    for (std::string& text : correction_notes(model_, state)) notes_.push_back(std::move(text));
+  Measurement measurement(model_, state, account_, threads_);
+  add_row(measurement);
+  int part = 0;
+  for (const FlexibleBody& body : model_.flexible_bodies) {
+    const auto i = static_cast<std::size_t>(part);
+    write_grid(state.t, body.name, part++, grids_.flexible(i, measurement));
+  }
+  // No body has that name: those have no point.
+  if (grids_.has_rigid()) write_grid(state.t, "rigid.bodies", part, grids_.rigid(state));
+  ++outputs_;
+}
+
+std::vector<double> ResultFiles::overview(Measurement& measurement) const {
+  const State& state = measurement.state();
+  std::vector<double> row{state.t};
+  for (std::size_t i = 0; i < model_.flexible_bodies.size(); ++i) {
+    row.push_back(measurement.stress(i).largest);
+    row.push_back(measurement.stress(i).largest_node);
+  }
+  for (const ModelPoint& point : model_.points)
+    row.push_back(motion_of(model_, point, state).acceleration.norm());
+  for (const std::string& name : model_.reactions) {
+    const auto joint = std::find_if(model_.joints.begin(), model_.joints.end(),
+                                    [&](const ModelJoint& candidate) { return candidate.name == name; });
+    row.push_back(wrench_on(joint->b, joint->a, joint->elements, state).force.norm());
+  }
+  return row;
+}
+
+void ResultFiles::add_row(Measurement& measurement) {
+  std::vector<double> record(1 + numbers_of(chosen_)), row = overview(measurement);
+  record[0] = measurement.state().t;
+  double* to = &record[1];
+  for (const Quantity& quantity : chosen_) {
+    quantity.measure(measurement, to);
+    to += quantity.size();
+  }
+  results_.add_row(record);
+  if (all_in_series_) row.insert(row.end(), record.begin() + 1, record.end());
+  time_series_.add_row(row);
+}
+
+void ResultFiles::write_grid(double t, const std::string& name, int part, const VtkGrid& grid) {
+  const std::string file = fmt::format("vtu/{}_{:04}.vtu", name, outputs_);
+  write_vtu(folder_ + "/" + file, grid);
+  list_.add(t, part, file);
+}
+
+}  // namespace mfs::dae

@@ -1,0 +1,57 @@
+// The files of a run, one row or picture after another:
+//   time_series.csv   a row per output: an overview, then what is recorded (quantities.hpp), number by number
+//   results.npy       a record per output: what is recorded, with a name for each quantity
+//   steps.csv         a row per step of the integrator
+//   result.pvd        for ParaView, with the files in vtu/
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "dae/model/quantities.hpp"
+#include "dae/output/csv_table.hpp"
+#include "dae/output/npy_table.hpp"
+#include "dae/output/vtk_files.hpp"
+#include "dae/program/grids.hpp"
+
+namespace mfs::dae {
+
+class ResultFiles {
+ public:
+  /// Makes the folder. `model` has to live as long. `threads`: of loops over elements; 0: all. Throws
+  /// InvalidInput where files cannot be written.
+  ResultFiles(const MultibodyModel& model, const std::string& folder, int threads);
+
+  /// Whether add_step() needs the states.
+  bool along_steps() const { return along_steps_; }
+  /// `state`: at the end of the step; empty vectors unless along_steps(). All throw InvalidInput.
+  void add_step(const StepReport& step, const State& state);
+  void add_output(const State& state);
+
+  /// What the user should know of the model or the files; complete after the first output.
+  const std::vector<std::string>& notes() const { return notes_; }
+
+ private:
+  void add_row(Measurement& measurement);
+  std::vector<double> overview(Measurement& measurement) const;
+  void write_grid(double t, const std::string& name, int part, const VtkGrid& grid);
+
+  const MultibodyModel& model_;
+  std::string folder_;
+  int threads_;
+  std::vector<Quantity> chosen_;
+  bool along_steps_, all_in_series_;
+  CsvTable time_series_, steps_;
+  NpyTable results_;
+  PvdFile list_;
+  Grids grids_;
+  Account account_;
+  int outputs_ = 0;
+  std::vector<std::string> notes_;
+};
+
+/// How far bodies were moved or given other velocities, so that the constraints hold at the beginning; a note
+/// each, none where that is a matter of rounding.
+std::vector<std::string> correction_notes(const MultibodyModel& model, const State& begin);
+
+}  // namespace mfs::dae

@@ -1,0 +1,227 @@
+// Bodies that rotate many times, against exact solutions and those of another program: the error falls with
+// the tolerance, and the order does not stay low.
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <memory>
+
+#include "dae/integrator/integrator.hpp"
+#include "dae/mechanics/joints.hpp"
+#include "dae/mechanics/rigid_body.hpp"
+#include "dae/mechanics/rotation.hpp"
+
+namespace mfs::dae::test {
+namespace {
+
+using Eigen::Vector3d;
+
+/// What a state says about the body whose frame has these coordinates.
+struct Motion {
+  Motion(const State& state, const Frame& frame) : q(&state.q[frame.first]), v(&state.v[frame.first]) {}
+  Vector3d turned(const Vector3d& s) const {
+    const Triple<double> x = rotate(q + 3, s);
+    return {x[0], x[1], x[2]};
+  }
+  Vector3d point(const Vector3d& s) const { return Vector3d(q[0], q[1], q[2]) + turned(s); }
+  Vector3d velocity() const { return {v[0], v[1], v[2]}; }
+  Vector3d angular_velocity() const {  // in body axes
+    const Triple<double> half = g_times(q + 3, v + 3);
+    return 2.0 * Vector3d(half[0], half[1], half[2]);
+  }
+  const double *q, *v;
+};
+
+/// A mechanism and how far a state is from where it should be.
+struct Mechanism {
+  MultibodyBuilder builder;
+  double t_end;
+  std::function<double(const State&)> error;
+  std::vector<double> times = {};  ///< at which the error is known; none: after each step
+};
+
+class LargestError : public Observer {
+ public:
+  explicit LargestError(const Mechanism& mechanism) : mechanism_(mechanism) {}
+  void step(const StepReport& report, const std::function<const State&()>& state) override {
+    if (mechanism_.times.empty()) output(state());
+    low_ = report.order == 1 ? low_ + 1 : 0;
+    longest_low_ = std::max(longest_low_, low_);
+  }
+  void output(const State& state) override { error_ = std::max(error_, mechanism_.error(state)); }
+  double error() const { return error_; }
+  int longest_low() const { return longest_low_; }  ///< steps of order 1 in a row
+
+ private:
+  const Mechanism& mechanism_;
+  double error_ = 0.0;
+  int low_ = 0, longest_low_ = 0;
+};
+
+double error_at(const Mechanism& mechanism, double rtol, Method method = Method::bdf) {
+  IntegratorOptions options;
+  options.method = method;
+  options.rtol = rtol;
+  options.threads = 1;
+  options.backend = Backend::serial;
+  const auto system = mechanism.builder.build(1);
+  Integrator integrator(*system, options);
+  LargestError observer(mechanism);
+  integrator.run(0.0, mechanism.builder.initial_q(), mechanism.builder.initial_v(), mechanism.t_end,
+                 mechanism.times, observer);
+  EXPECT_LE(observer.longest_low(), 50) << "rtol " << rtol;
+  EXPECT_EQ(integrator.report().analyses, 1);
+  return observer.error();
+}
+
+/// Below `at_default` with the default tolerance, and by at least 30 when rtol falls by 100: a method of
+/// order 5 promises 100^(5/6) = 46.
+void expect_falling(const Mechanism& mechanism, double at_default) {
+  EXPECT_LT(error_at(mechanism, 1e-4), at_default);
+  for (const double rtol : {1e-5, 1e-6})
+    EXPECT_LT(error_at(mechanism, 1e-2 * rtol), error_at(mechanism, rtol) / 30.0) << "rtol " << rtol;
+}
+
+/// By at least 15: a method of order 2 promises 100^(2/3) = 22.
+void expect_alpha_falling(const Mechanism& mechanism) {
+  const double coarse = error_at(mechanism, 1e-4, Method::generalized_alpha);
+  EXPECT_LT(error_at(mechanism, 1e-6, Method::generalized_alpha), coarse / 15.0);
+}
+
+RigidBody body(const std::string& name, double mass, const Vector3d& inertia) {
+  RigidBody body;
+  body.name = name;
+  body.mass = mass;
+  body.inertia = inertia.asDiagonal();
+  return body;
+}
+
+/// 32 turns about an axis that is along no coordinate, of a body whose own axes are turned: a circle.
+TEST(Rotation, AboutAnObliqueAxisIsACircle) {
+  constexpr double kSpeed = 100.0;
+  const Vector3d axis = Vector3d(1, 2, 3).normalized(), centre(0.4, 0.1, -0.2), tip(1, 0, 0);
+  Mechanism mechanism{{}, 2.0, {}};
+  RigidBody rod = body("rod", 1.0, {0.1, 0.2, 0.25});
+  rod.placement.rotation = Eigen::AngleAxisd(2.0, Vector3d(0.3, -0.5, 0.8).normalized()).toRotationMatrix();
+  rod.placement.position = centre;
+  rod.placement.angular_velocity = kSpeed * axis;
+  rod.placement.velocity = kSpeed * axis.cross(centre);
+  const Frame frame = add_rigid_body(mechanism.builder, rod, Vector3d::Zero());
+  const Eigen::Matrix3d axes = axes_along(axis);
+  add_joint(mechanism.builder,
+            {"pin", JointKind::revolute, attach(mechanism.builder, {}, Vector3d::Zero(), axes),
+             attach(mechanism.builder, frame, Vector3d::Zero(), axes)});
+  const Vector3d arm = rod.placement.rotation.transpose() * (tip - centre);
+  mechanism.error = [=](const State& state) {
+    return (Motion(state, frame).point(arm) - Eigen::AngleAxisd(kSpeed * state.t, axis) * tip).norm();
+  };
+  expect_falling(mechanism, 0.05);
+  expect_alpha_falling(mechanism);
+}
+
+/// sn, cn and dn of parameter m = k^2 by the arithmetic-geometric mean (Abramowitz and Stegun, 16.4).
+std::array<double, 3> jacobi(double u, double m) {
+  std::vector<double> a{1.0}, c{std::sqrt(m)};
+  double b = std::sqrt(1.0 - m);
+  while (std::abs(c.back()) > 1e-16) {
+    const double mean = 0.5 * (a.back() + b);
+    c.push_back(0.5 * (a.back() - b));
+    b = std::sqrt(a.back() * b);
+    a.push_back(mean);
+  }
+  double phi = std::ldexp(a.back() * u, static_cast<int>(a.size()) - 1), last = phi;
+  for (std::size_t n = a.size() - 1; n > 0; --n) {
+    last = phi;
+    phi = 0.5 * (phi + std::asin(c[n] * std::sin(phi) / a[n]));
+  }
+  return {std::sin(phi), std::cos(phi), std::cos(phi) / std::cos(last - phi)};
+}
+
+/// Turning about the middle axis, which it leaves again and again: Euler's solution (Landau and Lifshitz,
+/// Mechanics, section 37) for the angular velocity; the angular momentum stays where it is.
+TEST(Rotation, FreeAboutTheMiddleAxisFlipsAsEulerSays) {
+  const Vector3d inertia(1, 2, 3), start(10.0, 0.0, std::sqrt(101.0 / 3.0));
+  Mechanism mechanism{{}, 5.0, {}};
+  RigidBody rock = body("rock", 1.0, inertia);
+  rock.placement.rotation = Eigen::AngleAxisd(0.7, Vector3d(2, 1, -1).normalized()).toRotationMatrix();
+  rock.placement.angular_velocity = rock.placement.rotation * start;
+  const Frame frame = add_rigid_body(mechanism.builder, rock, Vector3d::Zero());
+  const double twice_energy = start.dot(inertia.cwiseProduct(start));
+  const Vector3d momentum = rock.placement.rotation * inertia.cwiseProduct(start);
+  const double m2 = momentum.squaredNorm(), low = m2 - twice_energy * inertia[0],
+               high = twice_energy * inertia[2] - m2;
+  const double i1 = inertia[0], i2 = inertia[1], i3 = inertia[2];
+  mechanism.error = [=](const State& state) {
+    const auto [sn, cn, dn] =
+        jacobi(state.t * std::sqrt((i3 - i2) * low / (i1 * i2 * i3)), (i2 - i1) * high / ((i3 - i2) * low));
+    const Vector3d exact(std::sqrt(high / (i1 * (i3 - i1))) * cn, std::sqrt(high / (i2 * (i3 - i2))) * sn,
+                         std::sqrt(low / (i3 * (i3 - i1))) * dn);
+    const Motion motion(state, frame);
+    const Vector3d w = motion.angular_velocity();
+    return std::max((w - exact).norm() / start.norm(),
+                    (motion.turned(inertia.cwiseProduct(w)) - momentum).norm() / momentum.norm());
+  };
+  expect_falling(mechanism, 1.5);
+}
+
+/// A heavy symmetric top at 150 rad/s keeps its energy, its spin and its momentum about the vertical. Where
+/// it is after 1 s: DOP853 of SciPy 1.17 with rtol 1e-13 on quaternion and angular velocity.
+TEST(Rotation, OfAHeavyTopKeepsItsIntegrals) {
+  constexpr double kMass = 2.0, kLength = 0.1, kGravity = 9.81, kSpin = 150.0;
+  const Vector3d inertia(0.01, 0.01, 0.006), centre(0, 0, kLength), seen(1, 1, 1);
+  const Vector3d reference(1.581115143453, 0.6749029859398, 0.2111418071182);
+  Mechanism mechanism{{}, 1.0, {}};
+  RigidBody top = body("top", kMass, inertia);
+  top.placement.rotation = Eigen::AngleAxisd(0.5, Vector3d::UnitX()).toRotationMatrix();
+  top.placement.position = top.placement.rotation * centre;
+  top.placement.angular_velocity = top.placement.rotation * Vector3d(0, 0, kSpin);
+  const Frame frame = add_rigid_body(mechanism.builder, top, {0, 0, -kGravity});
+  add_joint(mechanism.builder, {"tip", JointKind::spherical, attach(mechanism.builder, {}, Vector3d::Zero()),
+                                attach(mechanism.builder, frame, Vector3d::Zero())});
+  const Vector3d about_tip = inertia + kMass * kLength * kLength * Vector3d(1, 1, 0);
+  const auto integrals = [=](const State& state) -> Vector3d {
+    const Motion motion(state, frame);
+    const Vector3d w = motion.angular_velocity();
+    return {0.5 * w.dot(about_tip.cwiseProduct(w)) + kMass * kGravity * motion.turned(centre)[2], w[2],
+            motion.turned(about_tip.cwiseProduct(w))[2]};
+  };
+  const Vector3d first =
+      integrals({0.0, mechanism.builder.initial_q(), mechanism.builder.initial_v(), {}, {}});
+  mechanism.error = [=](const State& state) {
+    const double drift = (integrals(state) - first).cwiseQuotient(first).cwiseAbs().maxCoeff();
+    return state.t < 1.0 ? drift : std::max(drift, (Motion(state, frame).turned(seen) - reference).norm());
+  };
+  expect_falling(mechanism, 0.6);
+  expect_alpha_falling(mechanism);
+}
+
+/// Two bodies on universal joints, pulled aside. Where the second one's corner is after 1, 2 and 3 s: DOP853
+/// of SciPy 1.17 with rtol 1e-13 on the four joint angles, equations of motion by Newton and Euler.
+TEST(Rotation, OfADoublePendulumOfUniversalJoints) {
+  const Vector3d y(0, 1, 0), z(0, 0, 1), gravity(0, 3, -9.81);
+  Mechanism mechanism{{}, 3.0, {}, {1.0, 2.0, 3.0}};
+  Frame last;
+  for (int k = 0; k < 2; ++k) {
+    const Vector3d at(k, 0, 0), first = k == 0 ? y : z, second = k == 0 ? z : y;
+    RigidBody link = body("link" + std::to_string(k), 1.0, {0.01, 0.02, 0.03});
+    link.placement.position = at + Vector3d(0.5, 0, 0);
+    const Frame frame = add_rigid_body(mechanism.builder, link, gravity);
+    add_joint(mechanism.builder, {"joint" + std::to_string(k), JointKind::universal,
+                                  attach(mechanism.builder, last, at, axes_along(first, second)),
+                                  attach(mechanism.builder, frame, at, axes_along(second, first))});
+    last = frame;
+  }
+  const Vector3d references[] = {{-1.8606676211958, 0.4983276603892, -0.5559768352665},
+                                 {0.7030450653695, 0.2114495425984, -1.5328405197776},
+                                 {0.2275047760334, -0.2391598421196, -1.6535314450977}};
+  mechanism.error = [last, references](const State& state) {
+    const Vector3d& expected = references[static_cast<int>(std::lround(state.t)) - 1];
+    return (Motion(state, last).point({0.5, 0.3, 0.0}) - expected).norm();
+  };
+  expect_falling(mechanism, 0.6);
+}
+
+}  // namespace
+}  // namespace mfs::dae::test

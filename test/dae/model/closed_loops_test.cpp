@@ -1,0 +1,431 @@
+// Mechanisms with closed loops: redundant constraints, no freedom, singular positions, contradictions.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <mfs/error.hpp>
+
+#include "test/dae/model/mechanism.hpp"
+
+namespace mfs::dae::test {
+namespace {
+
+using testing::AllOf;
+using testing::Each;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Property;
+using testing::SizeIs;
+using testing::Throws;
+
+const Vector3d kDown(0, -9.81, 0), kNone(0, 0, 0);
+const Vector3d kX = Vector3d::UnitX(), kY = Vector3d::UnitY(), kZ = Vector3d::UnitZ();
+
+template <class Matcher>
+void expect_refused(const Json& json, const Matcher& text) {
+  EXPECT_THAT([&] { run(json, 1e-6); }, Throws<InvalidInput>(Property(&InvalidInput::what, text)));
+}
+
+/// Crank 1 m, coupler and rocker sqrt 5 m, ground 3 m.
+struct FourBar {
+  Vector3d a{0, 0, 0}, b{0, 1, 0}, c{2, 2, 0}, d{3, 0, 0};
+
+  Json model(double end, int outputs, const Vector3d& gravity) const {
+    Json json = mechanism(end, outputs, gravity);
+    json["bodies"] = {{"crank", rod(a, b)}, {"coupler", rod(b, c)}, {"rocker", rod(c, d)}};
+    json["joints"] = {{"A", joint("revolute", "ground", "crank", a)},
+                      {"B", joint("revolute", "crank", "coupler", b)},
+                      {"C", joint("revolute", "coupler", "rocker", c)},
+                      {"D", joint("revolute", "rocker", "ground", d)}};
+    return json;
+  }
+  /// Where B and C are by the crank's angle from x: two circles meet (Freudenstein's equation in points).
+  std::pair<Vector3d, Vector3d> positions(double angle) const {
+    const Vector3d pin(std::cos(angle), std::sin(angle), 0.0);
+    const Vector3d line = d - pin;
+    const double half = 0.5 * line.norm(), height = std::sqrt(5.0 - half * half);
+    const Vector3d across(-line[1], line[0], 0.0);
+    return {pin, pin + 0.5 * line + height * across.normalized()};
+  }
+};
+
+TEST(FourBar, ThreeOfItsConstraintsAreRedundant) {
+  const MotionRun result = run(FourBar().model(0.1, 1, kDown), 1e-6);
+  EXPECT_THAT(result.report.redundant, ElementsAre("joint D, equation 3 of 5 (along ground z)",
+                                                   "joint D, equation 4 of 5 (about [1 0 0])",
+                                                   "joint D, equation 5 of 5 (about [0 1 0])"));
+  EXPECT_EQ(result.report.constraints, 20);
+}
+
+TEST(FourBar, ALooseBodyChangesNothing) {
+  Json json = FourBar().model(0.1, 1, kDown);
+  json["bodies"]["loose"] = rod({0, 5, 0}, {1, 6, 1});
+  EXPECT_THAT(run(json, 1e-6).report.redundant, AllOf(SizeIs(3), Each(HasSubstr("joint D"))));
+}
+
+TEST(FourBar, WithASphericalPinOne) {
+  Json json = FourBar().model(0.1, 1, kDown);
+  json["joints"]["C"] = joint("spherical", "coupler", "rocker", FourBar().c);
+  EXPECT_THAT(run(json, 1e-6).report.redundant, SizeIs(1));
+}
+
+TEST(FourBar, ConservesEnergy) {
+  const MotionRun result = run(FourBar().model(1.4, 14, kDown), 1e-8);
+  const auto energy = [&](const State& state) {
+    double sum = 0.0;
+    for (const auto& [body, length2] : {std::pair("crank", 1.0), {"coupler", 5.0}, {"rocker", 5.0}}) {
+      const int at = result.at(body);
+      const double w =
+          2 * (state.q[at + 3] * state.v[at + 6] - state.q[at + 6] * state.v[at + 3]);  // about z
+      sum += 0.5 * Eigen::Map<const Vector3d>(&state.v[at]).squaredNorm() + 0.5 * length2 / 12 * w * w +
+             9.81 * state.q[at + 1];
+    }
+    return sum;
+  };
+  const double start = 9.81 * (0.5 + 1.5 + 1.0);
+  for (const State& state : result.outputs) EXPECT_NEAR(energy(state), start, 1e-4) << state.t;
+}
+
+TEST(FourBar, DrivenItIsWhereTheLoopCloses) {
+  const FourBar bars;
+  Json json = bars.model(2.0, 16, kDown);
+  json["motions"]["drive"] = drive("A", 0.0, 2 * M_PI);
+  const MotionRun result = run(json, 1e-5);
+  EXPECT_EQ(result.report.constraints, 21);  // as many as coordinates
+  ASSERT_THAT(result.outputs, SizeIs(17));
+  for (const State& state : result.outputs) {
+    const auto [b, c] = bars.positions(0.5 * M_PI + 2 * M_PI * state.t);
+    EXPECT_LT((result.position(state, "crank") - 0.5 * b).norm(), 1e-7) << state.t;
+    EXPECT_LT((result.position(state, "coupler") - 0.5 * (b + c)).norm(), 1e-7) << state.t;
+    EXPECT_LT((result.position(state, "rocker") - 0.5 * (bars.d + c)).norm(), 1e-7) << state.t;
+  }
+}
+
+// On the nearest way, which is that of the crank's angle less whole turns.
+TEST(FourBar, IsMovedToWhereItsMotionBegins) {
+  const FourBar bars;
+  for (const double start : {0.02, 1.0, -2.5, 3.0, 3.5}) {
+    Json json = bars.model(0.1, 1, kDown);
+    json["motions"]["drive"] = drive("A", start, 1.0);
+    const MotionRun result = run(json, 1e-5);
+    for (const State& state : result.outputs) {
+      const auto [b, c] = bars.positions(0.5 * M_PI + start + state.t);
+      EXPECT_LT((result.position(state, "crank") - 0.5 * b).norm(), 1e-7) << start;
+      EXPECT_LT((result.position(state, "rocker") - 0.5 * (bars.d + c)).norm(), 1e-7) << start;
+    }
+  }
+  Json json = bars.model(0.1, 1, kDown);
+  json["motions"]["drive"] = drive("A", M_PI, 1.0);
+  expect_refused(json, AllOf(HasSubstr("motion drive"), HasSubstr("half a turn")));
+  json["motions"]["drive"] = {{"type", "point"}, {"side", "crank"}, {"point", {0, 1, 0}}};
+  json["motions"]["drive"]["x"] = {{"type", "constant"}, {"value", 1.5}};  // it reaches 1
+  expect_refused(json,
+                 AllOf(HasSubstr("motion drive, equation 1 of 1 (along ground x)"), HasSubstr("-1.5 off")));
+}
+
+TEST(FourBar, ByOtherFormulas) {
+  const FourBar bars;
+  Json json = bars.model(1.0, 8, kDown);
+  json["motions"]["drive"] = drive("A", 0.0, 2 * M_PI);
+  for (const Json& integrator :
+       {Json{{"unknowns", "full"}}, {{"method", "generalized_alpha"}, {"fixed_step", 0.01}}}) {
+    json["integrator"] = integrator;
+    const MotionRun result = run(json, 1e-6);
+    EXPECT_THAT(result.report.redundant, SizeIs(3));
+    for (const State& state : result.outputs) {
+      const auto [b, c] = bars.positions(0.5 * M_PI + 2 * M_PI * state.t);
+      EXPECT_LT((result.position(state, "coupler") - 0.5 * (b + c)).norm(), 1e-7) << state.t;
+    }
+  }
+}
+
+TEST(FourBar, MotionsThatContradictAreNamed) {
+  Json json = FourBar().model(1.0, 1, kDown);
+  json["motions"]["one"] = drive("A", 0.0, 1.0);
+  json["motions"]["same"] = drive("A", 0.0, 1.0);
+  EXPECT_THAT(run(json, 1e-6).report.redundant, SizeIs(4));
+  json["motions"]["same"]["angle"] = {{"type", "smooth_step"}, {"begin", 0.5}, {"end", 1.0}, {"after", 1.0}};
+  expect_refused(json, AllOf(HasSubstr("motion same"), HasSubstr("contradicts motion one at t = 0.0")));
+  json["motions"]["one"] = json["motions"]["same"];
+  json["motions"]["one"]["angle"]["begin"] = 0.6;
+  expect_refused(json, AllOf(HasSubstr("motion same"), HasSubstr("contradicts motion one at t = 0.5")));
+  json["motions"].erase("one");
+  json["motions"]["same"]["joint"] = "D";
+  json["motions"]["crank"] = drive("A", 0.0, 1.0);
+  expect_refused(json, AllOf(HasSubstr("motion same"), HasSubstr("motion crank"), HasSubstr("joint B")));
+}
+
+/// A door of 1 kg and 1 m x 2 m in the plane x, y, on hinges at x = 0, y = 1 -+ 0.8.
+Json door(double end) {
+  Json json = mechanism(end, 4, kDown);
+  json["bodies"]["door"] = {{"type", "rigid"},
+                            {"mass", 1.0},
+                            {"inertia", {4 / 12.0, 1 / 12.0, 5 / 12.0}},
+                            {"position", {0.5, 1, 0}},
+                            {"velocity", {0, 0, -0.5}},
+                            {"angular_velocity", {0, 1, 0}}};
+  json["joints"] = {{"high", joint("revolute", "ground", "door", {0, 1.8, 0}, kY)},
+                    {"low", joint("revolute", "ground", "door", {0, 0.2, 0}, kY)}};
+  return json;
+}
+
+// The hinges share the weight, and the moment of the weight: a pair of forces H at 0.8 m and two moments M
+// with 1.6 H + 2 M = g / 2 and the least sum of squares.
+TEST(Door, OnTwoHingesTurnsAndHangsOnBoth) {
+  const MotionRun result = run(door(2.0), 1e-7);
+  EXPECT_THAT(result.report.redundant, AllOf(SizeIs(5), Each(HasSubstr("joint low"))));
+  const double moment = 0.5 * 9.81 / (2 * (1 + 0.64)), force = 0.8 * moment;
+  for (const State& state : result.outputs) {
+    const Vector3d out(std::cos(state.t), 0, -std::sin(state.t));
+    EXPECT_LT((result.position(state, "door") - Vector3d(0, 1, 0) - 0.5 * out).norm(), 1e-6);
+    for (const auto& [hinge, side] : {std::pair("joint high", 1.0), {"joint low", -1.0}}) {
+      const Vector3d on_door =
+          -Vector3d(result.multiplier(state, hinge, 0), result.multiplier(state, hinge, 1),
+                    result.multiplier(state, hinge, 2));
+      const Vector3d expected = Vector3d(0, 9.81 / 2, 0) + (-side * force - 0.25) * out;  // m w^2 r = 0.5
+      EXPECT_LT((on_door - expected).norm(), 1e-4) << hinge << " at " << state.t;
+      EXPECT_NEAR(std::hypot(result.multiplier(state, hinge, 3), result.multiplier(state, hinge, 4)), moment,
+                  1e-4);
+    }
+  }
+}
+
+TEST(Redundant, AJointGivenTwiceIsOneJoint) {
+  Json json = mechanism(0.1, 1, kDown);
+  json["bodies"]["bar"] = rod({0, 0, 0}, {1, 0, 0});
+  json["joints"] = {{"one", joint("revolute", "ground", "bar", {0, 0, 0})},
+                    {"two", joint("revolute", "ground", "bar", {0, 0, 0})}};
+  const MotionRun result = run(json, 1e-7);
+  EXPECT_THAT(result.report.redundant, AllOf(SizeIs(5), Each(HasSubstr("joint two"))));
+  for (int k = 0; k < 5; ++k)
+    EXPECT_NEAR(result.multiplier(result.outputs[0], "joint one", k),
+                result.multiplier(result.outputs[0], "joint two", k), 1e-10);
+  // l / 2 of 1.5 g / l bears three quarters of the weight.
+  EXPECT_NEAR(result.multiplier(result.outputs[0], "joint one", 1), -9.81 / 8, 1e-8);
+}
+
+// The interface of a flexible body has Euler parameters and ties: none of them is redundant.
+TEST(Redundant, AJointGivenTwiceToAFlexibleBody) {
+  Json json = mechanism(0.01, 1, kDown);
+  json["materials"]["steel"] = {
+      {"law", "st_venant_kirchhoff"}, {"young", 2e11}, {"poisson", 0.3}, {"density", 7800}};
+  json["bodies"]["beam"] = {{"type", "flexible"},
+                            {"material", "steel"},
+                            {"damping", {{"beta", 1e-4}}},
+                            {"mesh",
+                             {{"generator", "box"},
+                              {"element", "hex8"},
+                              {"refine", 1},
+                              {"size", {1, 0.1, 0.1}},
+                              {"divisions", {4, 1, 1}}}}};
+  json["joints"] = {{"one", joint("revolute", "ground", "beam:x0", {0, 0.05, 0.05})},
+                    {"two", joint("revolute", "ground", "beam:x0", {0, 0.05, 0.05})}};
+  EXPECT_THAT(run(json, 1e-4).report.redundant, AllOf(SizeIs(5), Each(HasSubstr("joint two"))));
+  json["motions"]["drive"] = drive("one", 0.1, 0.0);
+  expect_refused(json, AllOf(HasSubstr("motion drive"), HasSubstr("flexible")));
+}
+
+/// Cranks of 1 m, 2 m apart, at `angle`, turning with `speed`; the coupler keeps its direction.
+Json parallelogram(double angle, double speed, double end, int outputs) {
+  const Vector3d arm(std::cos(angle), std::sin(angle), 0), a(0, 0, 0), d(2, 0, 0);
+  const Vector3d velocity = speed * kZ.cross(arm);
+  Json json = mechanism(end, outputs, kNone);
+  json["bodies"] = {
+      {"crank", rod(a, a + arm)}, {"coupler", rod(a + arm, d + arm)}, {"rocker", rod(d, d + arm)}};
+  json["bodies"]["coupler"]["velocity"] = triple(velocity);
+  for (const char* body : {"crank", "rocker"}) {
+    json["bodies"][body]["velocity"] = triple(0.5 * velocity);
+    json["bodies"][body]["angular_velocity"] = {0, 0, speed};
+  }
+  json["joints"] = {{"A", joint("revolute", "ground", "crank", a)},
+                    {"B", joint("revolute", "crank", "coupler", a + arm)},
+                    {"C", joint("revolute", "coupler", "rocker", d + arm)},
+                    {"D", joint("revolute", "ground", "rocker", d)}};
+  return json;
+}
+
+void expect_parallel(const MotionRun& result, double angle, double speed, double within) {
+  EXPECT_THAT(result.report.redundant, SizeIs(3));
+  for (const State& state : result.outputs) {
+    const double now = angle + speed * state.t;
+    const Vector3d arm(std::cos(now), std::sin(now), 0);
+    EXPECT_LT((result.position(state, "crank") - 0.5 * arm).norm(), within) << state.t;
+    EXPECT_LT((result.position(state, "coupler") - kX - arm).norm(), within) << state.t;
+    EXPECT_LT((result.position(state, "rocker") - 2 * kX - 0.5 * arm).norm(), within) << state.t;
+  }
+}
+
+// Without gravity it turns evenly, and is flat twice in a turn: there one more constraint follows from the
+// others, and both cranks could turn against each other.
+TEST(Parallelogram, PassesItsFlatPosition) {
+  for (const auto& [tolerance, within] : {std::pair(1e-4, 0.1), {1e-6, 2e-3}, {1e-8, 1e-4}})
+    expect_parallel(run(parallelogram(0.5 * M_PI, -5.0, 4.0, 40), tolerance), 0.5 * M_PI, -5.0, within);
+}
+
+TEST(Parallelogram, MeetsItsFlatPositionExactly) {
+  Json json = parallelogram(0.5 * M_PI, -0.5 * M_PI, 3.0, 6);  // flat at t = 1 and 3
+  expect_parallel(run(json, 1e-7), 0.5 * M_PI, -0.5 * M_PI, 1e-4);
+  json["motions"]["drive"] = drive("A", 0.0, -0.5 * M_PI);
+  expect_parallel(run(json, 1e-7), 0.5 * M_PI, -0.5 * M_PI, 1e-4);
+}
+
+TEST(Parallelogram, BeginsFlat) {
+  expect_parallel(run(parallelogram(0.0, -2.0, 3.0, 6), 1e-7), 0.0, -2.0, 1e-4);
+}
+
+// A rod of 1 m on a rod of 2 m: the crank drives the slider, x = cos a + sqrt(4 - sin^2 a).
+TEST(SliderCrank, WithAllMotionPrescribed) {
+  const double speed = 3.0;
+  Json json = mechanism(2.0, 8, kNone);
+  json["bodies"] = {{"crank", rod({0, 0, 0}, {1, 0, 0})},
+                    {"rod", rod({1, 0, 0}, {3, 0, 0})},
+                    {"slider", rod({2.5, 0, 0}, {3.5, 0, 0})}};
+  json["joints"] = {{"bearing", joint("revolute", "ground", "crank", {0, 0, 0})},
+                    {"guide", joint("translational", "ground", "slider", {3, 0, 0}, kX)},
+                    {"pin", joint("revolute", "crank", "rod", {1, 0, 0})},
+                    {"wrist", joint("revolute", "rod", "slider", {3, 0, 0})}};
+  json["motions"]["drive"] = drive("bearing", 0.0, speed);
+  const MotionRun result = run(json, 1e-6);
+  EXPECT_THAT(result.report.redundant, SizeIs(3));
+  const auto slider = [](double angle) {
+    return std::cos(angle) + std::sqrt(4 - std::sin(angle) * std::sin(angle));
+  };
+  // Twice the kinetic energy at unit speed, by differences of where things are.
+  const auto inertia = [&](double angle) {
+    const double e = 1e-4, tilt = std::cos(angle) / std::sqrt(4 - std::sin(angle) * std::sin(angle));
+    const auto rate = [&](const auto& f) { return (f(angle + e) - f(angle - e)) / (2 * e); };
+    const double x = rate(slider), middle_x = rate([&](double a) { return 0.5 * (std::cos(a) + slider(a)); });
+    return 1.0 / 3 + 4.0 / 12 * tilt * tilt + middle_x * middle_x + 0.25 * std::cos(angle) * std::cos(angle) +
+           x * x;
+  };
+  for (const State& state : result.outputs) {
+    const double angle = speed * state.t;
+    EXPECT_NEAR(result.position(state, "slider")[0], slider(angle), 1e-7) << state.t;
+    const double torque = 0.5 * speed * speed * (inertia(angle + 1e-3) - inertia(angle - 1e-3)) / 2e-3;
+    EXPECT_NEAR(-result.multiplier(state, "motion drive", 0), torque, 1e-3) << state.t;
+  }
+}
+
+/// The N four-bar mechanism of the IFToMM benchmark library (Gonzalez et al., Mechanism and Machine Theory
+/// 41, 2006): rods of 1 m, upright ones on the ground, joined at their tips, falling from upright with 1 m/s.
+Json chain_of_four_bars(int loops, double end, int outputs) {
+  Json json = mechanism(end, outputs, kDown);
+  for (int i = 0; i <= loops; ++i) {
+    const std::string number = std::to_string(100 + i);
+    const Vector3d foot(i, 0, 0), tip(i, 1, 0);
+    json["bodies"]["up" + number] = rod(foot, tip);
+    json["bodies"]["up" + number]["velocity"] = {0.5, 0, 0};
+    json["bodies"]["up" + number]["angular_velocity"] = {0, 0, -1};
+    json["joints"]["foot" + number] = joint("revolute", "ground", "up" + number, foot);
+    if (i == loops) break;
+    json["bodies"]["level" + number] = rod(tip, tip + kX);
+    json["bodies"]["level" + number]["velocity"] = {1, 0, 0};
+    json["joints"]["left" + number] = joint("revolute", "up" + number, "level" + number, tip);
+    json["joints"]["right" + number] =
+        joint("revolute", "level" + number, "up" + std::to_string(101 + i), tip + kX);
+  }
+  return json;
+}
+
+// It is a pendulum: with angle a from upright, J = (N + 1) / 3 + N and moment of weight ((N + 1) / 2 + N) g
+// sin a.
+void expect_pendulum(int loops, double end, double tolerance, double within) {
+  const MotionRun result = run(chain_of_four_bars(loops, end, 10), tolerance);
+  EXPECT_EQ(result.report.redundant.size(), 3U * static_cast<unsigned>(loops));
+  const double rate = 9.81 * ((loops + 1) / 2.0 + loops) / ((loops + 1) / 3.0 + loops);
+  const auto f = [&](double, const Eigen::Vector2d& y) {
+    return Eigen::Vector2d(y[1], rate * std::sin(y[0]));
+  };
+  for (const State& state : result.outputs) {
+    const double angle = runge_kutta(Eigen::Vector2d(0, 1), 0.0, state.t, 20000, f)[0];
+    const Vector3d tip(std::sin(angle), std::cos(angle), 0);
+    EXPECT_LT((result.position(state, "up100") - 0.5 * tip).norm(), within) << state.t;
+    EXPECT_LT((result.position(state, "up" + std::to_string(100 + loops)) - loops * kX - 0.5 * tip).norm(),
+              within)
+        << state.t;
+  }
+}
+
+TEST(ChainOfFourBars, TwoFallThroughFlatPositions) {
+  expect_pendulum(2, 4.0, 1e-7, 2e-3);
+}
+
+TEST(ChainOfFourBars, FortyFour) {
+  expect_pendulum(44, 2.0, 1e-6, 2e-3);
+}
+
+// Six rods along the edges of a cube, joined by axes perpendicular to both (Bricard's loop); one is the
+// ground. Its 35 constraints leave 35 coordinates one freedom. Reference: one coordinate along the curve of
+// joint angles that close the loop (Newton's method in the product of the six rotations), Lagrange's equation
+// by central differences, SciPy's DOP853 with 1e-11; its energy stays within 6e-8 J.
+TEST(Bricard, OneConstraintIsRedundant) {
+  Json json = mechanism(5.0, 10, kDown);
+  const Vector3d corner[] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {1, 1, 1}, {0, 1, 1}, {0, 0, 1}};
+  for (int i = 0; i < 6; ++i) {
+    const std::string before = i == 0 ? "ground" : "rod" + std::to_string(i);
+    const std::string after = i == 5 ? "ground" : "rod" + std::to_string(i + 1);
+    const Vector3d along = corner[(i + 1) % 6] - corner[i], to = corner[i] - corner[(i + 5) % 6];
+    if (i < 5) json["bodies"][after] = rod(corner[i], corner[i + 1]);
+    json["joints"]["joint" + std::to_string(i)] =
+        joint("revolute", before, after, corner[i], to.cross(along));
+  }
+  const MotionRun result = run(json, 1e-8);
+  EXPECT_THAT(result.report.redundant, AllOf(SizeIs(1), Each(HasSubstr("joint joint5"))));
+  const std::pair<double, Vector3d> expected[] = {
+      {0.5, {1.118568035, 0.844543890, 0.764425890}},   {1.0, {1.250905260, -0.481931674, 1.113199980}},
+      {1.5, {-0.693014005, -1.189774752, 0.053583747}}, {2.0, {-1.249175771, 0.489862923, 1.108368373}},
+      {3.0, {-1.031272197, 0.966641405, 0.564496366}},  {5.0, {1.115123351, 0.850415921, 0.756017824}}};
+  for (const auto& [t, middle] : expected) {
+    const State& state = result.outputs.at(static_cast<std::size_t>(std::lround(2 * t)));
+    EXPECT_LT((result.position(state, "rod3") - middle).norm(), 1e-4) << t;
+  }
+}
+
+// Two arms of 1 m hang on a shaft, links of 0.5 m from their middles carry a collar that slides on it. With
+// the angle b of the arms from the shaft, J the inertia about it and the momentum J w, which stays,
+// m b'' + m' b'^2 / 2 = J' w^2 / 2 - V'.
+TEST(FlyballGovernor, SwingsAsItTurns) {
+  const double begin = 0.5, spin = 6.0;
+  Json json = mechanism(2.0, 10, kDown);
+  const Vector3d pivot(0, 0, 0), right(std::sin(begin), -std::cos(begin), 0), left(-right[0], right[1], 0);
+  const Vector3d collar(0, -std::cos(begin), 0);
+  json["bodies"] = {{"shaft", rod(pivot, kY)},   {"collar", rod(collar, collar - kY)},
+                    {"arm1", rod(pivot, right)}, {"link1", rod(0.5 * right, collar)},
+                    {"arm2", rod(pivot, left)},  {"link2", rod(0.5 * left, collar)}};
+  json["joints"] = {{"bearing", joint("revolute", "ground", "shaft", pivot, kY)},
+                    {"guide", joint("translational", "shaft", "collar", collar, kY)},
+                    {"pivot1", joint("revolute", "shaft", "arm1", pivot)},
+                    {"elbow1", joint("revolute", "arm1", "link1", 0.5 * right)},
+                    {"foot1", joint("revolute", "link1", "collar", collar)},
+                    {"pivot2", joint("revolute", "shaft", "arm2", pivot)},
+                    {"elbow2", joint("revolute", "arm2", "link2", 0.5 * left)},
+                    {"foot2", joint("revolute", "link2", "collar", collar)}};
+  for (Json& body : json["bodies"]) {
+    const Vector3d at(body["position"][0], body["position"][1], body["position"][2]);
+    body["velocity"] = triple(spin * kY.cross(at));
+    body["angular_velocity"] = {0, spin, 0};
+  }
+  const MotionRun result = run(json, 1e-7);
+  EXPECT_THAT(result.report.redundant, SizeIs(6));
+
+  const double thin = 1e-3 / 12, across = 0.25 / 12;
+  const double by_sine = 2 * (1.0 / 3 + 1.0 / 16 + across), by_cosine = 4 * thin;
+  const auto inertia = [&](double b) {
+    return by_sine * std::sin(b) * std::sin(b) + by_cosine * std::cos(b) * std::cos(b) + 2 * thin;
+  };
+  const double momentum = inertia(begin) * spin;
+  const auto f = [&](double, const Vector3d& y) {  // b, b', angle about the shaft
+    const double s = std::sin(y[0]), c = std::cos(y[0]), w = momentum / inertia(y[0]);
+    const double m = 2 * (1.0 / 3 + c * c / 16 + 9 * s * s / 16 + across) + s * s;
+    const double m_b = 2 * s * c * (2 * (8.0 / 16) + 1), inertia_b = 2 * s * c * (by_sine - by_cosine);
+    return Vector3d(y[1], (0.5 * inertia_b * w * w - 3.5 * 9.81 * s - 0.5 * m_b * y[1] * y[1]) / m, w);
+  };
+  for (const State& state : result.outputs) {
+    const Vector3d y = runge_kutta(Vector3d(begin, 0, 0), 0.0, state.t, 20000, f);
+    const Vector3d middle(std::sin(y[0]) * std::cos(y[2]), -std::cos(y[0]), -std::sin(y[0]) * std::sin(y[2]));
+    EXPECT_LT((result.position(state, "arm1") - 0.5 * middle).norm(), 1e-3) << state.t;
+    EXPECT_NEAR(result.position(state, "collar")[1], -std::cos(y[0]) - 0.5, 1e-3) << state.t;
+  }
+}
+
+}  // namespace
+}  // namespace mfs::dae::test

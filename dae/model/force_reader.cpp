@@ -101,9 +101,9 @@ void read_joint_spring(JsonObject& object, const std::string& name, ModelParts& 
 
 // About or along the axis of a joint, or along the line between two points.
 void read_actuator(JsonObject& object, const std::string& name, ModelParts& parts) {
-  const bool turns = object.has("torque");
+  const bool has_joint = object.has("joint"), turns = has_joint && object.has("torque");
   int coordinate = -1;
-  if (object.has("joint")) {
+  if (has_joint) {
     coordinate = read_joint_measure(object, turns ? "angle" : "travel", parts);
   } else {
     const Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
@@ -111,8 +111,7 @@ void read_actuator(JsonObject& object, const std::string& name, ModelParts& part
     const Attachment b = read_side(object, "b", object.vector("point_b"), axes, parts);
     coordinate = add_measure(parts.builder, "force " + name, a, b, Measure::distance);
   }
-  const StateFunction force =
-      read_state_function(object, turns && object.has("joint") ? "torque" : "force", parts);
+  const StateFunction force = read_state_function(object, turns ? "torque" : "force", parts);
   object.finish();
   add_coordinate_force(parts.builder, name, coordinate, force);
 }

@@ -157,6 +157,9 @@ const Mistake kMistakes[] = {
     {"/forces/motor", R"({"type": "actuator", "a": "ground", "b": "block", "point_a": [0, 1, 2], "point_b":
       [0, 1, 2], "force": "1"})",
      "forces.motor", "its points have come together"},
+    {"/forces/motor", R"({"type": "actuator", "a": "ground", "b": "block", "point_a": [0, 1, 2], "point_b":
+      [3, 1, 2], "force": "1", "torque": "1"})",
+     "forces.motor.torque", "is not known here; known are: a, b, force, joint, point_a, point_b, type"},
     {"/forces/motor", R"({"type": "torque", "side": "block"})", "forces.motor", "it has no function"},
     {"/forces/motor", R"({"type": "rotational_spring", "joint": "hinge", "stiffness": 1, "torque": "x"})",
      "forces.motor", "it has both a stiffness and a function"},

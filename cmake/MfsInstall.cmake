@@ -15,7 +15,7 @@ foreach(program mfs_program mfs_dae)
   endif()
 endforeach()
 if(TARGET mfs_dae)
-  install(PROGRAMS dae/output/plot_results DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/mfs)
+  install(PROGRAMS dae/output/plot_results dae/output/plot_modes DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/mfs)
 endif()
 
 if(TARGET mfs_amesos2)

@@ -90,11 +90,13 @@ StateView view(const State& state) {
   return {state.t, state.q.data(), state.v.data(), state.a.data(), state.lambda.data()};
 }
 
-/// 1 / scale^2 of all coordinates.
-std::vector<double> inverse_squares(const ConstrainedSystem& system) {
+/// 1 / scale^2 of all coordinates; of measures 0.
+std::vector<double> weights(const ConstrainedSystem& system) {
   std::vector<double> k;
-  for (int i = 0; i < system.coordinates(); ++i)
-    k.push_back(1.0 / (system.coordinate_scale(i) * system.coordinate_scale(i)));
+  for (int i = 0; i < system.coordinates(); ++i) {
+    const double scale = system.coordinate_scale(i);
+    k.push_back(system.is_measure(i) ? 0.0 : 1.0 / (scale * scale));
+  }
   return k;
 }
 
@@ -107,7 +109,7 @@ class StartFinder {
         state_(state),
         n_(system.coordinates()),
         m_(system.constraints()),
-        weights_(inverse_squares(system)),
+        weights_(weights(system)),
         residual_(make_residual(system)),
         right_side_(static_cast<std::size_t>(n_ + m_)) {}
 

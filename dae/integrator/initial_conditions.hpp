@@ -1,7 +1,7 @@
 // Initial positions and velocities that fulfil the constraints: q0 moves to Phi = 0 (Gauss-Newton) and v0 to
 // d/dt Phi = 0, as little as possible in the scales of the coordinates, each by linear systems
 //
-//   [ K      Phi_q^T ] [ change ]   [ ... ]        K: 1 / scale^2 on the diagonal
+//   [ K      Phi_q^T ] [ change ]   [ ... ]        K: 1 / scale^2 on the diagonal, 0 of measures
 //   [ Phi_q     0    ] [   mu   ] = [ ... ]
 //
 // solved by mfs::Solver. Newton then finds a0 and lambda0 by the equations of motion.

@@ -206,6 +206,9 @@ class ConstrainedSystem {
   /// What a coordinate measures, for error weights and for scaling pivots: a typical size, in its own unit (1
   /// m, 1 for an Euler parameter).
   virtual double coordinate_scale(int) const { return 1.0; }
+  /// Whether a constraint of its own makes the coordinate a function of the others: where initial values are
+  /// corrected, its change then is no change of where bodies are.
+  virtual bool is_measure(int /*coordinate*/) const { return false; }
 };
 
 /// Vectors of the right sizes for `system`, all zero.

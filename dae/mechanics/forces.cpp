@@ -6,7 +6,6 @@
 #include <mfs/error.hpp>
 
 #include "dae/mechanics/frame_pair.hpp"
-#include "dae/mechanics/rigid_interface.hpp"
 #include "dae/mechanics/single_element.hpp"
 
 namespace mfs::dae {
@@ -60,56 +59,8 @@ struct SpringFormulas {
   }
 };
 
-struct PointForce {
-  FramePair sides;
-  std::array<Function, 3> force;
-
-  int count() const { return 3; }
-
-  template <class T>
-  void positions(double, const T* q, T* x) const {
-    const Triple<T> place = sides.b.place(q);
-    for (int k = 0; k < 3; ++k) x[k] = place[k];
-  }
-  Reaction reaction(double t, int i, double, double) const {
-    return {force[i] ? -force[i]->at(t).value : 0.0};
-  }
-};
-
-class NodalForce final : public ElementGroup {
- public:
-  NodalForce(std::string name, std::vector<int> coordinates, std::vector<double> fractions,
-             std::array<Function, 3> force)
-      : name_(std::move(name)),
-        coordinates_(std::move(coordinates)),
-        fractions_(std::move(fractions)),
-        force_(std::move(force)) {}
-
-  int size() const override { return static_cast<int>(fractions_.size()); }
-  int local_coordinates() const override { return 3; }
-  const int* coordinates(int e) const override { return coordinates_.data() + 3 * e; }
-  LocalStructure structure() const override { return {LocalStructure::Kind::zero}; }
-  std::string name(int) const override { return name_; }
-
-  void residual(int e, const LocalState& state, LocalResidual& residual) const override {
-    for (int k = 0; k < 3; ++k)
-      if (force_[k]) residual.force[k] = -fractions_[e] * force_[k]->at(state.t).value;
-  }
-  void tangent(int, const LocalState&, LocalTangent&) const override {}
-
- private:
-  std::string name_;
-  std::vector<int> coordinates_;
-  std::vector<double> fractions_;
-  std::array<Function, 3> force_;
-};
-
 void check_not_negative(double value, const std::string& owner, const char* what) {
   if (!(value >= 0) || !std::isfinite(value)) throw InvalidInput(owner, std::string(what) + " is negative");
-}
-
-void check_any(const std::array<Function, 3>& force, const std::string& owner) {
-  if (!force[0] && !force[1] && !force[2]) throw InvalidInput(owner, "it has no function of time");
 }
 
 Eigen::Vector3d initial_point(const MultibodyBuilder& builder, const Attachment& attachment) {
@@ -144,27 +95,6 @@ void add_spring_damper(MultibodyBuilder& builder, const SpringDamper& spring) {
   builder.add(make_pair_element<CompliantElement>(
       owner, spring.a, spring.b,
       SpringFormulas{sides, spring.name, spring.damping, spring.free_length, force}));
-}
-
-void add_point_force(MultibodyBuilder& builder, const std::string& name, const Attachment& attachment,
-                     const std::array<Function, 3>& force) {
-  const std::string owner = "force " + name;
-  check_any(force, owner);
-  const Attachment ground;
-  builder.add(make_pair_element<CompliantElement>(owner, ground, attachment,
-                                                  PointForce{FramePair(ground, attachment, owner), force}));
-}
-
-void add_nodal_force(MultibodyBuilder& builder, const std::string& name, CoordinateRange body,
-                     const std::vector<int>& nodes, const std::vector<double>& fractions,
-                     const std::array<Function, 3>& force) {
-  const std::string owner = "force " + name;
-  check_any(force, owner);
-  if (nodes.empty()) throw InvalidInput(owner, "it acts on no node");
-  if (fractions.size() != nodes.size())
-    throw InvalidInput(owner, std::to_string(nodes.size()) + " nodes, but " +
-                                  std::to_string(fractions.size()) + " fractions");
-  builder.add(std::make_shared<NodalForce>(owner, node_coordinates(body, nodes, owner), fractions, force));
 }
 
 }  // namespace mfs::dae

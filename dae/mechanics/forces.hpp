@@ -1,12 +1,11 @@
-// Forces between and on frames. A bushing or a spring answers to deformations x(q) with a reaction s(x, x');
-// by virtual work its share of F is s x_q, so that it does no work that it should not, and conserves
-// momentum.
+// Forces between frames (those on one: loads.hpp). A bushing or a spring answers to deformations x(q) with a
+// reaction s(x, x'); by virtual work its share of F is s x_q, so that it does no work that it should not, and
+// conserves momentum.
 #pragma once
 
 #include <Eigen/Core>
 #include <array>
 #include <string>
-#include <vector>
 
 #include "dae/mechanics/frame.hpp"
 #include "dae/mechanics/multibody.hpp"
@@ -41,17 +40,5 @@ struct SpringDamper {
 /// function are given, or the points are together at the beginning; the same at any later time when they come
 /// together.
 void add_spring_damper(MultibodyBuilder& builder, const SpringDamper& spring);
-
-/// A force (N, ground axes; functions of time, none: zero) on a point of a frame.
-/// Throws InvalidInput("force NAME") where there is no function, or the frame is the ground.
-void add_point_force(MultibodyBuilder& builder, const std::string& name, const Attachment& attachment,
-                     const std::array<Function, 3>& force);
-
-/// A force (N, ground axes) on a flexible body, split over nodes: node `nodes[i]` of `body` gets the fraction
-/// `fractions[i]` of it. Throws InvalidInput("force NAME") where there is no function or no node, or a node
-/// is not in the body.
-void add_nodal_force(MultibodyBuilder& builder, const std::string& name, CoordinateRange body,
-                     const std::vector<int>& nodes, const std::vector<double>& fractions,
-                     const std::array<Function, 3>& force);
 
 }  // namespace mfs::dae

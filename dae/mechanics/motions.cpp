@@ -9,37 +9,80 @@
 namespace mfs::dae {
 namespace {
 
-/// q_i - q_i(0) - f(t) = 0, one element for each i.
+/// q_i - q_i(0) - f(t, u) = 0, one element for each i; u are other coordinates, the same for all.
+///
+///   coordinates of an element   q_i | u
 class CoordinateMotion final : public ElementGroup {
  public:
-  CoordinateMotion(std::string name, std::vector<int> coordinates, std::vector<double> initial,
-                   Function change)
+  CoordinateMotion(std::string name, std::vector<int> moved, std::vector<double> from, StateFunction change)
       : name_(std::move(name)),
-        coordinates_(std::move(coordinates)),
-        initial_(std::move(initial)),
-        change_(std::move(change)) {}
+        moved_(std::move(moved)),
+        from_(std::move(from)),
+        change_(std::move(change)),
+        count_(1 + static_cast<int>(change_.coordinates().size())) {
+    for (const int i : moved_) {
+      coordinates_.push_back(i);
+      coordinates_.insert(coordinates_.end(), change_.coordinates().begin(), change_.coordinates().end());
+    }
+  }
 
-  int size() const override { return static_cast<int>(coordinates_.size()); }
-  int local_coordinates() const override { return 1; }
+  int size() const override { return static_cast<int>(moved_.size()); }
+  int local_coordinates() const override { return count_; }
   int local_constraints() const override { return 1; }
-  const int* coordinates(int e) const override { return coordinates_.data() + e; }
-  LocalStructure structure() const override { return {LocalStructure::Kind::zero}; }
-  std::string name(int e) const override { return name_ + ", coordinate " + std::to_string(coordinates_[e]); }
+  const int* coordinates(int e) const override { return coordinates_.data() + count_ * e; }
+  LocalStructure structure() const override {
+    LocalStructure structure;
+    if (count_ == 1) structure.force_q = LocalStructure::Kind::zero;
+    structure.coupled_from = 1;
+    return structure;
+  }
+  std::string name(int e) const override { return name_ + ", coordinate " + std::to_string(moved_[e]); }
 
   void residual(int e, const LocalState& state, LocalResidual& residual) const override {
-    const Jet f = change_->at(state.t);
+    std::vector<Taylor<double>> by_u;
+    const Taylor<double> f = change_.along({state.t, 1.0, 0.0}, others(state), by_u);
     residual.force[0] = state.lambda[0];
-    residual.position[0] = state.q[0] - initial_[e] - f.value;
-    residual.velocity[0] = state.v[0] - f.first;
-    residual.acceleration[0] = state.a[0] - f.second;
+    for (int j = 1; j < count_; ++j) residual.force[j] = -state.lambda[0] * by_u[j - 1].c0;
+    residual.position[0] = state.q[0] - from_[e] - f.c0;
+    residual.velocity[0] = state.v[0] - f.c1;
+    residual.acceleration[0] = state.a[0] - 2 * f.c2;
   }
-  void tangent(int, const LocalState&, LocalTangent& tangent) const override { tangent.position_q[0] = 1; }
+
+  void tangent(int, const LocalState& state, LocalTangent& tangent) const override {
+    tangent.position_q[0] = 1;
+    if (count_ == 1) return;
+    std::vector<Taylor<double>> u = others(state), by_u;
+    change_.along({state.t, 1.0, 0.0}, u, by_u);
+    for (int j = 1; j < count_; ++j) {
+      const Taylor<double>& f_u = by_u[j - 1];
+      tangent.position_q[j] = -f_u.c0;
+      tangent.velocity_q[j] = -f_u.c1;
+      tangent.acceleration_q[j] = -2 * f_u.c2;
+      tangent.acceleration_v[j] = -2 * f_u.c1;
+    }
+    // Along the motion in which u_j alone changes, the rate of f_u is its derivative by u_j.
+    for (Taylor<double>& coordinate : u) coordinate.c1 = coordinate.c2 = 0;
+    for (int j = 1; j < count_; ++j) {
+      u[j - 1].c1 = 1;
+      change_.along(state.t, u, by_u);
+      u[j - 1].c1 = 0;
+      for (int i = 1; i < count_; ++i) tangent.force_q[i * count_ + j] = -state.lambda[0] * by_u[i - 1].c1;
+    }
+  }
 
  private:
+  std::vector<Taylor<double>> others(const LocalState& state) const {
+    std::vector<Taylor<double>> u;
+    for (int j = 1; j < count_; ++j) u.push_back({state.q[j], state.v[j], 0.5 * state.a[j]});
+    return u;
+  }
+
   std::string name_;
+  std::vector<int> moved_;
+  std::vector<double> from_;
+  StateFunction change_;
+  int count_;
   std::vector<int> coordinates_;
-  std::vector<double> initial_;
-  Function change_;
 };
 
 std::string owner_of(const std::string& name) {
@@ -75,16 +118,20 @@ void add_point_motion(MultibodyBuilder& builder, const std::string& name, const 
 }
 
 void add_coordinate_motion(MultibodyBuilder& builder, const std::string& name,
-                           const std::vector<int>& coordinates, const Function& change) {
+                           const std::vector<int>& coordinates, const StateFunction& change,
+                           MotionFrom from) {
   if (!change) throw InvalidInput(owner_of(name), "it has no function of time");
   if (coordinates.empty()) throw InvalidInput(owner_of(name), "it moves no coordinate");
-  std::vector<double> initial;
+  if (change.has_rates()) throw InvalidInput(owner_of(name), "it must not depend on rates");
+  std::vector<double> zero;
   for (const int i : coordinates) {
     if (i < 0 || i >= static_cast<int>(builder.initial_q().size()))
       throw InvalidInput(owner_of(name), "coordinate " + std::to_string(i) + " is not in the system");
-    initial.push_back(builder.initial_q()[i]);
+    for (const int other : change.coordinates())
+      if (other == i) throw InvalidInput(owner_of(name), "it depends on what it moves");
+    zero.push_back(from == MotionFrom::initial ? builder.initial_q()[i] : 0.0);
   }
-  builder.add(std::make_shared<CoordinateMotion>(owner_of(name), coordinates, std::move(initial), change));
+  builder.add(std::make_shared<CoordinateMotion>(owner_of(name), coordinates, std::move(zero), change));
 }
 
 }  // namespace mfs::dae

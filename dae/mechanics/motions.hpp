@@ -1,5 +1,5 @@
-// Motions that are prescribed as functions of time. They are constraints as those of joints are; the force or
-// moment that drives b, or the point, is -lambda.
+// Motions that are prescribed as functions of time, or of time and other coordinates. They are constraints as
+// those of joints are; the force or moment that drives b, or the point, is -lambda.
 #pragma once
 
 #include <array>
@@ -9,6 +9,7 @@
 #include "dae/mechanics/frame.hpp"
 #include "dae/mechanics/multibody.hpp"
 #include "dae/mechanics/smooth_function.hpp"
+#include "dae/mechanics/state_function.hpp"
 
 namespace mfs::dae {
 
@@ -27,9 +28,14 @@ void add_translation(MultibodyBuilder& builder, const std::string& name, const A
 void add_point_motion(MultibodyBuilder& builder, const std::string& name, const Attachment& attachment,
                       const std::array<Function, 3>& position);
 
-/// Each of `coordinates` of the system is its initial value + change(t): nodes of a flexible body that are
-/// held or moved. Throws InvalidInput where there are none, or one is not in the system.
+/// What the change of a coordinate is counted from.
+enum class MotionFrom { initial, zero };
+
+/// Each of `coordinates` of the system is its initial value (or zero) + change(t, q): nodes of a flexible
+/// body that are held or moved, measures. Throws InvalidInput where there are none, one is not in the system,
+/// or the change depends on rates or on one of these coordinates.
 void add_coordinate_motion(MultibodyBuilder& builder, const std::string& name,
-                           const std::vector<int>& coordinates, const Function& change);
+                           const std::vector<int>& coordinates, const StateFunction& change,
+                           MotionFrom from = MotionFrom::initial);
 
 }  // namespace mfs::dae

@@ -54,6 +54,12 @@ CoordinateRange MultibodyBuilder::add_coordinates(const std::string& body,
   return range;
 }
 
+int MultibodyBuilder::add_measure_coordinate(const std::string& name, double initial_q, double initial_v) {
+  const int coordinate = add_coordinates(name, {initial_q}, {initial_v}, 1.0, {"value"}).first;
+  bodies_.back().is_measure = true;
+  return coordinate;
+}
+
 void MultibodyBuilder::add(std::shared_ptr<const ElementGroup> group) {
   if (!group) throw InvalidInput("group", "null pointer");
   if (group->size() == 0) return;

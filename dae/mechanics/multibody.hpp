@@ -25,6 +25,7 @@ struct BodyCoordinates {
   CoordinateRange range;
   double scale;
   std::vector<std::string> components;
+  bool is_measure = false;
 };
 
 /// Collects the parts; `build` makes the system of them.
@@ -37,6 +38,9 @@ class MultibodyBuilder {
   CoordinateRange add_coordinates(const std::string& body, const std::vector<double>& initial_q,
                                   const std::vector<double>& initial_v, double scale = 1.0,
                                   const std::vector<std::string>& components = {});
+  /// One that a constraint, to be added, makes a function of others (ConstrainedSystem::is_measure). Returns
+  /// its number; throws as above.
+  int add_measure_coordinate(const std::string& name, double initial_q, double initial_v);
   void add(std::shared_ptr<const ElementGroup> group);
 
   const std::vector<std::shared_ptr<const ElementGroup>>& groups() const { return groups_; }

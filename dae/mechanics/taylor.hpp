@@ -46,6 +46,96 @@ struct Taylor {
   }
 };
 
+/// f(x), given f and its first two derivatives at x.c0.
+template <class T>
+Taylor<T> composed(const Taylor<T>& x, const T& f, const T& first, const T& second) {
+  return {f, T(first * x.c1), T(first * x.c2 + 0.5 * second * x.c1 * x.c1)};
+}
+
+template <class T>
+Taylor<T> sin(const Taylor<T>& x) {
+  using std::cos, std::sin;
+  const T s = sin(x.c0);
+  return composed(x, s, T(cos(x.c0)), T(-s));
+}
+template <class T>
+Taylor<T> cos(const Taylor<T>& x) {
+  using std::cos, std::sin;
+  const T c = cos(x.c0);
+  return composed(x, c, T(-sin(x.c0)), T(-c));
+}
+template <class T>
+Taylor<T> tan(const Taylor<T>& x) {
+  using std::tan;
+  const T f = tan(x.c0), first = 1.0 + f * f;
+  return composed(x, f, first, T(2.0 * f * first));
+}
+template <class T>
+Taylor<T> asin(const Taylor<T>& x) {
+  using std::asin, std::sqrt;
+  const T square = 1.0 - x.c0 * x.c0, first = 1.0 / sqrt(square);
+  return composed(x, T(asin(x.c0)), first, T(x.c0 * first / square));
+}
+template <class T>
+Taylor<T> acos(const Taylor<T>& x) {
+  using std::acos;
+  const Taylor<T> complement = asin(x);
+  return {T(acos(x.c0)), T(-complement.c1), T(-complement.c2)};
+}
+template <class T>
+Taylor<T> atan(const Taylor<T>& x) {
+  using std::atan;
+  const T first = 1.0 / (1.0 + x.c0 * x.c0);
+  return composed(x, T(atan(x.c0)), first, T(-2.0 * x.c0 * first * first));
+}
+template <class T>
+Taylor<T> sinh(const Taylor<T>& x) {
+  using std::cosh, std::sinh;
+  const T s = sinh(x.c0);
+  return composed(x, s, T(cosh(x.c0)), s);
+}
+template <class T>
+Taylor<T> cosh(const Taylor<T>& x) {
+  using std::cosh, std::sinh;
+  const T c = cosh(x.c0);
+  return composed(x, c, T(sinh(x.c0)), c);
+}
+template <class T>
+Taylor<T> tanh(const Taylor<T>& x) {
+  using std::tanh;
+  const T f = tanh(x.c0), first = 1.0 - f * f;
+  return composed(x, f, first, T(-2.0 * f * first));
+}
+template <class T>
+Taylor<T> exp(const Taylor<T>& x) {
+  using std::exp;
+  const T f = exp(x.c0);
+  return composed(x, f, f, f);
+}
+template <class T>
+Taylor<T> log(const Taylor<T>& x) {
+  using std::log;
+  return composed(x, T(log(x.c0)), T(1.0 / x.c0), T(-1.0 / (x.c0 * x.c0)));
+}
+/// A constant power: 0 to the powers 0, 1 and 2 has derivatives.
+template <class T>
+Taylor<T> pow(const Taylor<T>& x, double power) {
+  using std::pow;
+  const auto term = [&](double factor, double exponent) {
+    return factor == 0 ? T(0.0) : T(factor * pow(x.c0, exponent));
+  };
+  return composed(x, T(pow(x.c0, power)), term(power, power - 1), term(power * (power - 1), power - 2));
+}
+/// From z' = (x y' - y x') / (x^2 + y^2), which holds in all four quadrants.
+template <class T>
+Taylor<T> atan2(const Taylor<T>& y, const Taylor<T>& x) {
+  using std::atan2;
+  const T square = x.c0 * x.c0 + y.c0 * y.c0, turn = x.c0 * y.c1 - y.c0 * x.c1;
+  const T first = turn / square;
+  return {T(atan2(y.c0, x.c0)), first,
+          T((x.c0 * y.c2 - y.c0 * x.c2 - first * (x.c0 * x.c1 + y.c0 * y.c1)) / square)};
+}
+
 /// The number without its derivatives.
 inline double value_of(double x) {
   return x;

@@ -3,6 +3,8 @@
 
 #include "dae/fem/surface_load.hpp"
 #include "dae/mechanics/forces.hpp"
+#include "dae/mechanics/loads.hpp"
+#include "dae/mechanics/measures.hpp"
 #include "dae/model/model_parts.hpp"
 
 namespace mfs::dae {
@@ -42,81 +44,89 @@ void read_spring_damper(JsonObject& object, const std::string& name, ModelParts&
   spring.free_length = object.not_negative("free_length", (to - from).norm());
   spring.stiffness = object.not_negative("stiffness", 0.0);
   spring.damping = object.not_negative("damping", 0.0);
-  if (object.has("force")) spring.force = read_function(object.object("force"));
+  if (object.has("force")) spring.force = read_function(object, "force", "x", parts);
   object.finish();
   add_spring_damper(parts.builder, spring);
+}
+
+// Ground axes, or what they were when time began on the body.
+LoadAxes read_axes(JsonObject& object) {
+  if (!object.has("axes")) return LoadAxes::ground;
+  return object.choice<LoadAxes>("axes", {{"ground", LoadAxes::ground}, {"body", LoadAxes::attachment}});
 }
 
 void read_point_force(JsonObject& object, const std::string& name, ModelParts& parts) {
   const Attachment side =
       read_side(object, "side", object.vector("point"), Eigen::Matrix3d::Identity(), parts);
-  const std::array<Function, 3> force = read_functions(object);
+  const LoadAxes axes = read_axes(object);
+  const std::array<StateFunction, 3> force = read_functions(object, parts);
   object.finish();
-  add_point_force(parts.builder, name, side, force);
+  add_point_force(parts.builder, name, side, force, axes);
+}
+
+// A torque has no point; in pictures it is at the origin of a rigid body.
+void read_torque(JsonObject& object, const std::string& name, ModelParts& parts) {
+  const RigidPart* const body = parts.rigid(object.text("side"));
+  const Eigen::Vector3d point = body ? initial_placement(parts.builder, body->frame).position
+                                     : Eigen::Vector3d(Eigen::Vector3d::Zero());
+  const Attachment side = read_side(object, "side", point, Eigen::Matrix3d::Identity(), parts);
+  const LoadAxes axes = read_axes(object);
+  const std::array<StateFunction, 3> torque = read_functions(object, parts);
+  object.finish();
+  add_torque(parts.builder, name, side, torque, axes);
 }
 
 void read_surface_force(JsonObject& object, const std::string& name, ModelParts& parts) {
   const NodeSet set = read_node_set(object, "side", parts);
-  const std::array<Function, 3> force = read_functions(object);
+  const std::array<StateFunction, 3> force = read_functions(object, parts);
   object.finish();
   add_nodal_force(parts.builder, name, set.body->range, set.nodes,
                   surface_shares(set.body->solid->mesh(), set.nodes), force);
 }
 
-Function read_constant(JsonObject& object) {
-  return constant_function(object.number("value"));
+// A spring about or along the axis of a joint.
+template <bool turns>
+void read_joint_spring(JsonObject& object, const std::string& name, ModelParts& parts) {
+  CoordinateSpring spring;
+  spring.name = name;
+  spring.coordinate = read_joint_measure(object, turns ? "angle" : "travel", parts);
+  spring.stiffness = object.not_negative("stiffness", 0.0);
+  spring.damping = object.not_negative("damping", 0.0);
+  spring.free = object.number(turns ? "free_angle" : "free_travel", 0.0);
+  const char* const key = turns ? "torque" : "force";
+  if (object.has(key)) spring.force = read_function(object, key, "x", parts);
+  object.finish();
+  add_coordinate_spring(parts.builder, spring);
 }
 
-Function read_linear(JsonObject& object) {
-  return linear_function(object.number("value", 0.0), object.number("slope"));
-}
-
-Function read_harmonic(JsonObject& object) {
-  return harmonic_function(object.number("offset", 0.0), object.number("amplitude"),
-                           object.positive("frequency"), object.number("phase", 0.0));
-}
-
-Function read_smooth_step(JsonObject& object) {
-  return smooth_step(object.number("begin"), object.number("end"), object.number("before", 0.0),
-                     object.number("after"));
-}
-
-Function read_spline(JsonObject& object) {
-  const std::vector<double> x = object.numbers("x"), y = object.numbers("y");
-  if (x.size() != y.size() || x.size() < 2) object.refuse("y", "must have as many numbers as x, two or more");
-  for (std::size_t i = 1; i < x.size(); ++i)
-    if (!(x[i - 1] < x[i])) object.refuse("x", "must ascend");
-  return spline_function(x, y);
+// About or along the axis of a joint, or along the line between two points.
+void read_actuator(JsonObject& object, const std::string& name, ModelParts& parts) {
+  const bool has_joint = object.has("joint"), turns = has_joint && object.has("torque");
+  int coordinate = -1;
+  if (has_joint) {
+    coordinate = read_joint_measure(object, turns ? "angle" : "travel", parts);
+  } else {
+    const Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
+    const Attachment a = read_side(object, "a", object.vector("point_a"), axes, parts);
+    const Attachment b = read_side(object, "b", object.vector("point_b"), axes, parts);
+    coordinate = add_measure(parts.builder, "force " + name, a, b, Measure::distance);
+  }
+  const StateFunction force = read_state_function(object, turns ? "torque" : "force", parts);
+  object.finish();
+  add_coordinate_force(parts.builder, name, coordinate, force);
 }
 
 }  // namespace
-
-Function read_function(JsonObject object) {
-  using Reader = Function (*)(JsonObject&);
-  const Reader reader = object.choice<Reader>("type", {{"constant", read_constant},
-                                                       {"linear", read_linear},
-                                                       {"harmonic", read_harmonic},
-                                                       {"smooth_step", read_smooth_step},
-                                                       {"spline", read_spline}});
-  Function function = reader(object);
-  object.finish();
-  return function;
-}
-
-std::array<Function, 3> read_functions(JsonObject& object) {
-  std::array<Function, 3> functions;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const std::string key(1, "xyz"[axis]);
-    if (object.has(key)) functions[axis] = read_function(object.object(key));
-  }
-  return functions;
-}
 
 void read_force(JsonObject& object, const std::string& name, ModelParts& parts) {
   using Reader = void (*)(JsonObject&, const std::string&, ModelParts&);
   const Reader reader = object.choice<Reader>("type", {{"bushing", read_bushing},
                                                        {"spring_damper", read_spring_damper},
+                                                       {"rotational_spring", read_joint_spring<true>},
+                                                       {"translational_spring", read_joint_spring<false>},
+                                                       {"actuator", read_actuator},
                                                        {"point", read_point_force},
+                                                       {"torque", read_torque},
                                                        {"surface", read_surface_force}});
   reader(object, name, parts);
 }

@@ -3,6 +3,7 @@
 
 #include <mfs/error.hpp>
 
+#include "dae/mechanics/measures.hpp"
 #include "dae/mechanics/motions.hpp"
 #include "dae/mechanics/rigid_interface.hpp"
 #include "dae/model/model_parts.hpp"
@@ -20,15 +21,19 @@ const std::vector<int>& nodes_of(const FlexibleBody& body, const std::string& se
                          "', only: " + comma_list(sets, key_of));
 }
 
+Eigen::Vector3d mean_of(const NodeSet& set, const ModelParts& parts) {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const int node : set.nodes)
+    mean += Eigen::Map<const Eigen::Vector3d>(&parts.builder.initial_q()[set.body->range.first + 3 * node]);
+  return mean / static_cast<double>(set.nodes.size());
+}
+
 // The interface of these nodes, its origin at their mean; made when it is asked for first.
 Frame interface_of(const NodeSet& set, const std::string& name, ModelParts& parts) {
   const auto found = parts.interfaces.find(name);
   if (found != parts.interfaces.end()) return found->second;
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (const int node : set.nodes)
-    mean += Eigen::Map<const Eigen::Vector3d>(&parts.builder.initial_q()[set.body->range.first + 3 * node]);
-  mean /= static_cast<double>(set.nodes.size());
-  const Frame frame = add_rigid_interface(parts.builder, name, set.body->range, set.nodes, mean);
+  const Frame frame =
+      add_rigid_interface(parts.builder, name, set.body->range, set.nodes, mean_of(set, parts));
   return parts.interfaces[name] = frame;
 }
 
@@ -49,41 +54,54 @@ Attachment side_at(JsonObject& object, const std::string& key, const Eigen::Vect
   return attach(parts.builder, interface_of(read_node_set(object, key, parts), side, parts), point, axes);
 }
 
-void read_drive(JsonObject& object, const std::string& name, const char* quantity, ModelParts& parts,
+// Along the coordinates of what moves where the motion depends on quantities.
+void read_drive(JsonObject& object, const std::string& name, const char* quantity, const char* member,
+                ModelParts& parts,
                 void (*add)(MultibodyBuilder&, const std::string&, const Attachment&, const Attachment&,
-                            const Function&),
-                const std::vector<JointKind>& kinds) {
-  const std::string joint = object.text("joint");
-  const auto found = parts.joints.find(joint);
-  if (found == parts.joints.end()) object.refuse("joint", "there is no joint '" + joint + "'");
-  if (std::find(kinds.begin(), kinds.end(), found->second.kind) == kinds.end())
-    object.refuse("joint", "'" + joint + "' does not move that way");
-  const Function function = read_function(object.object(quantity));
+                            const Function&)) {
+  const Joint& joint = read_joint_name(object, parts);
+  if (!moves(joint.kind, member)) object.refuse("joint", "'" + joint.name + "' does not move that way");
+  const StateFunction function = read_state_function(object, quantity, parts);
+  if (function.of_time())
+    add(parts.builder, name, joint.a, joint.b, function.of_time());
+  else
+    add_coordinate_motion(parts.builder, name, {read_joint_measure(object, member, parts)}, function,
+                          MotionFrom::zero);
   object.finish();
-  parts.sides = {found->second.a, found->second.b};
-  add(parts.builder, name, found->second.a, found->second.b, function);
+  parts.sides = {joint.a, joint.b};
 }
 
 void read_rotation(JsonObject& object, const std::string& name, ModelParts& parts) {
-  read_drive(object, name, "angle", parts, add_rotation, {JointKind::revolute, JointKind::cylindrical});
+  read_drive(object, name, "angle", "angle", parts, add_rotation);
 }
 
 void read_translation(JsonObject& object, const std::string& name, ModelParts& parts) {
-  read_drive(object, name, "distance", parts, add_translation,
-             {JointKind::translational, JointKind::cylindrical});
+  read_drive(object, name, "distance", "travel", parts, add_translation);
 }
 
 void read_point_motion(JsonObject& object, const std::string& name, ModelParts& parts) {
   const Attachment side =
       read_side(object, "side", object.vector("point"), Eigen::Matrix3d::Identity(), parts);
-  const std::array<Function, 3> position = read_functions(object);
+  const std::array<StateFunction, 3> position = read_functions(object, parts);
   object.finish();
-  add_point_motion(parts.builder, name, side, position);
+  std::array<Function, 3> of_time;
+  bool any_else = false;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    of_time[axis] = position[axis].of_time();
+    if (!position[axis] || of_time[axis]) continue;
+    any_else = true;
+    const std::string component = name + "." + "xyz"[axis];
+    const int moved = add_measure(parts.builder, "motion " + component, {}, side,
+                                  std::array<Measure, 3>{Measure::x, Measure::y, Measure::z}[axis]);
+    add_coordinate_motion(parts.builder, component, {moved}, position[axis], MotionFrom::zero);
+  }
+  if (!any_else || of_time[0] || of_time[1] || of_time[2])
+    add_point_motion(parts.builder, name, side, of_time);
 }
 
 void read_node_motion(JsonObject& object, const std::string& name, ModelParts& parts) {
   const NodeSet set = read_node_set(object, "side", parts);
-  const std::array<Function, 3> change = read_functions(object);
+  const std::array<StateFunction, 3> change = read_functions(object, parts);
   object.finish();
   if (!change[0] && !change[1] && !change[2]) object.refuse("x", "one of x, y, z is needed");
   const std::vector<int> coordinates = node_coordinates(set.body->range, set.nodes, object.place());

@@ -7,6 +7,8 @@
 
 #include <mfs/error.hpp>
 
+#include "dae/mechanics/expression.hpp"
+
 namespace mfs::dae {
 namespace {
 
@@ -38,7 +40,8 @@ Json read_json(const std::string& path) {
   }
 }
 
-JsonObject::JsonObject(const Json& json, std::string place) : json_(&json), place_(std::move(place)) {
+JsonObject::JsonObject(const Json& json, std::string place, const Parameters* parameters)
+    : json_(&json), place_(std::move(place)), parameters_(parameters) {
   if (!json.is_object()) throw InvalidInput(place_, "must be an object, not " + kind_of(json));
 }
 
@@ -58,9 +61,34 @@ const Json& JsonObject::at(const std::string& key) {
 }
 
 double JsonObject::number(const std::string& key) {
-  const Json& value = at(key);
-  if (!value.is_number()) refuse(key, "must be a number, not " + kind_of(value));
-  return value.get<double>();
+  return evaluated(key, "must be a number, not ", at(key));
+}
+
+/// A number, or the value of a text that is an expression of parameters.
+double JsonObject::evaluated(const std::string& key, const std::string& expected, const Json& value) const {
+  if (value.is_number()) return value.get<double>();
+  if (!value.is_string()) refuse(key, expected + kind_of(value));
+  try {
+    const Expression expression(value.get<std::string>());
+    std::vector<double> values;
+    for (const std::string& name : expression.variables()) {
+      if (!parameters_ || parameters_->count(name) == 0)
+        refuse(key, expected + kind_of(value) + ": there is no parameter '" + name + "'");
+      values.push_back(parameters_->at(name));
+    }
+    const double number = expression.value(values);
+    if (!std::isfinite(number)) refuse(key, "'" + expression.text() + "' is not finite");
+    return number;
+  } catch (const InvalidInput& e) {
+    if (e.argument() == place_of(key)) throw;
+    refuse(key, e.what());
+  }
+}
+
+std::vector<std::string> JsonObject::keys() const {
+  std::vector<std::string> keys;
+  for (const auto& item : json_->items()) keys.push_back(item.key());
+  return keys;
 }
 
 double JsonObject::positive(const std::string& key) {
@@ -101,10 +129,8 @@ std::vector<double> JsonObject::numbers(const std::string& key) {
   const Json& value = at(key);
   if (!value.is_array()) refuse(key, "must be an array of numbers, not " + kind_of(value));
   std::vector<double> numbers;
-  for (const Json& entry : value) {
-    if (!entry.is_number()) refuse(key, "must be an array of numbers, but has one " + kind_of(entry));
-    numbers.push_back(entry.get<double>());
-  }
+  for (const Json& entry : value)
+    numbers.push_back(evaluated(key, "must be an array of numbers, but has one ", entry));
   return numbers;
 }
 
@@ -127,7 +153,7 @@ Eigen::Vector3d JsonObject::vector(const std::string& key) {
 }
 
 JsonObject JsonObject::object(const std::string& key) {
-  return {at(key), place_of(key)};
+  return {at(key), place_of(key), parameters_};
 }
 
 std::vector<std::pair<std::string, JsonObject>> JsonObject::members(const std::string& key) {
@@ -137,7 +163,7 @@ std::vector<std::pair<std::string, JsonObject>> JsonObject::members(const std::s
   for (const auto& item : parent.json_->items()) {
     if (item.key().empty() || item.key().find_first_not_of(kNameCharacters) != std::string::npos)
       parent.refuse(item.key(), "a name is made of letters, digits, _ and -");
-    members.emplace_back(item.key(), JsonObject(item.value(), parent.place_of(item.key())));
+    members.emplace_back(item.key(), JsonObject(item.value(), parent.place_of(item.key()), parameters_));
   }
   return members;
 }

@@ -20,14 +20,18 @@ namespace mfs::dae {
 /// Keeps the order of the file.
 using Json = nlohmann::ordered_json;
 
+/// Named numbers of a model, which texts in place of numbers are expressions of.
+using Parameters = std::map<std::string, double>;
+
 /// Throws InvalidInput where the file cannot be read, is no JSON (with line and column) or an object has a
 /// key twice.
 Json read_json(const std::string& path);
 
 class JsonObject {
  public:
-  /// `json` has to live as long. Throws InvalidInput unless it is an object.
-  JsonObject(const Json& json, std::string place);
+  /// Both have to live as long. `parameters`: of expressions in place of numbers, here and in all that it
+  /// holds; null: there are none. Throws InvalidInput unless it is an object.
+  JsonObject(const Json& json, std::string place, const Parameters* parameters = nullptr);
 
   const std::string& place() const { return place_; }
   /// Of one of its keys.
@@ -37,8 +41,10 @@ class JsonObject {
     known_.insert(key);
     return json_->contains(key);
   }
+  bool has_text(const std::string& key) { return has(key) && json_->at(key).is_string(); }
+  std::vector<std::string> keys() const;
 
-  // All throw InvalidInput. Without a fallback the key has to be there.
+  // All throw InvalidInput. Without a fallback the key has to be there. Numbers may be expressions.
   double number(const std::string& key);
   double number(const std::string& key, double fallback) { return has(key) ? number(key) : fallback; }
   double positive(const std::string& key);
@@ -72,9 +78,11 @@ class JsonObject {
 
  private:
   const Json& at(const std::string& key);
+  double evaluated(const std::string& key, const std::string& expected, const Json& value) const;
 
   const Json* json_;
   std::string place_;
+  const Parameters* parameters_;
   std::set<std::string> known_;
 };
 

@@ -144,6 +144,17 @@ Vector3d force_on_nodes(const MultibodyModel& model, const std::vector<ModelElem
   return sum;
 }
 
+double force_along(int coordinate, const std::vector<ModelElement>& elements, const State& state) {
+  double sum = 0;
+  for (const ModelElement& element : elements)
+    for (int e = 0; e < element.group->size(); ++e) {
+      const std::vector<double> force = share(element, e, state);
+      for (std::size_t k = 0; k < force.size(); ++k)
+        if (element.group->coordinates(e)[k] == coordinate) sum -= force[k];
+    }
+  return sum;
+}
+
 Power power(const std::vector<ModelElement>& elements, const State& state) {
   Power sum;
   for (const ModelElement& element : elements)

@@ -47,6 +47,9 @@ Wrench wrench_on(const Attachment& b, const Attachment& a, const std::vector<Mod
 Eigen::Vector3d force_on_nodes(const MultibodyModel& model, const std::vector<ModelElement>& elements,
                                const State& state);
 
+/// The sum of what elements do along one coordinate: N where that is a length, N m where it is an angle.
+double force_along(int coordinate, const std::vector<ModelElement>& elements, const State& state);
+
 /// W.
 Power power(const std::vector<ModelElement>& elements, const State& state);
 /// J.

@@ -28,12 +28,14 @@ void read_all(JsonObject& file, const char* key, ModelParts& parts,
   }
 }
 
-// What the reader of a joint, a motion or a force has added to the system, but for interfaces of its sides.
+// What the reader of a joint, a motion or a force has added to the system, but for interfaces of its sides
+// and measures, which others use, too.
 class Added {
  public:
   explicit Added(ModelParts& parts)
       : parts_(parts), group_(parts.builder.groups().size()), row_(parts.builder.constraints()) {
     parts.sides.clear();
+    parts.along = {};
   }
   std::vector<ModelElement> elements() const {
     std::vector<ModelElement> elements;
@@ -41,7 +43,8 @@ class Added {
     const auto& groups = parts_.builder.groups();
     for (std::size_t g = group_; g < groups.size(); ++g) {
       const std::string name = groups[g]->name(0);
-      if (!begins_with(name, "interface ") && !begins_with(name, "body "))
+      if (!begins_with(name, "interface ") && !begins_with(name, "body ") &&
+          parts_.measuring.count(groups[g].get()) == 0)
         elements.push_back({groups[g], row});
       row += groups[g]->size() * groups[g]->local_constraints();
     }
@@ -76,7 +79,7 @@ ModelAction read_and_keep(JsonObject& object, const std::string& name, ModelPart
                           void (*read)(JsonObject&, const std::string&, ModelParts&)) {
   const Added added(parts);
   read(object, name, parts);
-  return {name, object.text("type"), added.elements(), parts.sides};
+  return {name, object.text("type"), added.elements(), parts.sides, parts.along};
 }
 
 void read_and_keep_motion(JsonObject& object, const std::string& name, ModelParts& parts) {
@@ -104,21 +107,27 @@ void check_motions(const MultibodyModel& model) {
 }  // namespace
 
 MultibodyModel make_model(const Json& json, const std::string& folder, int threads, Backend backend) {
-  JsonObject file(json, "");
   ModelParts parts;
+  JsonObject file(json, "", &parts.parameters);
   MultibodyModel& model = parts.model;
   parts.folder = folder;
   model.name = file.text("name");
   if (file.has("description")) file.text("description");
+  if (file.has("parameters")) {
+    JsonObject parameters = file.object("parameters");
+    read_parameters(parameters, parts.parameters);
+  }
   model.end = file.positive("end");
   model.outputs = file.integer("outputs", 1);
+  if (file.has("start"))
+    model.starts_at_rest = file.choice<bool>("start", {{"as_given", false}, {"equilibrium", true}});
   parts.gravity = file.vector("gravity", parts.gravity);
   read_all(file, "materials", parts, read_material);
   read_all(file, "bodies", parts, read_body);
   read_all(file, "joints", parts, read_and_keep_joint);
+  read_all(file, "points", parts, read_point);
   read_all(file, "motions", parts, read_and_keep_motion);
   read_all(file, "forces", parts, read_and_keep_force);
-  read_all(file, "points", parts, read_point);
   model.reactions = file.texts("reactions");
   for (const std::string& joint : model.reactions)
     if (parts.joints.count(joint) == 0) file.refuse("reactions", "there is no joint '" + joint + "'");

@@ -59,17 +59,25 @@ struct ModelJoint {
       angle_begin{};  ///< of a universal joint: of b's axis about a's, of a's about b's, rad
 };
 
+/// The coordinate that measures how b of a joint is turned about its axis against a, or has moved along it.
+struct JointCoordinate {
+  int number = -1;  ///< none
+  bool turns = false;
+};
+
 /// A motion or a force: its elements and what they hold on to, the last as b; no sides: nodes.
 struct ModelAction {
   std::string name, type;  ///< as in the file
   std::vector<ModelElement> elements;
   std::vector<Attachment> sides;
+  JointCoordinate along;  ///< where it acts on that alone
 };
 
 struct MultibodyModel {
   std::string name;
-  double end = 0.0;  ///< s
-  int outputs = 0;   ///< evenly spaced after t = 0
+  double end = 0.0;             ///< s
+  int outputs = 0;              ///< evenly spaced after t = 0
+  bool starts_at_rest = false;  ///< in the static equilibrium near q0
   std::vector<FlexibleBody> flexible_bodies;
   std::vector<RigidPart> rigid_bodies;
   std::vector<ModelPoint> points;

@@ -137,7 +137,13 @@ using Actions = std::vector<ModelAction> MultibodyModel::*;
 Wrench wrench_of(const ModelAction& action, const State& state) {
   const Attachment ground, &b = action.sides.back(),
                            &a = action.sides.size() > 1 ? action.sides.front() : ground;
-  return wrench_on(b, a, action.elements, state);
+  if (action.along.number < 0) return wrench_on(b, a, action.elements, state);
+  // What ties the coordinate to the bodies belongs to all that use it.
+  const Vector3d axis = frame_motion(a.frame, state).rotation * a.axes.col(2);
+  Wrench wrench;
+  (action.along.turns ? wrench.moment : wrench.force) =
+      force_along(action.along.number, action.elements, state) * axis;
+  return wrench;
 }
 
 void add_action(Place place, std::size_t i, Actions actions, const ModelAction& action) {
@@ -164,6 +170,13 @@ void add_drive(Place place, std::size_t i, const ModelAction& action) {
   place.number(turns ? "moment_about_axis" : "force_along_axis", turns ? "Nm" : "N", [i](Measurement& m) {
     return -m.state().lambda[static_cast<std::size_t>(m.model().motions[i].elements.front().first_row)];
   });
+}
+
+void add_joint_force(Place place, std::size_t i, const JointCoordinate& along) {
+  place.number(along.turns ? "moment_about_axis" : "force_along_axis", along.turns ? "Nm" : "N",
+               [i, number = along.number](Measurement& m) {
+                 return force_along(number, m.model().forces[i].elements, m.state());
+               });
 }
 
 void add_point(Place place, std::size_t i, const ModelPoint& point) {
@@ -305,8 +318,11 @@ std::vector<Quantity> quantities(const MultibodyModel& model) {
       add_drive(place("motions", motion.name), i, motion);
     add_action(place("motions", motion.name), i, &MultibodyModel::motions, motion);
   }
-  for (std::size_t i = 0; i < model.forces.size(); ++i)
-    add_action(place("forces", model.forces[i].name), i, &MultibodyModel::forces, model.forces[i]);
+  for (std::size_t i = 0; i < model.forces.size(); ++i) {
+    const ModelAction& force = model.forces[i];
+    if (force.along.number >= 0) add_joint_force(place("forces", force.name), i, force.along);
+    add_action(place("forces", force.name), i, &MultibodyModel::forces, force);
+  }
   for (std::size_t i = 0; i < model.points.size(); ++i)
     add_point(place("points", model.points[i].name), i, model.points[i]);
   add_energies(Place(list, "energy"), model);

@@ -60,18 +60,27 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
-}  // namespace
-
-PlotOutcome draw_plots(const std::string& folder) {
+PlotOutcome draw(const std::string& folder, const char* program_name) {
   std::error_code error;
   const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
   if (error) return {{}, "/proc/self/exe: " + error.message()};
-  const std::string script = (program.parent_path() / kPlotScript).string();
+  const std::filesystem::path plot_results = program.parent_path() / kPlotScript;
+  const std::string script = (plot_results.parent_path() / program_name).string();
   // Debian's Python is the one that has Debian's matplotlib; another may come first on the PATH.
   const Outcome outcome = run({"/usr/bin/python3", script, folder});
   std::vector<std::string> lines = lines_of(outcome.text);
   if (outcome.code == 0) return {std::move(lines), ""};
-  return {{}, lines.empty() ? "plot_results failed" : lines.back()};
+  return {{}, lines.empty() ? std::string(program_name) + " failed" : lines.back()};
+}
+
+}  // namespace
+
+PlotOutcome draw_plots(const std::string& folder) {
+  return draw(folder, "plot_results");
+}
+
+PlotOutcome draw_modes(const std::string& folder) {
+  return draw(folder, "plot_modes");
 }
 
 }  // namespace mfs::dae

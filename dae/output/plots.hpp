@@ -16,5 +16,7 @@ struct PlotOutcome {
 /// Draws what `folder` holds (time_series.csv, steps.csv, result.pvd). Never throws for want of Python or
 /// matplotlib: plots are an extra.
 PlotOutcome draw_plots(const std::string& folder);
+/// The same by plot_modes: the shapes that list_modes() has left in `folder`.
+PlotOutcome draw_modes(const std::string& folder);
 
 }  // namespace mfs::dae

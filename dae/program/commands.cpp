@@ -2,6 +2,7 @@
 
 #include <omp.h>
 
+#include <algorithm>
 #include <exception>
 #include <filesystem>
 #include <optional>
@@ -27,22 +28,15 @@ namespace {
 
 using program::ExitCode;
 
-MultibodyModel load(const Command& command) {
-  const int threads = host_threads(command.threads, command.backend, omp_get_num_procs());
-  if (threads > 0) omp_set_num_threads(threads);  // also of what is not told
-  Json json = read_json(command.model);
-  if (command.refine > 0) refine_meshes(json, command.refine);
-  const std::string folder = std::filesystem::path(command.model).parent_path().string();
-  MultibodyModel model = make_model(json, folder, threads, command.backend);
-  model.integrator.analysis_threads = analysis_threads(command.threads, command.backend, omp_get_num_procs());
-  return model;
-}
-
-Integrator make_integrator(const MultibodyModel& model) {
-  try {
-    return Integrator(*model.system, model.integrator);
-  } catch (const InvalidInput& e) {
-    throw InvalidInput("integrator", e.what());
+// The values are texts, and so expressions of parameters.
+void set_parameters(const std::vector<std::string>& parameters, Json& json) {
+  for (const std::string& parameter : parameters) {
+    const std::size_t equal = std::min(parameter.find('='), parameter.size());
+    const std::string name = parameter.substr(0, equal);
+    if (equal == parameter.size()) throw InvalidInput("--set " + parameter, "is not NAME=VALUE");
+    if (!json.is_object() || !json.contains("parameters") || !json["parameters"].contains(name))
+      throw InvalidInput("--set " + parameter, "the model has no parameter '" + name + "'");
+    json["parameters"][name] = parameter.substr(equal + 1);
   }
 }
 
@@ -96,6 +90,26 @@ void sum_up(const Command& command, const RunResult& result) {
 
 }  // namespace
 
+MultibodyModel load_model(const Command& command) {
+  const int threads = host_threads(command.threads, command.backend, omp_get_num_procs());
+  if (threads > 0) omp_set_num_threads(threads);  // also of what is not told
+  Json json = read_json(command.model);
+  if (command.refine > 0) refine_meshes(json, command.refine);
+  set_parameters(command.parameters, json);
+  const std::string folder = std::filesystem::path(command.model).parent_path().string();
+  MultibodyModel model = make_model(json, folder, threads, command.backend);
+  model.integrator.analysis_threads = analysis_threads(command.threads, command.backend, omp_get_num_procs());
+  return model;
+}
+
+Integrator make_integrator(const MultibodyModel& model) {
+  try {
+    return Integrator(*model.system, model.integrator);
+  } catch (const InvalidInput& e) {
+    throw InvalidInput("integrator", e.what());
+  }
+}
+
 ExitCode run_model(const Command& command) {
   std::optional<io::OutputFile> json;
   if (!command.json.empty()) json.emplace(command.json);
@@ -108,7 +122,9 @@ ExitCode run_model(const Command& command) {
   try {
     const Stopwatch watch;
     display.show("model", 0.0);
-    const MultibodyModel model = load(command);
+    MultibodyModel model = load_model(command);
+    program::throw_if_interrupted();
+    start_model(model);
     program::throw_if_interrupted();
     result.model = model.name;
     result.time_model = watch.seconds();
@@ -136,7 +152,7 @@ ExitCode plot_results(const Command& command) {
 }
 
 ExitCode check_model(const Command& command) {
-  const MultibodyModel model = load(command);
+  const MultibodyModel model = load_model(command);
   make_integrator(model);  // checks its options
   io::print(fmt::format("{}: {} flexible and {} rigid bodies, {} coordinates, {} constraints, {} unknowns\n",
                         model.name, model.flexible_bodies.size(), model.rigid_bodies.size(),

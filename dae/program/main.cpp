@@ -25,6 +25,42 @@ void add_refine(CLI::App& app, Command& command) {
       ->check(CLI::Range(1, 100));
 }
 
+void add_set(CLI::App& app, Command& command) {
+  app.add_option("--set", command.parameters, "give a parameter of the model another value (repeatable)")
+      ->type_name("NAME=VALUE")
+      ->allow_extra_args(false);
+}
+
+CLI::App* add_about(CLI::App& app, Command& command, const char* name, const char* what) {
+  CLI::App* about = app.add_subcommand(name, what);
+  add_model(*about, command);
+  about->add_option("-o", command.folder, "folder of the results, made if need be")->type_name("DIR");
+  mfs::program::add_threads(*about, command.threads);
+  add_refine(*about, command);
+  add_set(*about, command);
+  return about;
+}
+
+void add_statics(CLI::App& app, Command& command) {
+  const auto add_at = [&](CLI::App& about) {
+    about.add_option("--at", command.at, "of the motion at this time instead of the static equilibrium")
+        ->type_name("T")
+        ->check(CLI::NonNegativeNumber);
+  };
+  add_about(app, command, "static", "Find the static equilibrium; tables and ParaView files go to DIR")
+      ->get_option("-o")
+      ->required();
+  CLI::App* modes = add_about(app, command, "modes",
+                              "List frequencies and damping of small motions; their shapes go to DIR");
+  modes->add_option("--modes", command.modes, "how many (10)")->type_name("N")->check(CLI::Range(1, 1000));
+  modes->add_flag("--undamped", command.undamped, "leave out all that depends on velocities");
+  add_at(*modes);
+  CLI::App* matrices = add_about(app, command, "linearize",
+                                 "Write mass, damping and stiffness matrices and constraints to DIR");
+  matrices->get_option("-o")->required();
+  add_at(*matrices);
+}
+
 void add_run(CLI::App& app, Command& command) {
   CLI::App* run = app.add_subcommand("run", "Integrate a model; tables, ParaView files and plots go to DIR");
   add_model(*run, command);
@@ -37,6 +73,7 @@ void add_run(CLI::App& app, Command& command) {
   mfs::program::add_json(*run, command.json,
                          "write a JSON object there ('-': standard output, and nothing else)");
   add_refine(*run, command);
+  add_set(*run, command);
   run->add_flag("!--no-plots", command.plots, "draw none; 'mfs-dae plot DIR' does it later");
 }
 
@@ -44,6 +81,7 @@ void add_commands(CLI::App& app, Command& command) {
   app.description("mfs-dae: flexible multibody dynamics, integrated implicitly with MFS");
   app.footer(kExitCodes);
   add_run(app, command);
+  add_statics(app, command);
   CLI::App* models =
       app.add_subcommand("models", "List the models that come with the program, or write them");
   models->add_option("--write", command.folder, "write their files into DIR")->type_name("DIR");
@@ -54,12 +92,16 @@ void add_commands(CLI::App& app, Command& command) {
   CLI::App* check = app.add_subcommand("check", "Read a model, put it together and say how large it is");
   add_model(*check, command);
   add_refine(*check, command);
+  add_set(*check, command);
 }
 
 ExitCode run(const CLI::App& app, const Command& command) {
   if (app.got_subcommand("run")) return mfs::dae::run_model(command);
   if (app.got_subcommand("plot")) return mfs::dae::plot_results(command);
   if (app.got_subcommand("check")) return mfs::dae::check_model(command);
+  if (app.got_subcommand("static")) return mfs::dae::solve_static(command);
+  if (app.got_subcommand("modes")) return mfs::dae::list_modes(command);
+  if (app.got_subcommand("linearize")) return mfs::dae::linearize_model(command);
   return mfs::dae::list_models(command);
 }
 

@@ -1,5 +1,6 @@
 // Springs, bushings and loads against plain formulas, energy and the balance of momentum.
 #include "dae/mechanics/forces.hpp"
+#include "dae/mechanics/loads.hpp"
 
 #include <gtest/gtest.h>
 
@@ -164,6 +165,33 @@ TEST(Forces, LoadsActWhereTheyAre) {
   EXPECT_LT((wrench.force - load).norm(), 1e-14);
   EXPECT_LT((wrench.moment - (pair.point(pair.b) - pair.origin(pair.b)).cross(load)).norm(), 1e-13);
   EXPECT_EQ(pair.wrench(pair.a.frame).force.norm(), 0.0);
+}
+
+TEST(Forces, FollowersTurnWithTheirFrame) {
+  Random random(12);
+  const Vector3d load(2, 0, -3);
+  Pair pair(random, [&](MultibodyBuilder& builder, const Attachment&, const Attachment& b) {
+    add_point_force(builder, "thrust", b, {constant_function(2), nullptr, constant_function(-3)},
+                    LoadAxes::attachment);
+  });
+  const Wrench wrench = pair.wrench(pair.b.frame);
+  const Vector3d turned = pair.axes(pair.b) * load;
+  EXPECT_LT((wrench.force - turned).norm(), 1e-14);
+  EXPECT_LT((wrench.moment - (pair.point(pair.b) - pair.origin(pair.b)).cross(turned)).norm(), 1e-13);
+}
+
+TEST(Forces, TorquesTurnOnly) {
+  const Vector3d load(2, 0, -3);
+  for (const LoadAxes axes : {LoadAxes::ground, LoadAxes::attachment}) {
+    Random random(13);
+    Pair pair(random, [&](MultibodyBuilder& builder, const Attachment&, const Attachment& b) {
+      add_torque(builder, "motor", b, {constant_function(2), nullptr, constant_function(-3)}, axes);
+    });
+    const Wrench wrench = pair.wrench(pair.b.frame);
+    const Vector3d turned = axes == LoadAxes::ground ? load : Vector3d(pair.axes(pair.b) * load);
+    EXPECT_EQ(wrench.force.norm(), 0.0);
+    EXPECT_LT((wrench.moment - turned).norm(), 1e-13);
+  }
 }
 
 TEST(Forces, NodalForcesAreSplit) {

@@ -5,6 +5,7 @@
 
 #include "dae/mechanics/forces.hpp"
 #include "dae/mechanics/joints.hpp"
+#include "dae/mechanics/loads.hpp"
 #include "dae/mechanics/motions.hpp"
 #include "dae/mechanics/rigid_interface.hpp"
 #include "test/dae/mechanics/expect_refused.hpp"

@@ -206,6 +206,86 @@ TEST(Recorded, DrivenSlider) {
   }
 }
 
+// A wheel of 2 kg m^2 on a rod of 8 N m/rad that is relaxed at 9 rad: it swings by 9 rad about there, which
+// is past a full turn, with 2 rad/s, or damped by 0.2 / s. The axis is oblique.
+TEST(Recorded, TorsionPendulum) {
+  Json json = Json::parse(R"({"name": "pendulum", "end": 4, "outputs": 9,
+    "bodies": {"wheel": {"type": "rigid", "mass": 1, "inertia": [2, 2, 2]}},
+    "joints": {"bearing": {"type": "revolute", "a": "ground", "b": "wheel", "point": [0, 0, 0], "axis": [1, 2, 2]}},
+    "forces": {"rod": {"type": "rotational_spring", "joint": "bearing", "stiffness": 8, "free_angle": 9}}})");
+  const double j = 2, k = 8, x0 = 9, energy = 0.5 * k * x0 * x0;
+  for (const double damping : {0.0, 0.8}) {
+    json["forces"]["rod"]["damping"] = damping;
+    const Recording r = record(json.dump());
+    const double decay = 0.5 * damping / j, w = std::sqrt(k / j - decay * decay);
+    for (std::size_t i = 0; i < r.times.size(); ++i) {
+      const double t = r.times[i], c = std::cos(w * t), s = std::sin(w * t), e = std::exp(-decay * t);
+      const double x = -x0 * e * (c + decay / w * s), v = x0 * e * (w + decay * decay / w) * s;
+      const double kinetic = 0.5 * j * v * v, elastic = 0.5 * k * x * x, moment = -k * x - damping * v;
+      EXPECT_NEAR(r.number("joints.bearing.angle", i), x0 + x, 1e-5);
+      EXPECT_NEAR(r.number("energy.kinetic", i), kinetic, 1e-3);
+      EXPECT_NEAR(r.number("energy.elastic", i), elastic, 1e-3);
+      EXPECT_NEAR(r.number("forces.rod.elastic_energy", i), elastic, 1e-3);
+      EXPECT_NEAR(r.number("forces.rod.moment_about_axis", i), moment, 1e-3);
+      expect_near(r.vector("forces.rod.moment", i), moment * Vector3d(1, 2, 2) / 3, 1e-3);
+      expect_near(r.vector("forces.rod.force", i), Vector3d::Zero(), 1e-12);
+      EXPECT_NEAR(r.number("forces.rod.power", i), -damping * v * v, 1e-3);
+      EXPECT_NEAR(r.number("energy.dissipated", i), energy - kinetic - elastic, 1e-2);
+      EXPECT_NEAR(r.number("energy.input", i), 0, 1e-12);
+      EXPECT_NEAR(r.number("energy.balance", i), 0, 1e-2);
+    }
+  }
+}
+
+// 3 kg on a guide between a spring of 12 N/m and an actuator that pushes with 2 N/m: what both measure, the
+// travel, is one coordinate, and each has its own force along it.
+TEST(Recorded, ForcesAlongOneGuide) {
+  const Recording r = record(R"({"name": "guide", "end": 2, "outputs": 5,
+    "bodies": {"slider": {"type": "rigid", "mass": 3, "inertia": [1, 1, 1], "position": [1, 0, 0]}},
+    "joints": {"guide": {"type": "translational", "a": "ground", "b": "slider", "point": [1, 0, 0], "axis": [3, 0, 4]}},
+    "forces": {
+      "coil": {"type": "translational_spring", "joint": "guide", "stiffness": 12, "free_travel": 0.3},
+      "push": {"type": "actuator", "joint": "guide", "force": "2 * guide.travel"}}})");
+  const double w = std::sqrt(10.0 / 3);
+  const Vector3d axis(0.6, 0, 0.8);
+  for (std::size_t i = 0; i < r.times.size(); ++i) {
+    const double x = 0.36 * (1 - std::cos(w * r.times[i])), v = 0.36 * w * std::sin(w * r.times[i]);
+    EXPECT_NEAR(r.number("joints.guide.travel", i), x, 1e-6);
+    EXPECT_NEAR(r.number("forces.coil.force_along_axis", i), 12 * (0.3 - x), 1e-5);
+    expect_near(r.vector("forces.coil.force", i), 12 * (0.3 - x) * axis, 1e-5);
+    expect_near(r.vector("forces.push.force", i), 2 * x * axis, 1e-5);
+    expect_near(r.vector("forces.push.moment", i), Vector3d::Zero(), 1e-12);
+    EXPECT_NEAR(r.number("forces.push.power", i), 2 * x * v, 1e-5);
+    EXPECT_NEAR(r.number("forces.coil.elastic_energy", i), 6 * (x - 0.3) * (x - 0.3), 1e-5);
+    EXPECT_NEAR(r.number("energy.input", i), x * x, 1e-5);
+    EXPECT_NEAR(r.number("energy.balance", i), 0, 1e-5);
+  }
+}
+
+// A motor of 12 N m turns a wheel of 2 kg m^2 and by a rack, s = -a / 2, moves 3 kg, so that a'' = 12 / 2.75.
+// The rack brings in nothing of its own.
+TEST(Recorded, MotionThatFollowsAnother) {
+  const Recording r = record(R"({"name": "rack", "end": 2, "outputs": 4,
+    "bodies": {"wheel": {"type": "rigid", "mass": 1, "inertia": [1, 1, 2]},
+      "slider": {"type": "rigid", "mass": 3, "inertia": [1, 1, 1], "position": [1, 0, 0]}},
+    "joints": {"bearing": {"type": "revolute", "a": "ground", "b": "wheel", "point": [0, 0, 0], "axis": [0, 0, 1]},
+      "guide": {"type": "translational", "a": "ground", "b": "slider", "point": [1, 0, 0], "axis": [1, 0, 0]}},
+    "motions": {"rack": {"type": "translation", "joint": "guide", "distance": "-0.5 * bearing.angle"}},
+    "forces": {"motor": {"type": "actuator", "joint": "bearing", "torque": "12"}}})");
+  const double turning = 12 / 2.75;
+  for (std::size_t i = 0; i < r.times.size(); ++i) {
+    const double t = r.times[i], angle = 0.5 * turning * t * t, force = -3 * 0.5 * turning;
+    EXPECT_NEAR(r.number("joints.bearing.angle", i), angle, 1e-5);
+    EXPECT_NEAR(r.number("motions.rack.force_along_axis", i), force, 1e-4);
+    expect_near(r.vector("motions.rack.force", i), Vector3d(force, 0, 0), 1e-4);
+    EXPECT_NEAR(r.number("motions.rack.power", i), 0, 1e-9);
+    EXPECT_NEAR(r.number("forces.motor.moment_about_axis", i), 12, 1e-9);
+    expect_near(r.vector("forces.motor.moment", i), Vector3d(0, 0, 12), 1e-6);
+    EXPECT_NEAR(r.number("energy.input", i), 12 * angle, 1e-3);
+    EXPECT_NEAR(r.number("energy.balance", i), 0, 1e-3);
+  }
+}
+
 // Both angles of a universal joint, where b is turned by the one about a's axis and then by the other about
 // its own.
 TEST(Recorded, AnglesOfAUniversalJoint) {

@@ -27,7 +27,7 @@ const Mistake kMistakes[] = {
     {"/colour", "3", "colour",
      "is not known here; known are: bodies, description, end, forces, gravity, integrator, joints, "
      "materials, "
-     "motions, name, outputs, points, reactions, record"},
+     "motions, name, outputs, parameters, points, reactions, record, start"},
     {"/end", "\"long\"", "end", "must be a number, not of type string"},
     {"/end", "0", "end", "must be positive"},
     {"/end", "-1e-9", "end", "must be positive, not -1e-09"},
@@ -86,6 +86,13 @@ const Mistake kMistakes[] = {
     {"/bodies/bar/mesh", R"({"generator": "bell_crank", "element": "tet10", "refine": 100})", "bodies.bar",
      "mesh: 8.6e+07 cells are more than the 1.03743e+06 of this element"},
 
+    {"/parameters", R"({"a": "b + 1"})", "parameters.a", "there is no parameter 'b'"},
+    {"/parameters", R"({"a": "1 / 0"})", "parameters.a", "is not finite"},
+    {"/parameters", R"({"t": 1})", "parameters.t", "other meanings"},
+    {"/parameters", R"({"a-b": 1})", "parameters.a-b", "letters, digits and _"},
+    {"/parameters", R"({"a.b": 1})", "parameters.a.b", "other meanings"},
+    {"/bodies/block/mass", "\"3 kg\"", "bodies.block.mass", "expression '3 kg'"},
+
     {"/joints/hinge/type", "\"glue\"", "joints.hinge.type", "'glue' is none of: "},
     {"/joints/hinge/a", "\"nobody\"", "joints.hinge.a", "'nobody' is neither ground nor a rigid body"},
     {"/joints/hinge/b", "\"bar\"", "joints.hinge.b", "nor BODY:NODE_SET"},
@@ -136,6 +143,28 @@ const Mistake kMistakes[] = {
     {"/integrator/max_order", "0", "integrator.max_order", "must be an integer from 1 up"},
     {"/integrator/keep_factors", "1", "integrator.keep_factors", "must be true or false, not a number"},
     {"/integrator/step", "1", "integrator.step", "is not known here"},
+
+    {"/forces/push/x", "\"1 +\"", "forces.push.x", "expression '1 +'"},
+    {"/forces/push/x", "\"speed\"", "forces.push.x", "there is no parameter 'speed'"},
+    {"/forces/push/x", "\"hinge.turn\"", "forces.push.x", "there is no quantity 'turn'"},
+    {"/forces/push/x", "\"tip.angle\"", "forces.push.x", "joint 'tip' does not move that way"},
+    {"/forces/push/x", "\"door.angle\"", "forces.push.x", "there is no joint 'door'"},
+    {"/forces/push/x", "\"hinge.vx\"", "forces.push.x", "there is no point 'hinge'"},
+    {"/forces/push/axes", "\"world\"", "forces.push.axes", "'world' is none of: body, ground"},
+    {"/forces/strut/force", "\"t\"", "forces.strut.force", "there is no parameter 't'; the variable is x"},
+    {"/forces/motor", R"({"type": "actuator", "joint": "tip", "torque": "1"})", "forces.motor.joint",
+     "joint 'tip' does not move that way"},
+    {"/forces/motor", R"({"type": "actuator", "a": "ground", "b": "block", "point_a": [0, 1, 2], "point_b":
+      [0, 1, 2], "force": "1"})",
+     "forces.motor", "its points have come together"},
+    {"/forces/motor", R"({"type": "actuator", "a": "ground", "b": "block", "point_a": [0, 1, 2], "point_b":
+      [3, 1, 2], "force": "1", "torque": "1"})",
+     "forces.motor.torque", "is not known here; known are: a, b, force, joint, point_a, point_b, type"},
+    {"/forces/motor", R"({"type": "torque", "side": "block"})", "forces.motor", "it has no function"},
+    {"/forces/motor", R"({"type": "rotational_spring", "joint": "hinge", "stiffness": 1, "torque": "x"})",
+     "forces.motor", "it has both a stiffness and a function"},
+    {"/motions/turn/angle", "\"0.5 * hinge.angle\"", "motions.turn", "it depends on what it moves"},
+    {"/motions/turn/angle", "\"block_top.vx\"", "motions.turn", "it must not depend on rates"},
 };
 
 class Refusal : public testing::TestWithParam<Mistake> {};

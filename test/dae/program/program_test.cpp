@@ -1,5 +1,7 @@
 // The program mfs-dae from outside: exit codes, standard output and error, files.
+#include <Eigen/Dense>
 #include <algorithm>
+#include <cmath>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
@@ -7,6 +9,7 @@
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 
+#include "solver/program/matrix_market.hpp"
 #include "test/dae/model/small_model.hpp"
 #include "test/dae/program/results.hpp"
 #include "test/program/run_program.hpp"
@@ -211,6 +214,82 @@ TEST_F(DaeProgram, AFullDiskEndsTheRun) {
   EXPECT_EQ(WEXITSTATUS(status), 3);
   EXPECT_THAT(text_of(path("stderr")), HasSubstr("out/steps.csv: cannot be written: File too large"));
   EXPECT_EQ(ordered_json::parse(text_of(path("report.json")))["status"], "invalid_input");
+}
+
+// A bar of 2 kg on a hinge, 0.6 m from its centre: its moment of inertia there is 0.96.
+std::string pendulum() {
+  return R"({"name": "pendulum", "end": 1, "outputs": 4, "gravity": [0, -9.81, 0], "start": "equilibrium",
+    "parameters": {"k": 24, "c": "0.05 * k"},
+    "bodies": {"bar": {"type": "rigid", "mass": 2, "inertia": [0.1, 0.24, 0.24], "position": [0.6, 0, 0]}},
+    "joints": {"hinge": {"type": "revolute", "a": "ground", "b": "bar", "point": [0, 0, 0], "axis": [0, 0, 1]}},
+    "points": {"centre": {"body": "bar", "point": [0.6, 0, 0]}},
+    "forces": {"coil": {"type": "rotational_spring", "joint": "hinge", "stiffness": "k", "damping": "c"}}})";
+}
+
+TEST_F(DaeProgram, FindsTheEquilibriumAndStartsThere) {
+  const std::string model = file("pendulum.json", pendulum());
+  const ProgramRun run = run_program({"static", model, "-o", path("rest"), "--set", "k=12"});
+  EXPECT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.out, AllOf(HasSubstr("equilibrium     pendulum: "), HasSubstr("rest/result.pvd")));
+  EXPECT_TRUE(std::filesystem::exists(path("rest/time_series.csv")));
+  // Started there it stays there; as given it would begin with g m l^2 / 0.96.
+  EXPECT_EQ(run_program({"run", model, "-o", path("out")}).code, 0);
+  const Table rest = read_table(path("out/time_series.csv"));
+  for (const double a : rest.at("acceleration centre [m/s2]")) EXPECT_NEAR(a, 0, 1e-6);
+  ordered_json given = ordered_json::parse(pendulum());
+  given["start"] = "as_given";
+  EXPECT_EQ(run_program({"run", file("given.json", given.dump()), "-o", path("out")}).code, 0);
+  EXPECT_NEAR(read_table(path("out/time_series.csv")).at("acceleration centre [m/s2]")[0],
+              9.81 * 2 * 0.36 / 0.96, 1e-6);
+  EXPECT_THAT(complaint({"static", falling(), "-o", path("rest")}, 7), HasSubstr("block.z moves most"));
+}
+
+TEST_F(DaeProgram, ListsModesAndDrawsThem) {
+  const std::string model = file("pendulum.json", pendulum());
+  const ProgramRun run = run_program({"modes", model, "-o", path("modes"), "--undamped", "--set", "k=0"});
+  EXPECT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("pendulum, at rest: 1 modes\n"));
+  const double frequency = std::sqrt(2 * 9.81 * 0.6 / 0.96) / (2 * std::acos(-1.0));
+  const Table table = read_table(path("modes/modes.csv"));
+  ASSERT_EQ(table.at("mode").size(), 1U);
+  EXPECT_NEAR(table.at("frequency [Hz]")[0], frequency, 1e-7);
+  EXPECT_NEAR(table.at("damping_ratio")[0], 0, 1e-12);
+  EXPECT_THAT(text_of(path("modes/mode_001.pvd")), HasSubstr("vtu/mode_001_15.vtu"));
+  EXPECT_TRUE(std::filesystem::exists(path("modes/vtu/mode_001_15.vtu")));
+  if (run.err.empty()) {
+    EXPECT_TRUE(std::filesystem::exists(path("modes/modes.png")));  // where matplotlib is
+  }
+  // 0.96 s^2 + 1.2 s + ... : the real part is that of the damping wherever the bar is.
+  EXPECT_EQ(run_program({"modes", model, "-o", path("moving"), "--at", "0.5"}).code, 0);
+  EXPECT_NEAR(read_table(path("moving/modes.csv")).at("real [1/s]")[0], -1.2 / (2 * 0.96), 1e-6);
+  EXPECT_THAT(complaint({"modes", model, "--set", "q=1"}, 3), HasSubstr("the model has no parameter 'q'"));
+  EXPECT_THAT(complaint({"modes", model, "--set", "q"}, 3), HasSubstr("is not NAME=VALUE"));
+}
+
+TEST_F(DaeProgram, WritesTheMatricesOfAState) {
+  const ProgramRun run = run_program({"linearize", file("pendulum.json", pendulum()), "-o", path("linear")});
+  EXPECT_EQ(run.code, 0) << run.err;
+  const auto dense = [&](const char* name) {
+    const auto read = mfs::io::read_matrix_market(path("linear/") + name);
+    const auto& csr = std::get<mfs::io::CsrMatrix<double>>(read.content);
+    Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(csr.rows, csr.columns);
+    for (int i = 0; i < csr.rows; ++i)
+      for (auto k = csr.offsets[i]; k < csr.offsets[i + 1]; ++k)
+        matrix(i, csr.column_indices[k]) = csr.values[k];
+    return matrix;
+  };
+  // In the only direction that the constraints leave free: 0.96, 1.2, and 24 - m g l sin(angle).
+  const Eigen::VectorXd free = Eigen::FullPivLU<Eigen::MatrixXd>(dense("Phi_q.mtx")).kernel();
+  ASSERT_EQ(free.size(), 8);
+  const double mass = free.dot(dense("M.mtx") * free),
+               angle =
+                   std::stod(text_of(path("linear/rows.csv"))
+                                 .substr(text_of(path("linear/rows.csv")).find("hinge.angle.value\",") + 19));
+  EXPECT_NEAR(24 * angle + 2 * 9.81 * 0.6 * std::cos(angle), 0, 1e-6);
+  EXPECT_NEAR(free.dot(dense("D.mtx") * free) / mass, 1.2 / 0.96, 1e-9);
+  EXPECT_NEAR(free.dot(dense("K.mtx") * free) / mass, (24 - 2 * 9.81 * 0.6 * std::sin(angle)) / 0.96, 1e-6);
+  EXPECT_THAT(text_of(path("linear/rows.csv")),
+              HasSubstr("\"joint hinge, equation 5 of 5 (about [0 1 0])\""));
 }
 
 TEST_F(DaeProgram, UsageIsCode2) {

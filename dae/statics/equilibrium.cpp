@@ -1,0 +1,198 @@
+#include "dae/statics/equilibrium.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <mfs/error.hpp>
+
+#include "dae/integrator/initial_conditions.hpp"
+#include "dae/statics/constrained_matrix.hpp"
+#include "dae/statics/independent_system.hpp"
+
+namespace mfs::dae {
+namespace {
+
+constexpr int kMostSteps = 300;
+/// The longest step, in scales of coordinates (m, Euler parameters): a third of a turn at most.
+constexpr double kLongest = 0.3;
+/// Of the last step; steps converge quadratically in the end.
+constexpr double kConverged = 1e-9;
+/// Steps that are as short and do not get shorter are rounding.
+constexpr double kRounding = 1e-6;
+/// s, 1/s^2: at first, and between a period of ten minutes, which is that of no mechanism, and what stiff
+/// springs and small masses have.
+constexpr double kFirst = 1.0, kLeast = 1e-4, kMost = 1e16;
+
+double dot(const std::vector<double>& x, const std::vector<double>& y) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < std::min(x.size(), y.size()); ++i) sum += x[i] * y[i];
+  return sum;
+}
+
+bool all_finite(const std::vector<double>& x) {
+  return std::all_of(x.begin(), x.end(), [](double value) { return std::isfinite(value); });
+}
+
+class Search {
+ public:
+  Search(const ConstrainedSystem& system, const IntegratorOptions& options, State& state,
+         EquilibriumReport& report)
+      : system_(system),
+        options_(options),
+        n_(system.coordinates()),
+        m_(system.constraints()),
+        state_(state),
+        report_(report),
+        matrix_(system, options.threads),
+        rest_(static_cast<std::size_t>(n_), 0.0),
+        residual_(make_residual(system)),
+        tangent_(make_tangent(system)) {}
+
+  void run() {
+    project();
+    system_.evaluate(view(state_), residual_);
+    for (report_.iterations = 1; report_.iterations <= kMostSteps; ++report_.iterations) {
+      if (!step()) {
+        s_ *= 10;
+        if (s_ > kMost) break;
+        continue;
+      }
+      const bool slow = s_ > least_;
+      s_ = std::max(least_, 0.1 * s_);
+      const bool at_rounding = report_.last_step < kRounding && report_.last_step > 0.5 * before_;
+      before_ = report_.last_step;
+      if (!slow && (report_.last_step < kConverged || at_rounding)) return finish();
+    }
+    throw Error("no static equilibrium has been found in " +
+                std::to_string(std::min(report_.iterations, kMostSteps)) +
+                " steps: " + system_.coordinate_name(moves_most_) + " moves most, by " +
+                std::to_string(report_.last_step) + " in the last one");
+  }
+
+ private:
+  StateView view(const State& state) const {
+    return {state.t, state.q.data(), rest_.data(), rest_.data(), state.lambda.data()};
+  }
+
+  void project() {
+    State moved = consistent_motion(system_, options_, {state_.t, state_.q, rest_, {}, {}});
+    state_.q = std::move(moved.q);
+  }
+
+  /// Whether it has succeeded.
+  bool step() {
+    if (!is_tangent_there_) {
+      system_.evaluate(view(state_), tangent_, {Block::force_q, Block::force_a, Block::position_q});
+      is_tangent_there_ = true;
+    }
+    std::vector<double> change;
+    try {
+      matrix_.factor(tangent_, {s_, 0.0, 1.0});
+      change = matrix_.solve(right_side());
+    } catch (const SingularMatrix&) {
+      return not_solved();
+    } catch (const AccuracyNotReached&) {
+      return not_solved();
+    }
+    if (!all_finite(change)) return false;
+    find_largest(change);
+    if (report_.last_step > kLongest) return false;
+    State trial{state_.t, state_.q, {}, {}, state_.lambda};
+    for (int i = 0; i < n_; ++i) trial.q[i] += change[i];
+    for (int j = 0; j < m_; ++j) trial.lambda[j] += change[n_ + j];
+    Residual residual = make_residual(system_);
+    try {
+      system_.evaluate(view(trial), residual);
+    } catch (const InvalidInput&) {  // as of springs whose ends come together
+      return false;
+    }
+    if (!all_finite(residual.force) || !all_finite(residual.position)) return false;
+    // Of the forces without those of constraints, which work only where the constraints were not fulfilled.
+    const double work = -dot(change, residual_.force) - dot(state_.lambda, residual_.position);
+    if (report_.last_step > kRounding && !(work > 0)) return false;
+    accept(std::move(trial), std::move(residual));
+    return true;
+  }
+
+  /// Near the equilibrium, where a free motion has no stiffness, s stays larger.
+  bool not_solved() {
+    if (before_ < kRounding) least_ = 10 * s_;
+    return false;
+  }
+
+  std::vector<double> right_side() const {
+    std::vector<double> right_side(static_cast<std::size_t>(n_ + m_));
+    for (int i = 0; i < n_; ++i) right_side[i] = -residual_.force[i];
+    for (int j = 0; j < m_; ++j) right_side[n_ + j] = -residual_.position[j];
+    return right_side;
+  }
+
+  void find_largest(const std::vector<double>& change) {
+    report_.last_step = 0.0;
+    for (int i = 0; i < n_; ++i) {
+      const double size = std::abs(change[i]) / system_.coordinate_scale(i);
+      if (size > report_.last_step) {
+        report_.last_step = size;
+        moves_most_ = i;
+      }
+    }
+  }
+
+  void accept(State trial, Residual residual) {
+    state_ = std::move(trial);
+    residual_ = std::move(residual);
+    is_tangent_there_ = false;
+    const double violation = largest(residual_.position);
+    if (violation <= 1e2 * options_.constraint_position) return;  // the next step mends it
+    project();
+    system_.evaluate(view(state_), residual_);
+  }
+
+  void finish() {
+    const double violation = largest(residual_.position);
+    if (!(violation <= options_.constraint_position)) project();
+    system_.evaluate(view(state_), residual_);
+    report_.force = largest(residual_.force);
+    state_.v = state_.a = rest_;
+  }
+
+  static double largest(const std::vector<double>& values) {
+    double most = 0.0;
+    for (const double value : values) most = std::max(most, std::abs(value));
+    return most;
+  }
+
+  const ConstrainedSystem& system_;
+  const IntegratorOptions& options_;
+  const int n_, m_;
+  State& state_;
+  EquilibriumReport& report_;
+  ConstrainedMatrix matrix_;
+  const std::vector<double> rest_;
+  Residual residual_;  // of state_
+  Tangent tangent_;    // of state_, where is_tangent_there_
+  bool is_tangent_there_ = false;
+  double s_ = kFirst, least_ = kLeast, before_ = HUGE_VAL;  // the accepted step before
+  int moves_most_ = 0;
+};
+
+}  // namespace
+
+State find_equilibrium(const ConstrainedSystem& system, const IntegratorOptions& options, State state,
+                       EquilibriumReport* report) {
+  EquilibriumReport own;
+  EquilibriumReport& told = report ? *report : own;
+  told = {};
+  const auto n = static_cast<std::size_t>(system.coordinates());
+  if (state.q.size() != n) throw InvalidInput("q0", "it has not one number for each coordinate");
+  const IndependentSystem independent(system, state.t, state.q);
+  state.lambda.assign(static_cast<std::size_t>(independent.system().constraints()), 0.0);
+  Search(independent.system(), options, state, told).run();
+  IntegratorOptions at_rest = options;  // velocities are those of no motion
+  at_rest.constraint_velocity = at_rest.constraint_acceleration = HUGE_VAL;
+  independent.check({state.t, state.q.data(), state.v.data(), state.a.data(), state.lambda.data()}, at_rest);
+  return independent.whole(std::move(state));
+}
+
+}  // namespace mfs::dae

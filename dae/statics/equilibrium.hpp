@@ -1,0 +1,37 @@
+// Static equilibrium: positions q and multipliers lambda with
+//
+//   F(t, q, 0, 0, lambda) = 0,   Phi(t, q) = 0,
+//
+// near given ones, for the time t. Newton's method alone goes to whatever equilibrium is near, also an
+// unstable one, and fails where the stiffness is singular, as of a pendulum that is held horizontally. So the
+// path is that of a motion that is stopped again and again (pseudo-transient continuation, Kelley and Keyes,
+// SIAM J. Numer. Anal. 35, 1998):
+//
+//   [ F_q + s M   Phi_q^T ] [ dq      ]   [ -F   ]
+//   [ Phi_q          0    ] [ dlambda ] = [ -Phi ]
+//
+// With a large s, dq is a short way along the acceleration that the forces give; as steps succeed s falls to
+// next to nothing, and they are Newton's. A step succeeds when it is not too long and goes where the forces
+// push. What happens at its end is not looked at: nodes of a beam that turns leave their arc on straight
+// lines, which stretches it a great deal, and the next step mends that.
+#pragma once
+
+#include "dae/integrator/integrator.hpp"
+#include "dae/mechanics/constrained_system.hpp"
+
+namespace mfs::dae {
+
+struct EquilibriumReport {
+  int iterations = 0;      ///< steps, rejected ones included
+  double last_step = 0.0;  ///< largest change of a coordinate in the last one, in its scale
+  double force = 0.0;      ///< largest |F_i| that is left
+};
+
+/// `state`: t and q (v is left as it is, a and lambda are not looked at). Returns the equilibrium with v and
+/// a zero. Of the options threads and constraint_position are used. `report`: null or overwritten, also where
+/// this throws. Throws InvalidInput where constraints cannot be fulfilled, mfs::Error where no equilibrium is
+/// found, with the coordinate that moves most, and what mfs::Solver throws.
+State find_equilibrium(const ConstrainedSystem& system, const IntegratorOptions& options, State state,
+                       EquilibriumReport* report = nullptr);
+
+}  // namespace mfs::dae

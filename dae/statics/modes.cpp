@@ -1,0 +1,283 @@
+#include "dae/statics/modes.hpp"
+
+#include <Spectra/GenEigsSolver.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <mfs/error.hpp>
+
+#include "dae/statics/constrained_matrix.hpp"
+#include "dae/statics/independent_system.hpp"
+
+namespace mfs::dae {
+namespace {
+
+using Complex = std::complex<double>;
+using Eigen::Index;
+using Eigen::MatrixXcd;
+using Eigen::MatrixXd;
+using Eigen::VectorXcd;
+using Eigen::VectorXd;
+
+/// Degrees of freedom and coordinates up to which the system is reduced to them.
+constexpr int kDenseFreedoms = 150, kDenseCoordinates = 600;
+/// An eigenvalue of the operator that is smaller than this part of the largest is that of a motion without
+/// inertia.
+constexpr double kWithoutInertia = 1e-10;
+/// c, in typical frequencies of the system: so small that modes are in the order of their distance from zero,
+/// so large that a free motion does not make the matrix singular.
+constexpr double kShift = 1e-4;
+/// Of the eigenpairs of the operator: asked for, and in the end.
+constexpr double kTolerance = 1e-11, kAccepted = 1e-6;
+constexpr int kMostRestarts = 100, kMostRounds = 50;
+
+/// M, D and K in a state, and Phi_q.
+class Matrices {
+ public:
+  Matrices(const ConstrainedSystem& system, const State& state, Damping damping)
+      : pattern_(system.tangent_pattern()), tangent_(make_tangent(system)) {
+    system.evaluate(StateView{state.t, state.q.data(), state.v.data(), state.a.data(), state.lambda.data()},
+                    tangent_, {Block::force_a, Block::force_v, Block::force_q, Block::position_q});
+    if (damping == Damping::left_out)
+      std::fill(tangent_[Block::force_v].begin(), tangent_[Block::force_v].end(), 0.0);
+  }
+  const Tangent& tangent() const { return tangent_; }
+  VectorXd times(Block block, const VectorXd& x) const {
+    const std::vector<double> y =
+        product(pattern_[block], tangent_[block], std::vector<double>(x.begin(), x.end()));
+    return Eigen::Map<const VectorXd>(y.data(), static_cast<Index>(y.size()));
+  }
+  MatrixXd dense(Block block) const {
+    const Pattern& p = pattern_[block];
+    MatrixXd matrix = MatrixXd::Zero(p.rows, p.columns);
+    for (int i = 0; i < p.rows; ++i)
+      for (int k = p.row_start[i]; k < p.row_start[i + 1]; ++k) matrix(i, p.column[k]) = tangent_[block][k];
+    return matrix;
+  }
+  double shift() const { return kShift * typical_frequency(); }
+
+ private:
+  /// 1/s: the median over coordinates that have both a mass and a stiffness.
+  double typical_frequency() const {
+    const VectorXd m = diagonal(Block::force_a), k = diagonal(Block::force_q);
+    std::vector<double> all;
+    for (Index i = 0; i < m.size(); ++i)
+      if (m[i] > 0 && k[i] > 0) all.push_back(std::sqrt(k[i] / m[i]));
+    if (all.empty()) return 1.0;
+    const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
+    std::nth_element(all.begin(), middle, all.end());
+    return *middle;
+  }
+  VectorXd diagonal(Block block) const {
+    const Pattern& p = pattern_[block];
+    VectorXd sizes = VectorXd::Zero(p.rows);
+    for (int i = 0; i < p.rows; ++i)
+      for (int k = p.row_start[i]; k < p.row_start[i + 1]; ++k)
+        if (p.column[k] == i) sizes[i] = std::abs(tangent_[block][k]);
+    return sizes;
+  }
+
+  const TangentPattern& pattern_;
+  Tangent tangent_;
+};
+
+/// Eigenvalues 1 / (s - c) and, as columns, the x of their vectors.
+struct Eigenpairs {
+  VectorXcd theta;
+  MatrixXcd x;
+};
+
+/// All of them: with x = N y, the columns of N a basis of what the constraints leave free.
+Eigenpairs solve_reduced(const Matrices& matrices, int n, int m, double c) {
+  MatrixXd basis = MatrixXd::Identity(n, n);
+  if (m > 0) {
+    const Eigen::HouseholderQR<MatrixXd> qr(matrices.dense(Block::position_q).transpose());
+    basis = MatrixXd(qr.householderQ()).rightCols(n - m).eval();
+  }
+  const auto reduced = [&](Block block) -> MatrixXd {
+    return basis.transpose() * matrices.dense(block) * basis;
+  };
+  const MatrixXd mass = reduced(Block::force_a), damping = reduced(Block::force_v);
+  const Index f = n - m;
+  const Eigen::FullPivLU<MatrixXd> lu(reduced(Block::force_q) + c * damping + c * c * mass);
+  if (!lu.isInvertible()) throw Error("modes: a motion has neither stiffness nor inertia");
+  MatrixXd response(2 * f, 2 * f);
+  response.topLeftCorner(f, f) = -lu.solve(damping + c * mass);
+  response.topRightCorner(f, f) = -lu.solve(mass);
+  response.bottomRows(f) = c * response.topRows(f);
+  response.bottomLeftCorner(f, f) += MatrixXd::Identity(f, f);
+  const Eigen::EigenSolver<MatrixXd> solver(response);
+  if (solver.info() != Eigen::Success)
+    throw Error("modes: the eigenvalues of the reduced system are not found");
+  return {solver.eigenvalues(), basis * solver.eigenvectors().topRows(f)};
+}
+
+/// The operator, on vectors (a, b), less what lies in the space of those found.
+class Response {
+ public:
+  using Scalar = double;
+
+  Response(const ConstrainedSystem& system, const Matrices& matrices, double c, int threads)
+      : n_(system.coordinates()),
+        m_(system.constraints()),
+        c_(c),
+        matrices_(matrices),
+        matrix_(system, threads) {
+    matrix_.factor(matrices.tangent(), {c * c, c, 1.0});
+  }
+
+  Index rows() const { return 2 * n_; }
+  Index cols() const { return 2 * n_; }
+  void perform_op(const double* in, double* out) const {
+    const VectorXd z = Eigen::Map<const VectorXd>(in, 2 * n_);
+    Eigen::Map<VectorXd>(out, 2 * n_) = rest(apply(rest(z)));
+  }
+  VectorXd apply(const VectorXd& z) const {
+    const VectorXd a = z.head(n_), b = z.tail(n_);
+    const VectorXd force =
+        -matrices_.times(Block::force_a, VectorXd(b + c_ * a)) - matrices_.times(Block::force_v, a);
+    std::vector<double> right_side(static_cast<std::size_t>(n_ + m_), 0.0);
+    std::copy(force.begin(), force.end(), right_side.begin());
+    const std::vector<double> solution = matrix_.solve(std::move(right_side));
+    VectorXd answer(2 * n_);
+    answer.head(n_) = Eigen::Map<const VectorXd>(solution.data(), n_);
+    answer.tail(n_) = a + c_ * answer.head(n_);
+    return answer;
+  }
+
+  /// An orthonormal basis of the space of the vectors found.
+  const MatrixXd& found() const { return found_; }
+  void add(const VectorXd& vector) {
+    const double size = vector.norm();
+    VectorXd part = rest(rest(vector));
+    if (!(part.norm() > 1e-7 * size)) return;
+    part = rest(part.normalized()).normalized();
+    found_.conservativeResize(2 * n_, found_.cols() + 1);
+    found_.rightCols(1) = part;
+  }
+
+ private:
+  VectorXd rest(const VectorXd& z) const {
+    return found_.cols() == 0 ? z : VectorXd(z - found_ * (found_.transpose() * z));
+  }
+
+  const Index n_, m_;
+  const double c_;
+  const Matrices& matrices_;
+  mutable ConstrainedMatrix matrix_;
+  MatrixXd found_;
+};
+
+/// Adds vectors to those found, as long as there are any whose eigenvalues are among the `wanted` largest.
+void find_vectors(Response& response, Index wanted) {
+  std::vector<double> sizes;  // of all eigenvalues found
+  for (int round = 0; round < kMostRounds; ++round) {
+    const Index size = response.rows();
+    const Index count = std::min(round == 0 ? wanted : Index{4}, size - 2);
+    const Index steps = std::min(size, std::max<Index>(2 * count + 20, 40));
+    Spectra::GenEigsSolver<Response> solver(response, count, steps);
+    // From a motion that constraints allow.
+    VectorXd start(size);
+    for (Index i = 0; i < size; ++i) start[i] = std::sin(1.0 + 1.7 * static_cast<double>(i * (round + 1)));
+    VectorXd begun(size);
+    response.perform_op(start.data(), begun.data());
+    solver.init(begun.data());
+    solver.compute(Spectra::SortRule::LargestMagn, kMostRestarts, kTolerance);
+    if (solver.info() != Spectra::CompInfo::Successful)
+      throw Error("modes: " + std::to_string(solver.eigenvalues().size()) + " of " + std::to_string(count) +
+                  " eigenvalues have converged in " + std::to_string(kMostRestarts) +
+                  " restarts; with strong damping, or near -1 / beta, they lie close together: ask for fewer "
+                  "modes or leave the damping out");
+    const VectorXcd theta = solver.eigenvalues();
+    const MatrixXcd vectors = solver.eigenvectors();
+    std::sort(sizes.begin(), sizes.end(), std::greater<>());
+    const double least = static_cast<Index>(sizes.size()) < wanted ? 0.0 : sizes[wanted - 1];
+    if (!(theta.cwiseAbs().maxCoeff() > (1 + 1e-6) * least)) return;
+    for (Index i = 0; i < theta.size(); ++i) {
+      sizes.push_back(std::abs(theta[i]));
+      response.add(vectors.col(i).real());
+      response.add(vectors.col(i).imag());
+    }
+  }
+  throw Error("modes: more of them have the same frequency than can be found");
+}
+
+Eigenpairs solve_large(const ConstrainedSystem& system, const Matrices& matrices, double c, int count,
+                       int threads) {
+  Response response(system, matrices, c, threads);
+  find_vectors(response, 2 * Index{count} + 2);
+  const MatrixXd& basis = response.found();
+  MatrixXd image(basis.rows(), basis.cols());
+  for (Index i = 0; i < basis.cols(); ++i) image.col(i) = response.apply(basis.col(i));
+  const Eigen::EigenSolver<MatrixXd> solver(basis.transpose() * image);
+  const MatrixXcd y = solver.eigenvectors();
+  const MatrixXcd error = image * y - basis * y * solver.eigenvalues().asDiagonal();
+  for (Index i = 0; i < error.cols(); ++i)
+    if (!(error.col(i).norm() <= kAccepted * std::abs(solver.eigenvalues()[i]) * y.col(i).norm()))
+      throw Error("modes: the eigenvalues that have been found are not accurate");
+  return {solver.eigenvalues(), (basis * y).topRows(system.coordinates())};
+}
+
+/// One of conjugate modes, the growing one of two real ones of opposite sign, nearest to zero first.
+std::vector<Mode> modes_of(const ConstrainedSystem& system, const Eigenpairs& pairs, double c) {
+  std::vector<Mode> modes;
+  const double largest = pairs.theta.size() > 0 ? pairs.theta.cwiseAbs().maxCoeff() : 0.0;
+  for (Index i = 0; i < pairs.theta.size(); ++i) {
+    if (!(std::abs(pairs.theta[i]) > kWithoutInertia * largest) || pairs.theta[i].imag() > 0) continue;
+    const Complex inverse = 1.0 / pairs.theta[i];
+    Mode mode{{c + inverse.real(), std::abs(inverse.imag())}, {}};  // no negative zero
+    Complex most = 0.0;
+    for (Index k = 0; k < pairs.x.rows(); ++k) {
+      mode.x.push_back(pairs.x(k, i) / system.coordinate_scale(static_cast<int>(k)));
+      if (std::abs(mode.x.back()) > (1 + 1e-9) * std::abs(most)) most = mode.x.back();
+    }
+    for (Index k = 0; k < pairs.x.rows(); ++k) mode.x[k] = pairs.x(k, i) / most;
+    modes.push_back(std::move(mode));
+  }
+  const auto is_partner = [&](const Mode& mode) {
+    return mode.s.imag() == 0 && mode.s.real() < 0 &&
+           std::any_of(modes.begin(), modes.end(), [&](const Mode& other) {
+             return other.s.imag() == 0 && other.s.real() > 0 &&
+                    std::abs(other.s + mode.s) < 1e-3 * std::abs(mode.s);
+           });
+  };
+  std::vector<Mode> kept;
+  std::copy_if(modes.begin(), modes.end(), std::back_inserter(kept),
+               [&](const Mode& mode) { return !is_partner(mode); });
+  std::sort(kept.begin(), kept.end(),
+            [](const Mode& x, const Mode& y) { return std::abs(x.s) < std::abs(y.s); });
+  return kept;
+}
+
+}  // namespace
+
+std::vector<Mode> find_modes(const ConstrainedSystem& system, const State& state, int count, int threads,
+                             Damping damping) {
+  if (count < 1) throw InvalidInput("modes", "their number is not positive");
+  const IndependentSystem independent(system, state.t, state.q);
+  const ConstrainedSystem& own = independent.system();
+  const int n = own.coordinates(), m = own.constraints();
+  if (n == m) return {};
+  State at = state;
+  at.lambda = independent.kept_multipliers(state.lambda);
+  const Matrices matrices(own, at, damping);
+  const double c = matrices.shift();
+  const bool is_small = n - m <= kDenseFreedoms && n <= kDenseCoordinates;
+  std::vector<Mode> modes = modes_of(
+      own, is_small ? solve_reduced(matrices, n, m, c) : solve_large(own, matrices, c, count, threads), c);
+  if (static_cast<int>(modes.size()) > count) modes.resize(static_cast<std::size_t>(count));
+  return modes;
+}
+
+double natural_frequency(const Mode& mode) {
+  return std::abs(mode.s) / (2 * std::acos(-1.0));
+}
+
+double damping_ratio(const Mode& mode) {
+  return mode.s == 0.0 ? 0.0 : -mode.s.real() / std::abs(mode.s);
+}
+
+}  // namespace mfs::dae

@@ -1,0 +1,47 @@
+// Small motions about a state: q + x exp(s t), with
+//
+//   (s^2 M + s D + K) x + Phi_q^T mu = 0,   Phi_q x = 0,        M = F_a, D = F_v, K = F_q
+//
+// where K holds what loads, springs and the multipliers' forces change with q. s = -damping + i frequency.
+// D and K need not be symmetric, so that dampers, followers and controllers are in it as they are. The state
+// has to be at rest (an equilibrium), or the coefficients are those of one moment of its motion.
+//
+// Systems of few degrees of freedom are reduced to them and solved whole. For others Arnoldi's method
+// (Spectra) finds the modes nearest to zero, of the operator that solves for the response of the state
+// (x, s x) to a disturbance:
+//
+//   (K + c D + c^2 M) x + Phi_q^T mu = -M b - D a - c M a,  Phi_q x = 0,  y = a + c x;     1 / (s - c)
+//
+// are its eigenvalues. What has been found is taken out and the method begins anew until nothing new comes,
+// so that modes of equal frequency, as those of a square beam, are all found.
+#pragma once
+
+#include <complex>
+#include <vector>
+
+#include "dae/integrator/integrator.hpp"
+#include "dae/mechanics/constrained_system.hpp"
+
+namespace mfs::dae {
+
+struct Mode {
+  std::complex<double> s;               ///< 1/s
+  std::vector<std::complex<double>> x;  ///< n; the largest in the scales of coordinates is 1
+};
+
+/// Whether D is in it.
+enum class Damping { as_it_is, left_out };
+
+/// The `count` modes (or all that there are) nearest to s = 0 about `state`, which has t, q, v, a and lambda.
+/// Of two that are conjugate one is given, with a positive imaginary part; of two real ones of opposite sign
+/// the positive one, which grows. Throws InvalidInput, mfs::Error where Arnoldi's method does not converge,
+/// and what mfs::Solver throws.
+std::vector<Mode> find_modes(const ConstrainedSystem& system, const State& state, int count, int threads,
+                             Damping damping = Damping::as_it_is);
+
+/// |s| / (2 pi), Hz.
+double natural_frequency(const Mode& mode);
+/// -Re s / |s|: 1 and more do not swing, below 0 it grows.
+double damping_ratio(const Mode& mode);
+
+}  // namespace mfs::dae

@@ -1,0 +1,140 @@
+// Expressions: values against the same formulas in C++, derivatives against differences and known ones,
+// mistakes.
+#include "dae/mechanics/expression.hpp"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <functional>
+
+#include "test/dae/mechanics/expect_refused.hpp"
+
+namespace mfs::dae {
+namespace {
+
+double value_at(const std::string& text, const std::vector<double>& x = {}) {
+  return Expression(text).value(x);
+}
+
+TEST(Expression, ComputesAsWritten) {
+  EXPECT_EQ(value_at("2 + 3 * 4 ^ 2 / 8 - 1"), 7);
+  EXPECT_EQ(value_at("2 ^ 3 ^ 2"), 512);
+  EXPECT_EQ(value_at("-2 ^ 2"), -4);
+  EXPECT_EQ(value_at("-(1 - 3) * +2"), 4);
+  EXPECT_EQ(value_at("1.5e-3*2E3 + .5"), 3.5);
+  EXPECT_EQ(value_at("7 - 2 - 1"), 4);
+  EXPECT_EQ(value_at("8 / 2 / 2"), 2);
+  EXPECT_EQ(value_at("x", {3}), 3);
+  EXPECT_EQ(value_at("+x", {3}), 3);
+  EXPECT_EQ(value_at("4"), 4);
+  EXPECT_EQ(value_at("pi"), std::acos(-1.0));
+  EXPECT_EQ(value_at("min(2, x) + 10 * max(2, x) + 100 * abs(-x) + 1000 * sign(-x)", {3}),
+            2 + 30 + 300 - 1000);
+  EXPECT_EQ(value_at("if(x < 2, 5, 7)", {3}), 7);
+  EXPECT_EQ(value_at("if(x >= 3 && 1 != 2 || 0, 5, 7)", {3}), 5);
+  EXPECT_EQ(value_at("(x > 3) + 2 * (x >= 3) + 4 * (x == 3) + 8 * (x <= 3) + 16 * (x < 3)", {3}), 14);
+  EXPECT_NEAR(value_at("log10(1000) + log(exp(2))"), 5, 1e-15);
+  EXPECT_EQ(value_at("if(x > 0, log(x), 0)", {-1}), 0);
+}
+
+TEST(Expression, NamesItsVariables) {
+  EXPECT_THAT(Expression("b_2 * hinge.angle_rate + a * b_2 + pi").variables(),
+              testing::ElementsAre("b_2", "hinge.angle_rate", "a"));
+}
+
+struct Example {
+  std::string text;
+  std::function<double(double, double)> formula;
+};
+
+const Example kExamples[] = {
+    {"x*y - x/y", [](double x, double y) { return x * y - x / y; }},
+    {"x^y + y^3 + 2^x", [](double x, double y) { return std::pow(x, y) + y * y * y + std::pow(2, x); }},
+    {"sin(x*y) + cos(y)*tan(x)",
+     [](double x, double y) { return std::sin(x * y) + std::cos(y) * std::tan(x); }},
+    {"asin(x/3) + acos(y/3) + atan(x*y)",
+     [](double x, double y) { return std::asin(x / 3) + std::acos(y / 3) + std::atan(x * y); }},
+    {"atan2(x, y) + atan2(-x, -y)", [](double x, double y) { return std::atan2(x, y) + std::atan2(-x, -y); }},
+    {"sinh(x) + cosh(y) + tanh(x*y)",
+     [](double x, double y) { return std::sinh(x) + std::cosh(y) + std::tanh(x * y); }},
+    {"exp(-x*y) + log(x + y) + sqrt(x*y) + log10(x)",
+     [](double x, double y) {
+       return std::exp(-x * y) + std::log(x + y) + std::sqrt(x * y) + std::log10(x);
+     }},
+    {"if(x < y, x^2*y, 7) + min(x, y)*max(x, 2*y) + abs(x - y)^3",
+     [](double x, double y) { return x * x * y + x * 2 * y + std::pow(y - x, 3); }},
+    {"(x - 0.7)^2 + (x - 0.7)^1 + (x - 0.7)^0 + y",
+     [](double x, double y) { return (x - 0.7) * (x - 0.7) + (x - 0.7) + 1 + y; }},
+};
+
+TEST(Expression, HasTheGradientOfItsFormula) {
+  const double x = 0.7, y = 1.3, h = 1e-5;
+  for (const Example& example : kExamples) {
+    SCOPED_TRACE(example.text);
+    const auto& f = example.formula;
+    std::vector<double> gradient;
+    const Expression expression(example.text);
+    ASSERT_THAT(expression.variables()[0], "x");
+    EXPECT_NEAR(expression.value<double>({x, y}, gradient), f(x, y), 1e-14);
+    EXPECT_NEAR(gradient[0], (f(x + h, y) - f(x - h, y)) / (2 * h), 1e-8);
+    EXPECT_NEAR(gradient[1], (f(x, y + h) - f(x, y - h)) / (2 * h), 1e-8);
+  }
+}
+
+/// x = 0.7 + 0.4 s - 0.3 s^2, y = 1.3 - 0.2 s + 0.5 s^2: the series of the value and of the gradient.
+TEST(Expression, HasTheDerivativesAlongAMotion) {
+  const double h = 1e-4;
+  const Taylor<double> x(0.7, 0.4, -0.3), y(1.3, -0.2, 0.5);
+  const auto at = [](const Taylor<double>& u, double s) { return u.c0 + s * (u.c1 + s * u.c2); };
+  for (const Example& example : kExamples) {
+    SCOPED_TRACE(example.text);
+    const Expression expression(example.text);
+    std::vector<Taylor<double>> gradient;
+    std::vector<double> before, here, after;
+    const Taylor<double> f = expression.value<Taylor<double>>({x, y}, gradient);
+    const double f_before = expression.value<double>({at(x, -h), at(y, -h)}, before);
+    const double f_here = expression.value<double>({x.c0, y.c0}, here);
+    const double f_after = expression.value<double>({at(x, h), at(y, h)}, after);
+    EXPECT_NEAR(f.c0, f_here, 1e-15);
+    EXPECT_NEAR(f.c1, (f_after - f_before) / (2 * h), 1e-6);
+    EXPECT_NEAR(2 * f.c2, (f_after - 2 * f_here + f_before) / (h * h), 1e-5);
+    EXPECT_EQ(expression.value<Taylor<double>>({x, y}).c2, f.c2);
+    for (int k = 0; k < 2; ++k) {
+      EXPECT_NEAR(gradient[k].c0, here[k], 1e-14);
+      EXPECT_NEAR(gradient[k].c1, (after[k] - before[k]) / (2 * h), 1e-6) << k;
+      EXPECT_NEAR(2 * gradient[k].c2, (after[k] - 2 * here[k] + before[k]) / (h * h), 1e-5) << k;
+    }
+  }
+}
+
+TEST(Expression, WhatIsNotChosenNeedsNoDerivative) {
+  std::vector<double> gradient;
+  EXPECT_EQ(Expression("if(x > 0, sqrt(x), 3*x)").value<double>({0.0}, gradient), 0.0);
+  EXPECT_EQ(gradient[0], 3.0);
+}
+
+TEST(Expression, IsAFunctionOfOneVariable) {
+  const Function f = expression_function(Expression("a * sin(w * t)"), 2, {3, 2, 0});
+  const Jet jet = f->at(0.4);
+  EXPECT_NEAR(jet.value, 3 * std::sin(0.8), 1e-15);
+  EXPECT_NEAR(jet.first, 6 * std::cos(0.8), 1e-15);
+  EXPECT_NEAR(jet.second, -12 * std::sin(0.8), 1e-14);
+  EXPECT_EQ(expression_function(Expression("3"), -1, {})->at(7).value, 3);
+}
+
+TEST(Expression, MistakesAreRefused) {
+  for (const char* text : {"",    "  ",     "1 +",  "(1",    "1)",        "sin 3", "sin(1, 2)",
+                           "2 3", "foo(1)", "1, 2", "x = 3", "1 ? 2 : 3", "\"a\"", "a b",
+                           "2x",  "min(1)", "1e",   "0x10",  "#",         "a - ",  "if(1, 2)"})
+    try {
+      const Expression expression(text);
+      ADD_FAILURE() << text << " has been read";
+    } catch (const InvalidInput& e) {
+      EXPECT_EQ(e.argument(), "expression '" + std::string(text) + "'");
+    }
+  test::expect_refused("expression 'log(t)'", "not finite at t = -1",
+                       [] { expression_function(Expression("log(t)"), 0, {0})->at(-1); });
+}
+
+}  // namespace
+}  // namespace mfs::dae

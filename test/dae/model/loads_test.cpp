@@ -1,0 +1,210 @@
+// Torques, springs of joints, followers, expressions: motions of whole models beside exact ones, and beside
+// those that SciPy finds in minimal coordinates.
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <string>
+
+#include "dae/integrator/integrator.hpp"
+#include "dae/model/model.hpp"
+
+namespace mfs::dae {
+namespace {
+
+/// A wheel with the moment of inertia 2 about its axis z, which is oblique, and a slider of 3 kg along x.
+Json machine() {
+  return Json::parse(R"({
+    "name": "machine", "end": 4, "outputs": 1,
+    "parameters": {"k": "3 * 4", "half": 0.5},
+    "bodies": {
+      "wheel": {"type": "rigid", "mass": 1, "inertia": [1, 1, 2], "rotation": {"axis": [1, 2, 0], "angle": 0.8}},
+      "slider": {"type": "rigid", "mass": "6 * half", "inertia": [1, 1, 1], "position": [1, 0, 0]}
+    },
+    "joints": {
+      "bearing": {"type": "revolute", "a": "ground", "b": "wheel", "point": [0, 0, 0]},
+      "guide": {"type": "translational", "a": "ground", "b": "slider", "point": [1, 0, 0], "axis": [1, 0, 0]}
+    },
+    "points": {"nose": {"body": "slider", "point": [1.5, 0, 0]}},
+    "forces": {},
+    "integrator": {"rtol": 1e-8, "atol_position": 1e-9, "atol_velocity": 1e-8}
+  })");
+}
+
+Eigen::Vector3d wheel_axis() {
+  return Eigen::AngleAxisd(0.8, Eigen::Vector3d(1, 2, 0).normalized()) * Eigen::Vector3d::UnitZ();
+}
+
+Json on_oblique_axis(Json json) {
+  const Eigen::Vector3d axis = wheel_axis();
+  json["joints"]["bearing"]["axis"] = {axis[0], axis[1], axis[2]};
+  return json;
+}
+
+class Loads : public testing::Test {
+ protected:
+  void run(const Json& json) {
+    model_ = make_model(json, "", 1);
+    Integrator integrator(*model_.system, model_.integrator);
+    Observer nobody;
+    end_ = integrator.run(0.0, model_.q0, model_.v0, model_.end, {}, nobody);
+  }
+  int coordinate(const std::string& name) const {
+    for (int i = 0; i < model_.system->coordinates(); ++i)
+      if (model_.system->coordinate_name(i) == name) return i;
+    throw std::out_of_range(name);
+  }
+  double q(const std::string& name) const { return end_.q[coordinate(name)]; }
+  double v(const std::string& name) const { return end_.v[coordinate(name)]; }
+  /// Of the wheel about its axis from where it began, -pi ... pi.
+  double wheel_turn() const {
+    const auto p = [](const std::vector<double>& x, int first) {
+      return Eigen::Quaterniond(x[first], x[first + 1], x[first + 2], x[first + 3]);
+    };
+    const int first = coordinate("wheel.e0");
+    const Eigen::Quaterniond turn = p(end_.q, first) * p(model_.q0, first).conjugate();
+    return std::remainder(2 * std::atan2(turn.vec().dot(wheel_axis()), turn.w()), 2 * std::acos(-1.0));
+  }
+  MultibodyModel model_;
+  State end_;
+};
+
+TEST_F(Loads, ATorqueSpinsAWheelUp) {
+  // t^2 / 2 . 12 / 2: 12 rad after 2 s, 48 after 4.
+  const Eigen::Vector3d torque = 12 * wheel_axis();
+  for (const char* axes : {"ground", "body"}) {
+    Json json = on_oblique_axis(machine());
+    json["end"] = 2;
+    json["forces"]["motor"] = {{"type", "torque"}, {"side", "wheel"}, {"axes", axes}};
+    // Neither the bearing nor the wheel feels the parts across the axis.
+    for (int k = 0; k < 3; ++k) json["forces"]["motor"][std::string(1, "xyz"[k])] = std::to_string(torque[k]);
+    run(json);
+    EXPECT_NEAR(wheel_turn(), std::remainder(12.0, 2 * std::acos(-1.0)), 2e-5) << axes;
+  }
+  Json json = on_oblique_axis(machine());
+  json["forces"]["motor"] = {{"type", "actuator"}, {"joint", "bearing"}, {"torque", "k"}};
+  run(json);
+  EXPECT_NEAR(wheel_turn(), std::remainder(48.0, 2 * std::acos(-1.0)), 2e-5);
+  EXPECT_NEAR(q("quantity bearing.angle.value"), 48, 2e-5);  // which counts turns
+  EXPECT_NEAR(v("quantity bearing.angle.value"), 24, 2e-5);
+}
+
+TEST_F(Loads, ATorsionPendulumSwingsPastAFullTurn) {
+  Json json = on_oblique_axis(machine());
+  json["forces"]["rod"] = {
+      {"type", "rotational_spring"}, {"joint", "bearing"}, {"stiffness", 8}, {"free_angle", 9.0}};
+  run(json);
+  EXPECT_NEAR(q("quantity bearing.angle.value"), 9 - 9 * std::cos(2 * 4.0), 1e-5);
+
+  json["forces"]["rod"] = {{"type", "rotational_spring"},
+                           {"joint", "bearing"},
+                           {"torque", "k * x * 2 / 3"},
+                           {"free_angle", 9.0},
+                           {"damping", 0.8}};
+  run(json);
+  const double decay = 0.2, frequency = std::sqrt(4 - decay * decay), t = 4;
+  EXPECT_NEAR(
+      q("quantity bearing.angle.value"),
+      9 - 9 * std::exp(-decay * t) * (std::cos(frequency * t) + decay / frequency * std::sin(frequency * t)),
+      1e-5);
+}
+
+TEST_F(Loads, ASpringAlongAGuideAndAnActuatorBetweenPoints) {
+  Json json = on_oblique_axis(machine());
+  json["forces"]["coil"] = {
+      {"type", "translational_spring"}, {"joint", "guide"}, {"stiffness", 12}, {"free_travel", 0.3}};
+  run(json);
+  EXPECT_NEAR(q("slider.x"), 1.3 - 0.3 * std::cos(2 * 4.0), 1e-6);
+
+  // The points' distance is x itself.
+  json = on_oblique_axis(machine());
+  json["forces"]["ram"] = {{"type", "actuator"},   {"a", "ground"},        {"b", "slider"},
+                           {"point_a", {0, 0, 0}}, {"point_b", {1, 0, 0}}, {"force", "3 * cos(t)"}};
+  json["integrator"] = {{"rtol", 1e-9}, {"atol_position", 1e-10}, {"atol_velocity", 1e-9}};
+  run(json);
+  EXPECT_NEAR(q("slider.x"), 2 - std::cos(4.0), 1e-6);
+}
+
+// Initial velocities that contradict a joint are corrected by the least change of those of the bodies: of
+// 3 m/s and 0 rad/s at l = 0.6 m to (l w, w) with 4 |dp'|^2 = w^2 of the Euler parameters.
+TEST_F(Loads, ASpringLeavesInitialVelocitiesAlone) {
+  Json json = Json::parse(R"({
+    "name": "bar", "end": 1e-6, "outputs": 1,
+    "bodies": {"bar": {"type": "rigid", "mass": 2, "inertia": [1, 1, 1], "position": [0.6, 0, 0], "velocity": [0, 3, 0]}},
+    "joints": {"hinge": {"type": "revolute", "a": "ground", "b": "bar", "point": [0, 0, 0], "axis": [0, 0, 1]}}
+  })");
+  const double l = 0.6, rate = 3 * l / (l * l + 0.25);
+  run(json);
+  EXPECT_NEAR(v("bar.y"), l * rate, 1e-5);
+  json["forces"]["coil"] = {{"type", "rotational_spring"}, {"joint", "hinge"}};
+  run(json);
+  EXPECT_NEAR(v("bar.y"), l * rate, 1e-5);
+  EXPECT_NEAR(v("quantity hinge.angle.value"), rate, 1e-5);
+}
+
+/// A body with a thrust fixed in it beside its centre: it turns by t^2 alpha / 2, and its velocity is a
+/// Fresnel integral.
+TEST_F(Loads, AFollowerTurnsWithItsBody) {
+  Json json = Json::parse(R"({
+    "name": "rocket", "end": 4, "outputs": 1,
+    "bodies": {"rocket": {"type": "rigid", "mass": 2, "inertia": [2, 2, 3]}},
+    "forces": {"thrust": {"type": "point", "side": "rocket", "point": [0, -0.6, 0], "axes": "body", "x": "10"}},
+    "integrator": {"rtol": 1e-8, "atol_position": 1e-9, "atol_velocity": 1e-8}
+  })");
+  run(json);
+  double along = 0.0, across = 0.0;  // by Simpson's rule
+  const int intervals = 4000;
+  for (int i = 0; i <= intervals; ++i) {
+    const double t = 4.0 * i / intervals, weight = i == 0 || i == intervals ? 1 : i % 2 == 1 ? 4 : 2;
+    along += weight * 4.0 / intervals / 3 * 5 * std::cos(t * t);
+    across += weight * 4.0 / intervals / 3 * 5 * std::sin(t * t);
+  }
+  EXPECT_NEAR(v("rocket.x"), along, 1e-5);
+  EXPECT_NEAR(v("rocket.y"), across, 1e-5);
+}
+
+/// Minimal coordinates a (wheel) and s (slider), by SciPy 1.17, solve_ivp DOP853, rtol 1e-13:
+///   2 a'' = -k sin(a) + 2 (s - 0.5) a' - 0.3 a'^3,   3 s'' = -5 (s + s^3) - s' |s'| + 4 cos(3 t) + a
+TEST_F(Loads, ExpressionsAreThoseOfMinimalCoordinates) {
+  Json json = on_oblique_axis(machine());
+  const Eigen::Vector3d spin = 1.5 * wheel_axis();
+  json["bodies"]["wheel"]["angular_velocity"] = {spin[0], spin[1], spin[2]};
+  json["forces"]["brake"] = {
+      {"type", "actuator"},
+      {"joint", "bearing"},
+      {"torque",
+       "-k*sin(bearing.angle) + 2*(guide.travel - half)*bearing.angle_rate - 0.3*bearing.angle_rate^3"}};
+  json["forces"]["push"] = {
+      {"type", "point"},
+      {"side", "slider"},
+      {"point", {1, 0.2, 0}},
+      {"x", "-5*(nose.x - 1.5 + (nose.x - 1.5)^3) - nose.vx*abs(nose.vx) + 4*cos(3*t) + bearing.angle"}};
+  run(json);
+  EXPECT_NEAR(q("quantity bearing.angle.value"), -0.0390889930687, 2e-6);
+  EXPECT_NEAR(q("quantity guide.travel.value"), -0.1466431412295, 2e-6);
+  EXPECT_NEAR(q("slider.x"), 1 + -0.1466431412295, 2e-6);
+}
+
+/// A rack, and a cam that depends on time, too: s = -0.25 a + 0.1 sin(a) t, by SciPy as above.
+TEST_F(Loads, AMotionFollowsOthers) {
+  Json json = on_oblique_axis(machine());
+  json["forces"]["motor"] = {{"type", "actuator"}, {"joint", "bearing"}, {"torque", "12"}};
+  json["motions"]["rack"] = {
+      {"type", "translation"}, {"joint", "guide"}, {"distance", "-half * bearing.angle"}};
+  run(json);
+  // (2 + 3 / 4) a'' = 12
+  EXPECT_NEAR(q("quantity bearing.angle.value"), 0.5 * 12 / 2.75 * 16, 1e-5);
+  EXPECT_NEAR(q("slider.x"), 1 - 0.5 * q("quantity bearing.angle.value"), 1e-9);
+
+  json["motions"]["rack"] = {{"type", "point"},
+                             {"side", "slider"},
+                             {"point", {1, 0, 0}},
+                             {"x", "1 - 0.25*bearing.angle + 0.1*sin(bearing.angle)*t"}};
+  run(json);
+  const double a = q("quantity bearing.angle.value");
+  EXPECT_NEAR(a, 41.7219293041491, 1e-5);
+  EXPECT_NEAR(q("slider.x"), 1 - 0.25 * a + 0.1 * std::sin(a) * 4, 1e-8);
+}
+
+}  // namespace
+}  // namespace mfs::dae

@@ -1,0 +1,159 @@
+// Where springs, weights and beams come to rest.
+#include "dae/statics/equilibrium.hpp"
+
+#include <gmock/gmock.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include <mfs/error.hpp>
+
+#include "test/dae/statics/models.hpp"
+
+namespace mfs::dae {
+namespace {
+
+const double kPi = std::acos(-1.0);
+
+class Equilibrium : public testing::Test {
+ protected:
+  void find(const Json& json) {
+    model_ = make_model(json, "", 1);
+    model_.integrator.threads = 1;
+    state_ =
+        find_equilibrium(*model_.system, model_.integrator, {0.0, model_.q0, model_.v0, {}, {}}, &report_);
+  }
+  double q(const std::string& name) const { return state_.q[test::coordinate(*model_.system, name)]; }
+  /// Of a frame from where it began, about z.
+  double turn(const std::string& frame) const { return 2 * std::atan2(q(frame + ".e3"), q(frame + ".e0")); }
+  MultibodyModel model_;
+  State state_;
+  EquilibriumReport report_;
+};
+
+TEST_F(Equilibrium, AWeightOnSprings) {
+  Json json = test::pendulum(0);
+  json["joints"] = {{"guide",
+                     {{"type", "translational"},
+                      {"a", "ground"},
+                      {"b", "bar"},
+                      {"point", {0, 0, 0}},
+                      {"axis", {0, 1, 0}}}}};
+  json["forces"] = {
+      {"spring", {{"type", "translational_spring"}, {"joint", "guide"}, {"stiffness", 40}}},
+      {"cubic", {{"type", "point"}, {"side", "bar"}, {"point", {0, 0, 0}}, {"y", "-100 * guide.travel^3"}}}};
+  find(json);
+  const double y = q("bar.y");
+  EXPECT_LT(y, -0.1);
+  EXPECT_NEAR(40 * y + 100 * y * y * y, -2 * 9.81, 1e-8);
+  EXPECT_LT(report_.iterations, 20);
+}
+
+TEST_F(Equilibrium, APendulumHangsDownFromWhereverItBegins) {
+  for (const double degrees : {-90.0, -80.0, -30.0, 0.0, 40.0, 89.0, 179.0}) {
+    SCOPED_TRACE(degrees);
+    find(test::pendulum(degrees / 180 * kPi));
+    EXPECT_NEAR(q("bar.x"), 0.0, 1e-8);
+    EXPECT_NEAR(q("bar.y"), -0.6, 1e-8);
+    // The hinge holds the weight: -lambda on the bar.
+    EXPECT_THAT(state_.lambda, testing::Contains(testing::DoubleNear(-2 * 9.81, 1e-6)));
+    EXPECT_LT(report_.force, 1e-7);
+  }
+}
+
+/// m g l cos(a) = k (pi / 2 - ...): the spring is relaxed where the bar is horizontal.
+TEST_F(Equilibrium, ATorsionSpringHoldsThePendulum) {
+  Json json = test::pendulum(0);
+  json["forces"]["coil"] = {{"type", "rotational_spring"}, {"joint", "hinge"}, {"stiffness", 7.5}};
+  find(json);
+  const double angle = std::atan2(q("bar.y"), q("bar.x"));
+  EXPECT_LT(angle, -0.5);
+  EXPECT_NEAR(7.5 * angle + 2 * 9.81 * 0.6 * std::cos(angle), 0.0, 1e-7);
+}
+
+TEST_F(Equilibrium, AMotionHoldsItWhereItIsAtThatTime) {
+  Json json = test::pendulum(0);
+  json["motions"]["crank"] = {
+      {"type", "rotation"}, {"joint", "hinge"}, {"angle", {{"type", "linear"}, {"slope", 3}}}};
+  find(json);
+  EXPECT_NEAR(q("bar.x"), 0.6, 1e-9);
+  EXPECT_THAT(state_.lambda, testing::Contains(testing::DoubleNear(-2 * 9.81 * 0.6, 1e-6)));  // its torque
+  EXPECT_EQ(state_.v, std::vector<double>(state_.v.size()));
+}
+
+/// A hinge given twice: half of the weight on each.
+TEST_F(Equilibrium, RedundantHingesShareTheLoad) {
+  Json json = test::pendulum(0);
+  json["joints"]["second"] = json["joints"]["hinge"];
+  find(json);
+  EXPECT_NEAR(q("bar.y"), -0.6, 1e-8);
+  EXPECT_THAT(state_.lambda, testing::Contains(testing::DoubleNear(-9.81, 1e-6)).Times(2));
+}
+
+TEST_F(Equilibrium, WhatNothingHoldsStaysWhereNothingPulls) {
+  Json json = test::pendulum(0.3);
+  json["gravity"] = {0, 0, -9.81};
+  find(json);
+  EXPECT_NEAR(turn("bar"), 0.3, 1e-9);
+}
+
+TEST_F(Equilibrium, WhatFallsHasNone) {
+  Json json = test::pendulum(0);
+  json["joints"] = Json::object();
+  try {
+    find(json);
+    ADD_FAILURE() << "an equilibrium has been found";
+  } catch (const Error& e) {
+    EXPECT_THAT(e.what(), testing::HasSubstr("bar.y moves most"));
+  }
+}
+
+/// P L^3 / (3 E I) + P L / (k G A), k = 5/6 (Timoshenko).
+TEST_F(Equilibrium, ACantileverBends) {
+  Json json = test::cantilever(0.05, 0.05, 16);
+  json["forces"]["load"] = {{"type", "point"}, {"side", "beam:x1"}, {"point", {1, 0, 0}}, {"y", "-1000"}};
+  find(json);
+  const double inertia = 0.05 * std::pow(0.05, 3) / 12, shear = 2e11 / 2.6;
+  const double deflection = 1000 / (3 * 2e11 * inertia) + 1000 / (5.0 / 6 * shear * 0.0025);
+  EXPECT_NEAR(q("beam:x1.y"), -deflection, 0.02 * deflection);
+}
+
+/// A square bar: the twist is T L / (0.1406 a^4 G) (Saint-Venant). Its ends do not warp, which stiffens them.
+TEST_F(Equilibrium, ATorqueTwistsABar) {
+  Json json = test::cantilever(0.02, 0.02, 10);
+  json["bodies"]["beam"]["mesh"]["divisions"] = {10, 4, 4};
+  json["forces"]["load"] = {{"type", "torque"}, {"side", "beam:x1"}, {"x", "5"}};
+  find(json);
+  const double twist = 5 / (0.1406 * std::pow(0.02, 4) * 2e11 / 2.6);
+  EXPECT_NEAR(2 * std::asin(q("beam:x1.e1")), twist, 0.02 * twist);
+}
+
+/// A torque alone bends a beam to an arc, here a quarter of a circle.
+TEST_F(Equilibrium, ATorqueBendsAThinBeamToAnArc) {
+  Json json = test::cantilever(0.01, 0.02, 40);
+  const double inertia = 0.02 * std::pow(0.01, 3) / 12;
+  json["forces"]["load"] = {
+      {"type", "torque"}, {"side", "beam:x1"}, {"z", std::to_string(2e11 * inertia * kPi / 2)}};
+  find(json);
+  EXPECT_NEAR(turn("beam:x1"), kPi / 2, 0.01 * kPi / 2);
+  EXPECT_NEAR(q("beam:x1.x"), 2 / kPi, 0.01);
+  EXPECT_NEAR(q("beam:x1.y"), 2 / kPi, 0.01);
+}
+
+/// The same load as a follower across the end. The moment at the wall is P times the distance of the load's
+/// line; large deflections by the elastica E I phi'' = -P cos(phi - phi(L)), by SciPy's solve_bvp.
+TEST_F(Equilibrium, AFollowerBendsAThinBeam) {
+  Json json = test::cantilever(0.01, 0.02, 40);
+  const double inertia = 0.02 * std::pow(0.01, 3) / 12;
+  json["forces"]["load"] = {{"type", "point"},
+                            {"side", "beam:x1"},
+                            {"axes", "body"},
+                            {"point", {1, 0, 0}},
+                            {"y", std::to_string(4 * 2e11 * inertia)}};
+  find(json);
+  EXPECT_NEAR(q("beam:x1.x"), 0.3427457862, 0.01);
+  EXPECT_NEAR(q("beam:x1.y"), 0.7861684257, 0.01);
+}
+
+}  // namespace
+}  // namespace mfs::dae

@@ -1,0 +1,174 @@
+// Frequencies and damping against closed formulas, and against dense eigenvalues of the reduced matrices.
+#include "dae/statics/modes.hpp"
+
+#include <gmock/gmock.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "dae/statics/equilibrium.hpp"
+#include "test/dae/mechanics/dense.hpp"
+#include "test/dae/statics/models.hpp"
+
+namespace mfs::dae {
+namespace {
+
+const double kPi = std::acos(-1.0);
+
+class Modes : public testing::Test {
+ protected:
+  void find(const Json& json, int count) {
+    model_ = make_model(json, "", 1);
+    model_.integrator.threads = 1;
+    state_ = find_equilibrium(*model_.system, model_.integrator, {0.0, model_.q0, model_.v0, {}, {}});
+    modes_ = find_modes(*model_.system, state_, count, 1);
+  }
+  std::complex<double> x(std::size_t mode, const std::string& name) const {
+    return modes_.at(mode).x.at(test::coordinate(*model_.system, name));
+  }
+  void expect_frequency(std::size_t mode, double hertz, double tolerance) const {
+    EXPECT_NEAR(natural_frequency(modes_.at(mode)), hertz, tolerance * hertz) << mode;
+    EXPECT_NEAR(damping_ratio(modes_.at(mode)), 0.0, 1e-6) << mode;
+  }
+  MultibodyModel model_;
+  State state_;
+  std::vector<Mode> modes_;
+};
+
+TEST_F(Modes, OfACompoundPendulum) {
+  find(test::pendulum(-1.0), 5);
+  ASSERT_EQ(modes_.size(), 1U);
+  expect_frequency(0, std::sqrt(2 * 9.81 * 0.6 / 0.96) / (2 * kPi), 1e-9);
+  // It swings across its length, and turns by half of that change of e3 and e0.
+  EXPECT_NEAR(std::abs(x(0, "bar.x")), 1.0, 1e-9);
+  EXPECT_NEAR(std::abs(x(0, "bar.y")), 0.0, 1e-7);
+}
+
+TEST_F(Modes, OfAPendulumThatStands) {
+  // With the weight pulling up it is the same as upside down.
+  Json json = test::pendulum(-kPi / 2);
+  const MultibodyModel model = make_model(json, "", 1);
+  State state{0.0, model.q0, model.v0, {}, {}};
+  state = find_equilibrium(*model.system, model.integrator, state);
+  json["gravity"] = {0, 9.81, 0};
+  const MultibodyModel standing = make_model(json, "", 1);
+  for (double& lambda : state.lambda) lambda = -lambda;
+  const std::vector<Mode> modes = find_modes(*standing.system, state, 3, 1);
+  ASSERT_EQ(modes.size(), 1U);
+  EXPECT_NEAR(modes[0].s.real(), std::sqrt(2 * 9.81 * 0.6 / 0.96), 1e-8);
+  EXPECT_NEAR(damping_ratio(modes[0]), -1.0, 1e-12);
+}
+
+/// Springs and dampers on measures, which have no inertia of their own.
+TEST_F(Modes, OfADampedTorsionPendulum) {
+  Json json = test::pendulum(0);
+  json["gravity"] = {0, 0, 0};
+  json["forces"]["coil"] = {
+      {"type", "rotational_spring"}, {"joint", "hinge"}, {"stiffness", 24}, {"damping", 1.2}};
+  find(json, 5);
+  ASSERT_EQ(modes_.size(), 1U);
+  // 0.96 s^2 + 1.2 s + 24 = 0
+  EXPECT_NEAR(modes_[0].s.real(), -1.2 / 1.92, 1e-9);
+  EXPECT_NEAR(modes_[0].s.imag(), std::sqrt(25 - 0.625 * 0.625), 1e-9);
+  EXPECT_NEAR(damping_ratio(modes_[0]), 0.125, 1e-9);
+}
+
+TEST_F(Modes, OfAControllerThatDependsOnOthersAndOfACreepingOne) {
+  // Slider and wheel: 2 x'' = -50 x + 3 a', 0.96 a'' = -8 a' - x.
+  Json json = test::pendulum(0);
+  json["gravity"] = {0, 0, 0};
+  json["bodies"]["slider"] = {{"type", "rigid"}, {"mass", 2}, {"inertia", {1, 1, 1}}};
+  json["joints"]["guide"] = {
+      {"type", "translational"}, {"a", "ground"}, {"b", "slider"}, {"point", {0, 0, 0}}, {"axis", {1, 0, 0}}};
+  json["forces"]["push"] = {
+      {"type", "actuator"}, {"joint", "guide"}, {"force", "-50*guide.travel + 3*hinge.angle_rate"}};
+  json["forces"]["brake"] = {
+      {"type", "actuator"}, {"joint", "hinge"}, {"torque", "-8*hinge.angle_rate - guide.travel"}};
+  find(json, 10);
+  Eigen::Matrix4d a;  // of x, a, x', a'
+  a << 0, 0, 1, 0, 0, 0, 0, 1, -25, 0, 0, 1.5, -1 / 0.96, 0, 0, -8 / 0.96;
+  const Eigen::EigenSolver<Eigen::Matrix4d> solver(a, false);
+  for (const std::complex<double> s : solver.eigenvalues()) {
+    if (s.imag() < 0) continue;
+    const auto is_near = [&](const Mode& mode) { return std::abs(mode.s - s) < 1e-6; };
+    EXPECT_TRUE(std::any_of(modes_.begin(), modes_.end(), is_near)) << s;
+  }
+  EXPECT_EQ(modes_.size(), 3U);  // swinging, creeping, and the wheel where it likes
+}
+
+/// Euler and Bernoulli: (k L)^2 / (2 pi L^2) sqrt(E I / (rho A)), a square section: each bending twice. The
+/// first longitudinal one: sqrt(E / rho) / (4 L).
+TEST_F(Modes, OfASquareCantilever) {
+  find(test::cantilever(0.02, 0.02, 24), 7);
+  ASSERT_EQ(modes_.size(), 7U);
+  const double bending = std::sqrt(2e11 / 8000 / 12) * 0.02 / (2 * kPi);
+  const double numbers[] = {1.8751040687, 4.6940911330, 7.8547574382};
+  for (std::size_t i = 0; i < 6; ++i) expect_frequency(i, numbers[i / 2] * numbers[i / 2] * bending, 0.01);
+  // The two of a pair are different motions, one of which is not the other times a number.
+  for (std::size_t i = 0; i < 6; i += 2) {
+    const auto of = [&](std::size_t mode) {
+      const auto& shape = modes_[mode].x;
+      return Eigen::Map<const Eigen::VectorXcd>(shape.data(), static_cast<Eigen::Index>(shape.size()))
+          .normalized()
+          .eval();
+    };
+    EXPECT_LT(std::abs(of(i).dot(of(i + 1))), 0.99) << i;
+  }
+}
+
+TEST_F(Modes, OfAFreeBeam) {
+  Json json = test::cantilever(0.03, 0.02, 24);
+  json["motions"] = Json::object();
+  find(json, 9);
+  ASSERT_EQ(modes_.size(), 9U);
+  for (std::size_t i = 0; i < 6; ++i) EXPECT_LT(natural_frequency(modes_[i]), 0.01) << i;
+  const double bending = std::sqrt(2e11 / 8000 / 12) / (2 * kPi);
+  expect_frequency(6, 22.3733 * 0.02 * bending, 0.01);
+  expect_frequency(7, 22.3733 * 0.03 * bending, 0.01);
+  expect_frequency(8, 61.6728 * 0.02 * bending, 0.01);
+}
+
+/// A block on the beam's tip, under its weight, with damping: all modes beside those of the dense pencil in
+/// the null space of Phi_q, by another method (QZ).
+TEST_F(Modes, OfALargeSystemAreThoseOfDenseMatrices) {
+  Json json = test::cantilever(0.02, 0.03, 12);
+  json["gravity"] = {0, -9.81, 0};
+  json["bodies"]["beam"]["damping"] = {{"alpha", 2.0}, {"beta", 1e-4}};
+  json["bodies"]["block"] = {
+      {"type", "rigid"}, {"mass", 3}, {"inertia", {0.01, 0.02, 0.03}}, {"position", {1.05, 0, 0}}};
+  json["joints"] = {
+      {"pin",
+       {{"type", "revolute"}, {"a", "beam:x1"}, {"b", "block"}, {"point", {1, 0, 0}}, {"axis", {0, 0, 1}}}}};
+  json["forces"]["coil"] = {
+      {"type", "rotational_spring"}, {"joint", "pin"}, {"stiffness", 40}, {"damping", 0.5}};
+  find(json, 12);
+  ASSERT_EQ(modes_.size(), 12U);
+  const ConstrainedSystem& system = *model_.system;
+  ASSERT_GT(system.coordinates() - system.constraints(), 150);  // not the reduced way
+  Tangent tangent = make_tangent(system);
+  system.evaluate({0.0, state_.q.data(), state_.v.data(), state_.a.data(), state_.lambda.data()}, tangent,
+                  BlockSet::all());
+  const auto dense = [&](Block b) { return test::dense(system.tangent_pattern()[b], tangent[b]); };
+  const Eigen::MatrixXd basis = Eigen::FullPivLU<Eigen::MatrixXd>(dense(Block::position_q)).kernel();
+  const Eigen::MatrixXd null = Eigen::HouseholderQR<Eigen::MatrixXd>(basis).householderQ() *
+                               Eigen::MatrixXd::Identity(basis.rows(), basis.cols());
+  const auto reduced = [&](Block b) -> Eigen::MatrixXd { return null.transpose() * dense(b) * null; };
+  // Of 1 / s, as the largest of s are 1e6 times those looked for.
+  const Eigen::FullPivLU<Eigen::MatrixXd> stiffness(reduced(Block::force_q));
+  const Eigen::Index f = stiffness.rows();
+  Eigen::MatrixXd a = Eigen::MatrixXd::Zero(2 * f, 2 * f);
+  a.topLeftCorner(f, f) = -stiffness.solve(reduced(Block::force_v));
+  a.topRightCorner(f, f) = -stiffness.solve(reduced(Block::force_a));
+  a.bottomLeftCorner(f, f).setIdentity();
+  std::vector<std::complex<double>> expected;
+  const Eigen::EigenSolver<Eigen::MatrixXd> solver(a, false);
+  for (const std::complex<double> inverse : solver.eigenvalues())
+    if (inverse.imag() <= 0) expected.push_back(1.0 / inverse);
+  std::sort(expected.begin(), expected.end(), [](auto x, auto y) { return std::abs(x) < std::abs(y); });
+  for (std::size_t i = 0; i < modes_.size(); ++i)
+    EXPECT_LT(std::abs(modes_[i].s - expected[i]), 1e-6 * std::abs(expected[i])) << i << " " << expected[i];
+}
+
+}  // namespace
+}  // namespace mfs::dae

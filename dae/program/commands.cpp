@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <exception>
 #include <filesystem>
-#include <optional>
 
 #include <fmt/format.h>
 
@@ -111,10 +110,12 @@ Integrator make_integrator(const MultibodyModel& model) {
 }
 
 ExitCode run_model(const Command& command) {
-  std::optional<io::OutputFile> json;
-  if (!command.json.empty()) json.emplace(command.json);
+  if (!command.json.empty()) io::check_writable(command.json);
   program::catch_interrupts();
   RunResult result;
+  const auto write_json = [&] {
+    if (!command.json.empty()) io::write_file(command.json, run_json(result) + "\n");
+  };
   result.model = command.model;
   result.backend = command.backend;
   result.threads = command.threads;
@@ -133,12 +134,12 @@ ExitCode run_model(const Command& command) {
     const program::Failure failure = program::describe_current_exception();
     result.code = failure.code;
     result.message = failure.message;
-    if (json) json->write(run_json(result) + "\n");
+    write_json();
     const bool interrupted = failure.code == ExitCode::interrupted || failure.code == ExitCode::terminated;
     if (interrupted && result.report.steps > 0) sum_up(command, result);
     throw;
   }
-  if (json) json->write(run_json(result) + "\n");
+  write_json();
   sum_up(command, result);
   return ExitCode::solved;
 }
@@ -173,7 +174,7 @@ ExitCode list_models(const Command& command) {
     std::error_code error;
     std::filesystem::create_directories(command.folder, error);
     const std::string path = (std::filesystem::path(command.folder) / (model.name + ".json")).string();
-    io::OutputFile(path).write(command.refine > 0 ? json.dump(2) + "\n" : model.text);
+    io::write_file(path, command.refine > 0 ? json.dump(2) + "\n" : model.text);
     text += path + "\n";
   }
   io::print(text);

@@ -68,26 +68,21 @@ void integrate(const MultibodyModel& model, const Command& command, program::Pro
   take_report();
 }
 
-void print_plots(const PlotOutcome& plots) {
-  std::string text;
-  for (const std::string& file : plots.files) text += program::labelled("plot", file);
-  io::print(text);
-}
-
-void draw(const std::string& folder) {
-  const PlotOutcome plots = draw_plots(folder);
-  if (!plots.trouble.empty()) fmt::print(stderr, "mfs-dae: no plots: {}\n", plots.trouble);
-  print_plots(plots);
-}
-
 // For people, unless standard output is for the report.
 void sum_up(const Command& command, const RunResult& result) {
   if (command.json == "-") return;
   io::print(run_summary(result) + program::labelled("ParaView", command.folder + "/result.pvd"));
-  if (command.plots) draw(command.folder);
+  if (command.plots) show_plots(draw_plots(command.folder));
 }
 
 }  // namespace
+
+void show_plots(const PlotOutcome& plots) {
+  if (!plots.trouble.empty()) fmt::print(stderr, "mfs-dae: no plots: {}\n", plots.trouble);
+  std::string text;
+  for (const std::string& file : plots.files) text += program::labelled("plot", file);
+  io::print(text);
+}
 
 MultibodyModel load_model(const Command& command) {
   const int threads = host_threads(command.threads, command.backend, omp_get_num_procs());
@@ -148,7 +143,7 @@ ExitCode plot_results(const Command& command) {
   const PlotOutcome plots = draw_plots(command.folder);
   if (!plots.trouble.empty()) throw Error("no plots: " + plots.trouble);
   if (plots.files.empty()) throw InvalidInput(command.folder, "holds no results of a run");
-  print_plots(plots);
+  show_plots(plots);
   return ExitCode::solved;
 }
 

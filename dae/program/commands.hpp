@@ -8,6 +8,7 @@
 #include <mfs/options.hpp>
 
 #include "dae/model/model.hpp"
+#include "dae/output/plots.hpp"
 #include "solver/program/exit_code.hpp"
 
 namespace mfs::dae {
@@ -26,6 +27,8 @@ struct Command {
   bool plots = true;
 };
 
+/// Names the pictures that were drawn; on standard error, why there are none.
+void show_plots(const PlotOutcome& plots);
 /// The model of the command, for its backend and threads.
 MultibodyModel load_model(const Command& command);
 /// Refuses options of the model as InvalidInput("integrator").

@@ -58,11 +58,6 @@ std::string where(const Command& command) {
   return command.at ? fmt::format("in motion at t = {} s", *command.at) : "at rest";
 }
 
-void print_plots(const PlotOutcome& plots) {
-  if (!plots.trouble.empty()) fmt::print(stderr, "mfs-dae: no plots: {}\n", plots.trouble);
-  for (const std::string& file : plots.files) io::print(program::labelled("plot", file));
-}
-
 }  // namespace
 
 void start_model(MultibodyModel& model) {
@@ -78,7 +73,7 @@ ExitCode solve_static(const Command& command) {
   io::print(program::labelled("equilibrium", fmt::format("{}: {} steps, largest force left {:.1e}",
                                                          model.name, report.iterations, report.force)) +
             program::labelled("ParaView", command.folder + "/result.pvd"));
-  print_plots(draw_plots(command.folder));
+  show_plots(draw_plots(command.folder));
   return ExitCode::solved;
 }
 
@@ -96,7 +91,7 @@ ExitCode list_modes(const Command& command) {
   if (command.folder.empty()) return ExitCode::solved;
   write_modes(model, state, modes, command.folder);
   io::print(program::labelled("ParaView", command.folder + "/mode_001.pvd, ..."));
-  print_plots(draw_modes(command.folder));
+  show_plots(draw_modes(command.folder));
   return ExitCode::solved;
 }
 

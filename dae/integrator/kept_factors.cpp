@@ -30,7 +30,7 @@ using MfsSolver = Amesos2::MFS<Matrix, Tpetra::MultiVector<double>>;
 /// Relative residual at which FGMRES stops. Rows of the matrix differ in size, so it has to be small.
 constexpr double kKrylovTolerance = 1e-8;
 /// A solve takes for an entry of the factors the time that a factorization takes for this many flops, by the
-/// tables in docs/performance.md: 103 to 115 on an H200, about 40 on a host with BLAS kernels that suit its
+/// tables in docs/experiments: 103 to 115 on an H200, about 40 on a host with BLAS kernels that suit its
 /// processor.
 double flops_per_entry(Backend backend) {
   return backend == Backend::cuda ? 100.0 : 40.0;

@@ -93,42 +93,80 @@ TEST(PlotDepths, PlotOfManyCases) {
   EXPECT_EQ(height_of_5, 2 * height_of_4);
 }
 
-TEST(DeviceTable, RowsOfSolversRatioAndFailure) {
-  const TemporaryFolder folder;
-  const std::string solved =
-      R"("status": "solved", "reorder_s": 1, "symbolic_s": 0.5, "first_factor_s": 2, "refactor_s": 0.5, )"
-      R"("refactor_median_s": 0.6, "flops": 5e12, "solve_1_s": 0.01, "solve_16_s": 0.02, "backward_error_1": 1e-15, )"
-      R"("backward_error_16": 2e-14, "refinement_steps": 1, "factor_entries": 1e9, "device_bytes": 12e9, )"
-      R"("device_bytes_caller": 2e9, "device_bytes_1": 10e9, "device_bytes_1_caller": 2e9, "bitwise_equal": true})";
-  const ProgramRun run =
-      shell(kScripts + "device_table " +
-            folder.write(
-                "device.jsonl",
-                R"({"case": "a:1", "solver": "mfs", )" + solved + "\n" +
-                    R"({"case": "a:1", "solver": "cudss", "status": "failed", "message": "no device"})"
-                    "\n"
-                    R"({"case": "a:1", "ratio": "mfs/cudss", "analysis_s": 0.9, "first_factor_s": 0.8, )"
-                    R"("refactor_s": 0.5, "refactor_median_s": 0.51, "solve_1_s": 0.6, "solve_16_s": 0.7, )"
-                    R"("factor_entries": 0.95, "device_bytes": 1.1, "device_bytes_1": 1.2})"
-                    "\n"));
-  ASSERT_EQ(run.code, 0) << run.err;
-  EXPECT_THAT(
-      run.out,
-      HasSubstr("\n| a:1 | mfs | 1.00 + 0.50 | 2.000 | 500.00 (600.00) | 10.0 | 10.00 | 20.00 | 2.0e-14 "
-                "| 1 | 1.00e+09 | 12.00 (1.50, 1.25) | 10.00 (1.25, 1.00) | yes |\n"));
-  EXPECT_THAT(run.out, HasSubstr("\n| a:1 | cudss | no device |"));
-  EXPECT_THAT(run.out, HasSubstr("\n| a:1 | ratio | 0.90 | 0.80 | 0.50 (0.51) |  | 0.60 | 0.70 "
-                                 "|  |  | 0.95 | 1.10 | 1.20 |  |\n"));
+// Two rounds of one case, of MFS and a peer, as perf_device writes them.
+std::string device_lines(double refactor) {
+  const auto line = [](const std::string& solver, double refactor_s) {
+    return R"({"case": "a:1", "solver": ")" + solver +
+           R"(", "backend": "cuda", "threads": 4, "status": "solved", )" +
+           R"("message": "", "device_bytes": 12e9, "solve_1_s": 2e-4, "refactor_s": )" +
+           std::to_string(refactor_s) + "}\n";
+  };
+  return line("mfs", refactor) + line("peer", 0.5) + line("mfs", 2 * refactor) +
+         R"({"case": "a:1", "ratio": "mfs/peer"})" + "\n";
 }
 
-// The keys that the table needs are those that perf_device writes.
-TEST(DeviceTable, OfARun) {
+TEST(Compare, RecordsTakeTheLeastOfRoundsAndTablesTheRatio) {
   const TemporaryFolder folder;
-  const ProgramRun run =
-      shell(MFS_BUILD "/bin/perf_device --backend openmp --repeat 1 poisson2d:8 >" + folder.path("lines") +
-            " && " + kScripts + "device_table " + folder.path("lines"));
+  const std::string raw = folder.write("raw.jsonl", device_lines(0.25));
+  const std::string records = folder.path("records.jsonl");
+  ASSERT_EQ(shell(kScripts + "compare --record card --commit abc " + raw + " >" + records).code, 0);
+  ProgramRun run =
+      shell(kScripts + "compare --table --columns refactor,solve_1,device_bytes,nothing " + records);
   ASSERT_EQ(run.code, 0) << run.err;
-  EXPECT_THAT(run.out, HasSubstr("| poisson2d:8 | mfs |"));
+  EXPECT_THAT(run.out, HasSubstr("| a:1, cuda, 4 | 250 ms (0.50) | 200 us (1.00) | 1.2e+10 (1.00) |  |\n"));
+  EXPECT_THAT(run.out, testing::Not(HasSubstr("peer")));
+}
+
+TEST(Compare, NamesWhatGotSlower) {
+  const TemporaryFolder folder;
+  const auto records = [&folder](const std::string& name, const std::string& machine, double refactor) {
+    const std::string raw = folder.write(name + ".raw", device_lines(refactor));
+    EXPECT_EQ(shell(kScripts + "compare --record " + machine + " " + raw + " >" + folder.path(name)).code, 0);
+    return folder.path(name);
+  };
+  const std::string old = records("old", "card", 0.1);
+  const std::string slower = records("slower", "card", 0.103);
+  ProgramRun run = shell(kScripts + "compare " + old + " " + slower);
+  EXPECT_EQ(run.code, 1) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("a:1 mfs cuda 4: refactor: 100 ms -> 103 ms, +3.0%"));
+  EXPECT_EQ(shell(kScripts + "compare --slower 4 " + old + " " + slower).code, 0);
+  EXPECT_EQ(shell(kScripts + "compare " + slower + " " + old).code, 0);
+  run = shell(kScripts + "compare " + old + " " + records("elsewhere", "other", 0.1));
+  EXPECT_EQ(run.code, 1);
+  EXPECT_THAT(run.err, HasSubstr("no machine, case, solver"));
+}
+
+TEST(Compare, RefusesWhatIsNoRecordOrFailed) {
+  const TemporaryFolder folder;
+  const std::string raw = folder.write("raw.jsonl", device_lines(0.1));
+  ProgramRun run = shell(kScripts + "compare " + raw + " " + raw);
+  EXPECT_EQ(run.code, 1);
+  EXPECT_THAT(run.err, HasSubstr("not a record"));
+  run =
+      shell(kScripts + "compare --record card " +
+            folder.write("failed.jsonl",
+                         R"({"case": "a:1", "solver": "peer", "status": "failed", "message": "no device"})"));
+  EXPECT_EQ(run.code, 1);
+  EXPECT_THAT(run.err, HasSubstr("a:1: failed: no device"));
+  run = shell(kScripts + "compare --record card " + folder.write("cut.jsonl", R"({"case": )"));
+  EXPECT_EQ(run.code, 1);
+  EXPECT_THAT(run.err, HasSubstr("cut.jsonl: line 1"));
+}
+
+// The keys that records need are those that the three programs write.
+TEST(Compare, RecordsOfRuns) {
+  const TemporaryFolder folder;
+  const std::string lines = folder.path("lines");
+  const ProgramRun run =
+      shell(MFS_BUILD "/bin/perf_device --backend openmp --repeat 1 poisson2d:8 >" + lines +
+            " && " MFS_BUILD "/bin/mfs bench poisson2d:8 --refactor 1 --json - >>" + lines + " && " +
+            kScripts + "compare --record host " + lines);
+  ASSERT_EQ(run.code, 0) << run.err;
+  const auto records = json_lines(run.out);
+  ASSERT_EQ(records.size(), 2u);
+  EXPECT_EQ(records[0]["benchmark"], "device");
+  EXPECT_EQ(records[1]["benchmark"], "bench");
+  for (const auto& record : records) EXPECT_GT(record["seconds"]["refactor"], 0);
 }
 
 TEST(PackDevice, AFolderThatRunsByItself) {

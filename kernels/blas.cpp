@@ -1,7 +1,5 @@
 #include "kernels/blas.hpp"
 
-#include <sys/mman.h>
-
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
@@ -12,6 +10,7 @@
 
 #include <mfs/error.hpp>
 
+#include "kernels/openblas_buffer.hpp"
 #include "kernels/simd_clones.hpp"
 
 using mfs::Offset;
@@ -236,16 +235,6 @@ double estimate_norm(Vertex n, const std::function<void(Scalar*)>& apply,
 
 namespace {
 
-/// OpenBLAS' BUFFER_SIZE for x86-64 and what it and malloc put around it.
-constexpr std::size_t kBufferRoom = (std::size_t{128} << 20) + (std::size_t{1} << 20);
-
-bool room_for_a_buffer() {
-  void* room = mmap(nullptr, kBufferRoom, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
-  if (room == MAP_FAILED) return false;
-  munmap(room, kBufferRoom);
-  return true;
-}
-
 // A buffer that was given back stays with OpenBLAS, so `callers` of them held together are enough for good.
 void take_buffers(int callers) {
   static std::mutex mutex;
@@ -257,19 +246,19 @@ void take_buffers(int callers) {
   held.reserve(static_cast<std::size_t>(callers));
   while (static_cast<int>(held.size()) < callers) {
     const bool kept = static_cast<int>(held.size()) < taken;
-    if (!kept && !room_for_a_buffer()) break;
+    if (!kept && !room_for_openblas_buffer()) break;
     held.push_back(blas_memory_alloc(0));
   }
   for (void* buffer : held) blas_memory_free(buffer);
   taken = static_cast<int>(held.size());
-  if (taken < callers) throw OutOfMemory(MemorySpace::host, kBufferRoom, 0);
+  if (taken < callers) throw OutOfMemory(MemorySpace::host, kOpenblasBuffer, 0);
 }
 
 // OpenBLAS' own threads look for their buffers without end as well, and at the end of the process it waits
 // for them. Where there is no room for one, they never come; without its server OpenBLAS waits for nobody.
 struct LetTheProcessEnd {
   ~LetTheProcessEnd() {
-    if (&blas_server_avail && !room_for_a_buffer()) blas_server_avail = 0;
+    if (&blas_server_avail && !room_for_openblas_buffer()) blas_server_avail = 0;
   }
 } const let_the_process_end;
 

@@ -22,20 +22,33 @@ namespace mfs {
 namespace {
 
 // OpenMP's library ends the process where the system refuses it a thread. So they are asked for here first,
-// all at once, and a refusal is thrown.
+// all at once, and a refusal is thrown. The C library gives a thread that allocates or frees 64 MiB of
+// address space, which outlive it: so each frees something while the stacks of all are there, as else the
+// last of them could take the place that the first ones' stacks have left.
 void ask_for_threads(int count) {
-  std::mutex asking;
+  std::mutex mutex;
+  std::condition_variable changed;
+  int there = -1, settled = 0;  // -1: not all yet
+  const auto settle = [&] {
+    std::unique_lock<std::mutex> lock(mutex);
+    changed.wait(lock, [&] { return there >= 0; });
+    void* volatile byte = std::malloc(1);
+    std::free(byte);
+    if (++settled == there) changed.notify_all();
+    changed.wait(lock, [&] { return settled == there; });
+  };
   std::vector<std::thread> granted;
   std::exception_ptr refusal;
-  {
-    const std::lock_guard<std::mutex> all_stay(asking);
-    try {
-      for (int k = 0; k < count; ++k)
-        granted.emplace_back([&asking] { const std::lock_guard<std::mutex> until_all_are_there(asking); });
-    } catch (...) {
-      refusal = std::current_exception();
-    }
+  try {
+    for (int k = 0; k < count; ++k) granted.emplace_back(settle);
+  } catch (...) {
+    refusal = std::current_exception();
   }
+  {
+    const std::lock_guard<std::mutex> lock(mutex);
+    there = static_cast<int>(granted.size());
+  }
+  changed.notify_all();
   for (std::thread& thread : granted) thread.join();
   if (refusal) std::rethrow_exception(refusal);
 }

@@ -1,6 +1,5 @@
 #include "solver/program/command_line.hpp"
 
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include <csignal>
@@ -14,6 +13,7 @@
 #include <mfs/version.hpp>
 
 #include "kernels/engine.hpp"
+#include "solver/program/openblas_start.hpp"
 
 namespace mfs::program {
 namespace {
@@ -37,29 +37,16 @@ int parse_and_run(const char* name, int argc, char** argv, const std::function<v
   return static_cast<int>(run(app));
 }
 
-/// What OpenBLAS should have found in the environment when it was loaded, before main.
-std::vector<std::pair<const char*, std::string>> environment_for_blas() {
-  std::vector<std::pair<const char*, std::string>> wanted;
-  const std::string kernels = better_blas_kernels();
-  if (!kernels.empty()) wanted.emplace_back("OPENBLAS_CORETYPE", kernels);
-  // Each of its threads, which MFS never uses, takes 128 MiB of address space.
-  rlimit space{};
-  const bool limited = getrlimit(RLIMIT_AS, &space) == 0 && space.rlim_cur != RLIM_INFINITY;
-  if (limited && !std::getenv("OPENBLAS_NUM_THREADS")) wanted.emplace_back("OPENBLAS_NUM_THREADS", "1");
-  return wanted;
-}
-
-// The program begins once more where OpenBLAS should have been told something. Goes on where that cannot be,
-// or where the process was begun by another file than the program (the dynamic loader, an emulator).
+// The program begins once more where OpenBLAS should have found the kind of this processor in the environment
+// when it was loaded. Goes on where that cannot be, or where the process was begun by another file than the
+// program (the dynamic loader, an emulator).
 void begin_again_for_blas(const char* name, char** argv) {
-  const auto wanted = environment_for_blas();
-  if (wanted.empty()) return;
+  const std::string kernels = better_blas_kernels();
+  if (kernels.empty()) return;
   std::error_code error;
   const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
   if (error || self.filename() != name) return;
-  for (const auto& [variable, value] : wanted)
-    if (setenv(variable, value.c_str(), 0) != 0) return;
-  execv(self.c_str(), argv);
+  if (setenv("OPENBLAS_CORETYPE", kernels.c_str(), 0) == 0) execv(self.c_str(), argv);
 }
 
 }  // namespace
@@ -83,6 +70,10 @@ void add_threads(CLI::App& app, int& threads) {
 void add_json(CLI::App& app, std::string& path, const std::string& what) {
   app.add_option("--json", path, what)->type_name("FILE|-");
 }
+
+// Here, where every program of MFS takes it from.
+[[gnu::used, gnu::section(".preinit_array")]] void (*const before_libraries)(int, char**,
+                                                                             char**) = prepare_openblas;
 
 int run_program(const char* name, int argc, char** argv, const std::function<void(CLI::App&)>& define,
                 const std::function<ExitCode(const CLI::App&)>& run) {

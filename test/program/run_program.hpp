@@ -30,6 +30,7 @@ struct Streams {
   std::string in{};          ///< path of standard input; empty: /dev/null
   rlim_t address_space = RLIM_INFINITY, file_size = RLIM_INFINITY;  ///< bytes
   std::vector<std::pair<std::string, std::string>> environment{};   ///< added to the test's own
+  std::string program = MFS_PROGRAM;                                ///< or another one
 };
 
 // What takes longer hangs: the program is then killed by SIGALRM.
@@ -46,11 +47,11 @@ inline void limit_program(const Streams& streams) {
   alarm(kHangs);
 }
 
-inline void exec_program(const std::vector<std::string>& arguments) {
+inline void exec_program(const std::string& program, const std::vector<std::string>& arguments) {
   std::vector<char*> argv{const_cast<char*>("mfs")};
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
-  execv(MFS_PROGRAM, argv.data());
+  execv(program.c_str(), argv.data());
   _exit(127);
 }
 
@@ -81,7 +82,7 @@ inline ProgramRun run_program(const std::vector<std::string>& arguments, const S
     dup2(out_file, STDOUT_FILENO);
     dup2(err_file, STDERR_FILENO);
     limit_program(streams);
-    exec_program(arguments);
+    exec_program(streams.program, arguments);
   }
   if (streams.closed_pipe) close(pipe_ends[1]);
   ProgramRun run;

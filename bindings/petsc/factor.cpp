@@ -55,13 +55,13 @@ PetscErrorCode view_options(const Options& options, PetscViewer viewer) {
                              "leaf size %d\n",
                              analysis.threads, matching_name(analysis.matching), kYesNo[analysis.scaling],
                              analysis.max_block_size, analysis.leaf_size));
-  PetscCall(PetscViewerASCIIPrintf(viewer,
-                                   "  precision of the factors %s, pivot tolerance %g, max reanalyses %d\n",
-                                   options.factor.precision == Precision::single ? "single" : "full",
-                                   options.factor.pivot_tolerance, options.factor.max_reanalyses));
-  PetscCall(PetscViewerASCIIPrintf(viewer, "  tolerance %g, max refinement steps %d, row floor %g\n",
-                                   options.solve.tolerance, options.solve.max_refinement_steps,
-                                   options.solve.row_floor));
+  PetscCall(PetscViewerASCIIPrintf(
+      viewer, "  precision of the factors %s, pivot tolerance %g (0: the default), max reanalyses %d\n",
+      options.factor.precision == Precision::single ? "single" : "full", options.factor.pivot_tolerance,
+      options.factor.max_reanalyses));
+  PetscCall(PetscViewerASCIIPrintf(
+      viewer, "  tolerance %g (0: the default), max refinement steps %d, row floor %g\n",
+      options.solve.tolerance, options.solve.max_refinement_steps, options.solve.row_floor));
   if (!options.dump_prefix.empty())
     PetscCall(PetscViewerASCIIPrintf(viewer, "  dump prefix %s\n", options.dump_prefix.c_str()));
   PetscFunctionReturn(kSuccess);

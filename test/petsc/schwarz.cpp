@@ -2,8 +2,9 @@
 // PETSc's preconditioners of subdomains, whose matrices MFS factors, beside other solvers. Not linked with
 // the plug-in, and nothing of it is named here:
 //   mpiexec -n 4 mfs_petsc_schwarz -dll_append .../libmfs_petsc.so -pc_type asm -solvers mfs,petsc,mumps
-// -n points per edge; -option_of_solver which option takes the name of the solver; -singular gives the last
-// rank a row of zeros. Prints a line per solver, ends with 1 where they do not agree.
+// -n: points per edge; -option_of_solver: which option, without its hyphen, takes the name of the solver;
+// -singular: the last rank has a row of zeros. Prints a line per solver and set of values, ends with 1 where
+// the solvers do not agree.
 #include <petscksp.h>
 
 #include <cstdio>
@@ -79,10 +80,10 @@ PetscErrorCode solve(KSP ksp, Cube& cube, Outcome& outcome) {
 PetscErrorCode run(const std::string& solver, PetscInt n, bool singular, Outcome outcomes[2]) {
   Cube cube;
   KSP ksp = nullptr;
-  char option[128] = "-sub_pc_factor_mat_solver_type";
+  char option[128] = "sub_pc_factor_mat_solver_type";
   PetscFunctionBegin;
   PetscCall(PetscOptionsGetString(nullptr, nullptr, "-option_of_solver", option, sizeof option, nullptr));
-  PetscCall(PetscOptionsSetValue(nullptr, option, solver.c_str()));
+  PetscCall(PetscOptionsSetValue(nullptr, (std::string("-") + option).c_str(), solver.c_str()));
   PetscCall(make(cube, n));
   PetscCall(KSPCreate(PETSC_COMM_WORLD, &ksp));
   PetscCall(KSPSetOperators(ksp, cube.a, cube.a));

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include <mfs/error.hpp>
+#include <mfs/threads.hpp>
 
 #include "kernels/engine.hpp"
 #include "solver/backend.hpp"
@@ -35,7 +36,7 @@ void check_options(const Options& options) {
 
 int threads_of(const Options& options) {
   if (options.backend == Backend::serial) return 1;
-  return options.threads ? options.threads : available_threads();
+  return options.threads ? options.threads : default_threads();
 }
 
 int analysis_threads_of(const Options& options) {

@@ -23,9 +23,9 @@
 namespace Amesos2 {
 
 /// The parameters of the sublist "MFS" of a list named "Amesos2", with defaults, documentation and
-/// validators: "Backend", "Threads", "AnalysisThreads", "Matching", "Scaling", "MaxBlockSize", "LeafSize",
-/// "PivotTolerance", "Precision", "MaxReanalyses", "Tolerance", "MaxRefinementSteps", "RowFloor",
-/// "DumpPrefix", "Verbosity", "Trans" and "IsContiguous".
+/// validators: "Backend", "Threads", "DefaultThreads", "AnalysisThreads", "Matching", "Scaling",
+/// "MaxBlockSize", "LeafSize", "PivotTolerance", "Precision", "MaxReanalyses", "Tolerance",
+/// "MaxRefinementSteps", "RowFloor", "DumpPrefix", "Verbosity", "Trans" and "IsContiguous".
 Teuchos::RCP<const Teuchos::ParameterList> mfs_valid_parameters();
 
 /// Made by Amesos2::create<Matrix, Vector>("MFS", ...); see Amesos2_MFS.hpp.

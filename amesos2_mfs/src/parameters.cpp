@@ -72,7 +72,10 @@ Teuchos::RCP<ParameterList> valid_parameters() {
             "Whether global ids are contiguous; accepted as by the other solvers, MFS handles both");
   set_choice(*list, "Backend", defaults.backend, kBackends, "Where the numeric phases run");
   list->set("Threads", defaults.threads,
-            "Threads of every phase; 0 takes what the machine offers this process");
+            "Threads of every phase; 0 takes the default of the process: this rank's share of its node, or "
+            "what DefaultThreads, mfs::set_default_threads or MFS_NUM_THREADS say");
+  list->set("DefaultThreads", 0,
+            "Not 0: threads of every solver of this process made from now on whose Threads is 0");
   list->set("AnalysisThreads", defaults.analysis.threads,
             "Threads of the analysis alone; 0 takes as many as every phase has");
   set_choice(*list, "Matching", defaults.analysis.matching, kMatchings,
@@ -112,6 +115,7 @@ Parameters read_parameters(const ParameterList& list) {
   Options& options = parameters.options;
   options.backend = get_choice(all, "Backend", kBackends);
   options.threads = in_range(all, "Threads", 0, kAny);
+  parameters.default_threads = in_range(all, "DefaultThreads", 0, kAny);
   options.analysis.threads = in_range(all, "AnalysisThreads", 0, kAny);
   options.analysis.matching = get_choice(all, "Matching", kMatchings);
   options.analysis.scaling = all.get<bool>("Scaling");

@@ -16,6 +16,7 @@ struct Parameters {
   Options options;
   bool has_trans = false;  ///< "Trans" was given, and goes before Amesos2's "Transpose"
   bool transpose = false;
+  int default_threads = 0;  ///< for mfs::set_default_threads, unless 0
 };
 
 /// `list` may name some of the parameters; the others take their defaults.

@@ -15,6 +15,8 @@
 #include <Amesos2_SolverCore_def.hpp>
 #include <Teuchos_TimeMonitor.hpp>
 
+#include <mfs/threads.hpp>
+
 #include "describe.hpp"
 #include "on_all_ranks.hpp"
 #include "parameters.hpp"
@@ -294,6 +296,7 @@ int MFS<Matrix, Vector>::solve_impl(const Teuchos::Ptr<MultiVecAdapter<Vector>>,
 template <class Matrix, class Vector>
 void MFS<Matrix, Vector>::setParameters_impl(const Teuchos::RCP<Teuchos::ParameterList>& parameters) {
   const mfs::amesos2::Parameters read = mfs::amesos2::read_parameters(*parameters);
+  if (read.default_threads > 0) mfs::set_default_threads(read.default_threads);
   impl_->has_trans = read.has_trans;
   impl_->trans = read.transpose;
   const bool same = mfs::amesos2::same_options(*parameters, impl_->parameters);

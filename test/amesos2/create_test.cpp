@@ -4,10 +4,13 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sched.h>
 
+#include <algorithm>
 #include <sstream>
 #include <string>
 
+#include <Teuchos_DefaultSerialComm.hpp>
 #include <Teuchos_FancyOStream.hpp>
 #include <Teuchos_VerboseObject.hpp>
 #include <Trilinos_Details_LinearSolver.hpp>
@@ -235,6 +238,7 @@ TEST(Amesos2Parameters, EveryNameOfTheDocumentation) {
     list.set("IsContiguous", false);
     list.set("Backend", "serial");
     list.set("Threads", 1);
+    list.set("DefaultThreads", 0);
     list.set("AnalysisThreads", 1);
     list.set("Matching", "never");
     list.set("Scaling", false);
@@ -278,6 +282,7 @@ TEST(Amesos2Parameters, WrongOnesAreRefused) {
   refused([](auto& list) { list.set("RowFloor", 2.0); });
   refused([](auto& list) { list.set("Threads", -1); });
   refused([](auto& list) { list.set("Threads", 2.0); });
+  refused([](auto& list) { list.set("DefaultThreads", -1); });
   refused([](auto& list) { list.set("AnalysisThreads", -1); });
   refused([](auto& list) { list.set("MaxBlockSize", 0); });
   refused([](auto& list) { list.set("MaxRefinementSteps", -1); });
@@ -292,6 +297,50 @@ TEST(Amesos2Parameters, WrongOnesAreRefused) {
   list->set("Transposed", true);
   EXPECT_THROW(solver->setParameters(list), Teuchos::Exceptions::InvalidParameter);
   solver->numericFactorization();  // it still works, with what it had
+}
+
+int threads_of(const Solver& solver) {
+  return dynamic_cast<const Amesos2::MFS<Matrix, Vector>&>(solver).report().threads;
+}
+
+/// What this process has to take: an equal part of all processors that the ranks of its node may use, of
+/// which it may use these. MPI counts them here.
+int share_of_node() {
+  int ranks = 1;
+  cpu_set_t own, all;
+  CPU_ZERO(&own);
+  sched_getaffinity(0, sizeof own, &own);
+  all = own;
+#ifdef HAVE_MPI
+  MPI_Comm node;
+  MPI_Comm_split_type(MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &node);
+  MPI_Comm_size(node, &ranks);
+  MPI_Allreduce(&own, &all, sizeof own, MPI_BYTE, MPI_BOR, node);
+  MPI_Comm_free(&node);
+#endif
+  return std::max(1, std::min(CPU_COUNT(&own), CPU_COUNT(&all) / ranks));
+}
+
+/// Each rank has a matrix of its own, as the subdomains of a Schwarz method are, and nobody is asked.
+TEST(Amesos2Threads, OfSubdomainsAreAShareOfTheNode) {
+  const int share = share_of_node();
+  const RCP<const Teuchos::Comm<int>> alone = rcp(new Teuchos::SerialComm<int>);
+  const auto rows = rcp(new const Map(Tpetra::global_size_t{30}, 0, alone));
+  const auto solver = Amesos2::create<Matrix, Vector>("MFS", assemble(grid_entries(6, 5), rows));
+  solver->numericFactorization();
+  EXPECT_EQ(threads_of(*solver), share);
+  solver->setParameters(amesos2_parameters([](auto& list) { list.set("DefaultThreads", 3); }));
+  solver->numericFactorization();
+  EXPECT_EQ(threads_of(*solver), 3);
+  const auto other = Amesos2::create<Matrix, Vector>("MFS", assemble(grid_entries(6, 5), rows));
+  other->numericFactorization();
+  EXPECT_EQ(threads_of(*other), 3) << "a solver that was given no parameters";
+  other->setParameters(amesos2_parameters([](auto& list) { list.set("Threads", 2); }));
+  other->numericFactorization();
+  EXPECT_EQ(threads_of(*other), 2);
+  EXPECT_THROW(other->setParameters(amesos2_parameters([](auto& l) { l.set("DefaultThreads", 513); })),
+               mfs::InvalidInput);
+  mfs::set_default_threads(0);
 }
 
 TEST(Amesos2Parameters, DumpPrefixLeavesAFailingSystemInAFile) {

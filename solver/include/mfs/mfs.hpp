@@ -7,4 +7,5 @@
 #include <mfs/options.hpp>
 #include <mfs/report.hpp>
 #include <mfs/solver.hpp>
+#include <mfs/threads.hpp>
 #include <mfs/version.hpp>

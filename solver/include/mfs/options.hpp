@@ -63,7 +63,7 @@ struct Options {
   FactorOptions factor;
   SolveOptions solve;
   Backend backend = Backend::openmp;
-  /// Threads of every phase, BLAS included, at most 512; 0 takes what the machine offers this process.
+  /// Threads of every phase, BLAS included, at most 512; 0 takes default_threads() (mfs/threads.hpp).
   int threads = 0;
   /// Called from the thread that called the solver (a libmfs with MFS_KOKKOS=shared: or from one beside it,
   /// never from both at once); must not call the solver. Empty: nobody is told. What it throws ends the call

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "dae/mechanics/joint_element.hpp"
+
 namespace mfs::dae {
 namespace {
 
@@ -42,6 +44,13 @@ std::vector<std::string> directions_of(const MultibodyBuilder& builder, const At
         break;
     }
   return directions;
+}
+
+void add_joint_equations(MultibodyBuilder& builder, const std::string& owner, const Attachment& a,
+                         const Attachment& b, const std::vector<JointEquation>& equations) {
+  FramePair sides(a, b, owner);
+  builder.add(make_pair_element<JointElement>(
+      owner, a, b, JointEquations(std::move(sides), equations, directions_of(builder, a, b, equations))));
 }
 
 }  // namespace mfs::dae

@@ -11,12 +11,15 @@
 // not reach. The angle has none: there its equation has a pole.
 #pragma once
 
+#include <array>
+#include <cmath>
+#include <cstddef>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "dae/mechanics/frame_pair.hpp"
-#include "dae/mechanics/single_element.hpp"
+#include "dae/mechanics/multibody.hpp"
 #include "dae/mechanics/smooth_function.hpp"
 #include "dae/mechanics/taylor.hpp"
 
@@ -36,7 +39,10 @@ std::vector<std::string> directions_of(const MultibodyBuilder& builder, const At
 
 class JointEquations {
  public:
-  static constexpr bool kNormalizes = false;
+  /// What equations are made of, in ground axes: axes of the ground, d, axes of a and of b.
+  enum class Vector { ground_x, ground_y, ground_z, apart, a_x, a_y, a_z, b_x, b_y, b_z };
+  static constexpr std::size_t kVectors = 10;
+  using Product = std::pair<Vector, Vector>;
 
   /// `directions`: of each equation.
   JointEquations(FramePair sides, std::vector<JointEquation> equations, std::vector<std::string> directions)
@@ -44,35 +50,38 @@ class JointEquations {
 
   std::string direction(int i) const { return directions_[static_cast<std::size_t>(i)]; }
   int count() const { return static_cast<int>(equations_.size()); }
+  const FramePair& sides() const { return sides_; }
+  const std::vector<JointEquation>& all() const { return equations_; }
 
-  template <class T>
-  void positions(double t, const T* q, T* x) const {
-    for (const JointEquation& equation : equations_) *x++ = left_side(equation, t, q);
-  }
-
- private:
-  template <class T>
-  T left_side(const JointEquation& equation, double t, const T* q) const {
+  /// The scalar products in an equation: one, or the cosine and the sine of the angle. The second of a pair
+  /// may not be an axis of the ground.
+  static std::array<Product, 2> products(const JointEquation& equation) {
     using Kind = JointEquation::Kind;
-    const Side &a = sides_.a, &b = sides_.b;
-    const Jet f = equation.function ? equation.function->at(t) : Jet{};
+    const auto axis = [](Vector first, int k) { return static_cast<Vector>(static_cast<int>(first) + k); };
     switch (equation.kind) {
       case Kind::apart_ground:
-        return T(b.place(q)[equation.k] - a.place(q)[equation.k] - AlongTime<T>::of(f));
+        return repeated({axis(Vector::ground_x, equation.k), Vector::apart});
       case Kind::apart:
-        return T(dot(a.axis(q, equation.k), b.place(q) - a.place(q)) - AlongTime<T>::of(f));
+        return repeated({axis(Vector::a_x, equation.k), Vector::apart});
       case Kind::perpendicular:
-        return dot(a.axis(q, equation.k), b.axis(q, equation.l));
+        return repeated({axis(Vector::a_x, equation.k), axis(Vector::b_x, equation.l)});
       case Kind::turned:
         break;
     }
+    return {{{Vector::a_x, Vector::b_x}, {Vector::a_y, Vector::b_x}}};
+  }
+
+  /// The left side of `turned`.
+  template <class T>
+  static T angle(const Jet& f, const T& along, const T& across) {
     const double s = std::sin(f.value), c = std::cos(f.value), square = f.first * f.first;
     const T sine = AlongTime<T>::of({s, c * f.first, c * f.second - s * square});
     const T cosine = AlongTime<T>::of({c, -s * f.first, -s * f.second - c * square});
-    const Triple<T> x = b.axis(q, 0);
-    const T along = dot(a.axis(q, 0), x), across = dot(a.axis(q, 1), x);
     return T(2.0 * (cosine * across - sine * along) / (T(1.0) + cosine * along + sine * across));
   }
+
+ private:
+  static std::array<Product, 2> repeated(Product product) { return {product, product}; }
 
   FramePair sides_;
   std::vector<JointEquation> equations_;
@@ -81,11 +90,7 @@ class JointEquations {
 
 /// Adds them as constraints of what an error message calls `owner`. Throws InvalidInput("`owner`") where both
 /// sides are on the same body or an attachment is no point with axes.
-inline void add_joint_equations(MultibodyBuilder& builder, const std::string& owner, const Attachment& a,
-                                const Attachment& b, const std::vector<JointEquation>& equations) {
-  FramePair sides(a, b, owner);
-  builder.add(make_pair_element<ConstraintElement>(
-      owner, a, b, JointEquations(std::move(sides), equations, directions_of(builder, a, b, equations))));
-}
+void add_joint_equations(MultibodyBuilder& builder, const std::string& owner, const Attachment& a,
+                         const Attachment& b, const std::vector<JointEquation>& equations);
 
 }  // namespace mfs::dae

@@ -13,37 +13,89 @@
 namespace mfs::dae {
 namespace {
 
-struct InertiaAndWeight {
-  double mass;
-  Eigen::Matrix3d inertia;
-  Eigen::Vector3d gravity;
+using Vector4 = Eigen::Matrix<double, 4, 1>;
+using Matrix34 = Eigen::Matrix<double, 3, 4>;
 
-  template <class T>
-  Triple<T> inertia_times(const Triple<T>& x) const {
-    Triple<T> y;
-    for (int i = 0; i < 3; ++i) y[i] = inertia(i, 0) * x[0] + inertia(i, 1) * x[1] + inertia(i, 2) * x[2];
-    return y;
+/// G(p), linear in p; G(p) x = -G(x) p.
+Matrix34 g_matrix(const double* p) {
+  Matrix34 g;
+  g << -p[1], p[0], p[3], -p[2],  //
+      -p[2], -p[3], p[0], p[1],   //
+      -p[3], p[2], -p[1], p[0];
+  return g;
+}
+
+/// d(G(p)^T y)/dp.
+Eigen::Matrix4d g_transposed_by_p(const Eigen::Vector3d& y) {
+  Eigen::Matrix4d by_p;
+  by_p << 0.0, -y[0], -y[1], -y[2],  //
+      y[0], 0.0, y[2], -y[1],        //
+      y[1], -y[2], 0.0, y[0],        //
+      y[2], y[1], -y[0], 0.0;
+  return by_p;
+}
+
+class InertiaAndWeight final : public SingleElement<7> {
+ public:
+  InertiaAndWeight(const RigidBody& body, const std::array<int, 7>& coordinates,
+                   const Eigen::Vector3d& gravity)
+      : SingleElement<7>("body " + body.name, coordinates),
+        mass_(body.mass),
+        inertia_(body.inertia),
+        gravity_(gravity) {}
+
+  LocalStructure structure() const override {
+    using Kind = LocalStructure::Kind;
+    return {Kind::dense, Kind::dense, Kind::dense, false, false};
   }
 
-  template <class T>
-  void force(const T* q, const T* v, const T* a, T* f) const {
-    for (int i = 0; i < 3; ++i) f[i] = mass * (a[i] - T(gravity[i]));
-    const T *p = q + 3, *rate = v + 3;
-    const Quadruple<T> inertial = g_transposed_times(p, inertia_times(g_times(p, a + 3)));
-    const Quadruple<T> gyroscopic = g_transposed_times(rate, inertia_times(g_times(p, rate)));
-    for (int i = 0; i < 4; ++i) f[3 + i] = 4.0 * inertial[i] + 8.0 * gyroscopic[i];
+  void residual(int, const LocalState& state, LocalResidual& residual) const override {
+    for (int i = 0; i < 3; ++i) residual.force[i] = mass_ * (state.a[i] - gravity_[i]);
+    const Euler of(state);
+    Eigen::Map<Vector4>(residual.force + 3) = 4.0 * of.g.transpose() * (inertia_ * (of.g * of.a)) +
+                                              8.0 * of.g_rate.transpose() * (inertia_ * (of.g * of.v));
   }
 
-  Energy energy(const double* q, const double* v) const {
-    const Triple<double> half = g_times(q + 3, v + 3);  // of the angular velocity
+  void tangent(int, const LocalState& state, LocalTangent& tangent) const override {
+    const Euler of(state);
+    const Eigen::Vector3d spin = inertia_ * (of.g * of.v);
+    const Matrix34 by_p = inertia_ * of.g, by_rate = inertia_ * of.g_rate;
+    const auto turning = [](double* block) {
+      return Eigen::Map<Eigen::Matrix<double, 7, 7, Eigen::RowMajor>>(block).bottomRightCorner<4, 4>();
+    };
+    turning(tangent.force_q) = 4.0 * (g_transposed_by_p(inertia_ * (of.g * of.a)) -
+                                      of.g.transpose() * inertia_ * g_matrix(of.a.data())) -
+                               8.0 * of.g_rate.transpose() * by_rate;
+    turning(tangent.force_v) = 8.0 * (g_transposed_by_p(spin) + of.g_rate.transpose() * by_p);
+    turning(tangent.force_a) = 4.0 * of.g.transpose() * by_p;
+    for (int i = 0; i < 3; ++i) tangent.force_a[8 * i] = mass_;
+  }
+
+  Energy energy(int, const LocalState& state) const override {
+    const Euler of(state);
+    const Eigen::Vector3d half = of.g * of.v;  // of the angular velocity
     Energy energy;
-    energy.kinetic = 2 * dot(half, inertia_times(half));
+    energy.kinetic = 2 * half.dot(inertia_ * half);
     for (int i = 0; i < 3; ++i) {
-      energy.kinetic += 0.5 * mass * v[i] * v[i];
-      energy.potential -= mass * gravity[i] * q[i];
+      energy.kinetic += 0.5 * mass_ * state.v[i] * state.v[i];
+      energy.potential -= mass_ * gravity_[i] * state.q[i];
     }
     return energy;
   }
+  Power power(int, const LocalState&) const override { return {}; }
+
+ private:
+  /// G(p), G(p'), and p's derivatives.
+  struct Euler {
+    Matrix34 g, g_rate;
+    Eigen::Map<const Vector4> v, a;
+    explicit Euler(const LocalState& state)
+        : g(g_matrix(state.q + 3)), g_rate(g_matrix(state.v + 3)), v(state.v + 3), a(state.a + 3) {}
+  };
+
+  double mass_;
+  Eigen::Matrix3d inertia_;
+  Eigen::Vector3d gravity_;
 };
 
 void check(const RigidBody& body) {
@@ -72,8 +124,7 @@ Frame add_rigid_body(MultibodyBuilder& builder, const RigidBody& body, const Eig
   Frame frame = add_frame(builder, body.name, body.placement);
   std::array<int, 7> coordinates;
   for (int k = 0; k < 7; ++k) coordinates[k] = frame.first + k;
-  builder.add(std::make_shared<ForceElement<InertiaAndWeight, 7>>(
-      "body " + body.name, coordinates, InertiaAndWeight{body.mass, body.inertia, gravity}));
+  builder.add(std::make_shared<InertiaAndWeight>(body, coordinates, gravity));
   return frame;
 }
 

@@ -44,6 +44,32 @@ Triple<T> rotate(const T* p, const Eigen::Vector3d& s) {
           T(s[2] * diagonal + 2.0 * (along * p[3] + p[0] * z))};
 }
 
+using RotateByP = Eigen::Matrix<double, 3, 4>;
+
+/// The derivatives of A(p) s by p. They are linear in p, and A(p) s = rotate_by_p(p, s) p / 2.
+inline RotateByP rotate_by_p(const double* p, const Eigen::Vector3d& s) {
+  const double along = p[1] * s[0] + p[2] * s[1] + p[3] * s[2];
+  RotateByP by_p;
+  by_p << p[0] * s[0] + p[2] * s[2] - p[3] * s[1], along, p[1] * s[1] - s[0] * p[2] + p[0] * s[2],
+      p[1] * s[2] - s[0] * p[3] - p[0] * s[1],  //
+      p[0] * s[1] + p[3] * s[0] - p[1] * s[2], p[2] * s[0] - s[1] * p[1] - p[0] * s[2], along,
+      p[2] * s[2] - s[1] * p[3] + p[0] * s[0],  //
+      p[0] * s[2] + p[1] * s[1] - p[2] * s[0], p[3] * s[0] - s[2] * p[1] + p[0] * s[1],
+      p[3] * s[1] - s[2] * p[2] - p[0] * s[0], along;
+  return 2.0 * by_p;
+}
+
+/// The second derivatives of w . A(p) s by p, the same for every p.
+inline Eigen::Matrix4d rotate_by_pp(const Eigen::Vector3d& s, const Eigen::Vector3d& w) {
+  const double along = s.dot(w);
+  Eigen::Matrix4d by_pp;
+  by_pp(0, 0) = along;
+  by_pp.block<3, 1>(1, 0) = s.cross(w);
+  by_pp.block<1, 3>(0, 1) = by_pp.block<3, 1>(1, 0).transpose();
+  by_pp.block<3, 3>(1, 1) = s * w.transpose() + w * s.transpose() - along * Eigen::Matrix3d::Identity();
+  return 2.0 * by_pp;
+}
+
 /// The quaternion product x y: first the rotation y, then x.
 template <class T, class U>
 Quadruple<T> product(const Quadruple<T>& x, const Quadruple<U>& y) {

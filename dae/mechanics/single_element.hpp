@@ -1,5 +1,6 @@
-// Groups of one element made of formulas: a joint, a spring, a rigid body. The formulas are given once; all
-// derivatives come from autodiff.hpp.
+// Groups of one element made of formulas, as a spring or a measure. The formulas are given once; all
+// derivatives come from autodiff.hpp. Of those that most mechanisms consist of, joints (joint_element.hpp)
+// and rigid bodies (rigid_body.cpp), derivatives are in closed form.
 #pragma once
 
 #include <array>
@@ -54,6 +55,7 @@ class ConstraintElement final : public SingleElement<N> {
   }
 
   void tangent(int, const LocalState& state, LocalTangent& tangent) const override {
+    if (!tangent.asked.meets(kAllButPositions)) return add_gradients(state, tangent.position_q);
     const auto x = along_motion_with_gradients<N>(formulas_, state);
     for (int i = 0; i < formulas_.count(); ++i)
       for (int k = 0; k < N; ++k) {
@@ -66,6 +68,16 @@ class ConstraintElement final : public SingleElement<N> {
   }
 
  private:
+  static constexpr BlockSet kAllButPositions{Block::force_q, Block::velocity_q, Block::acceleration_q,
+                                             Block::acceleration_v};
+  void add_gradients(const LocalState& state, double* position_q) const {
+    const std::array<Dual<N>, N> q = seeded<N>(state.q);
+    std::array<Dual<N>, kMostFormulas> x;
+    formulas_.positions(state.t, q.data(), x.data());
+    for (int i = 0; i < formulas_.count(); ++i)
+      for (int k = 0; k < N; ++k) position_q[i * N + k] += x[i].derivatives()[k];
+  }
+
   Formulas formulas_;
 };
 
@@ -166,49 +178,6 @@ class CompliantElement final : public SingleElement<N> {
 
  private:
   Formulas formulas_;
-};
-
-/// A share of F given as `template <class T> void force(const T* q, const T* v, const T* a, T* f) const`,
-/// with all N of f, of a body: `Energy energy(const double* q, const double* v) const` is all that it
-/// changes.
-template <class Formula, int N>
-class ForceElement final : public SingleElement<N> {
- public:
-  ForceElement(std::string name, const std::array<int, N>& coordinates, Formula formula)
-      : SingleElement<N>(std::move(name), coordinates), formula_(std::move(formula)) {}
-
-  LocalStructure structure() const override {
-    using Kind = LocalStructure::Kind;
-    return {Kind::dense, Kind::dense, Kind::dense, false, false};
-  }
-
-  void residual(int, const LocalState& state, LocalResidual& residual) const override {
-    formula_.force(state.q, state.v, state.a, residual.force);
-  }
-
-  void tangent(int, const LocalState& state, LocalTangent& tangent) const override {
-    using T = Dual<3 * N>;
-    std::array<T, 3 * N> x;
-    for (int k = 0; k < N; ++k) {
-      x[k] = T(state.q[k], 3 * N, k);
-      x[N + k] = T(state.v[k], 3 * N, N + k);
-      x[2 * N + k] = T(state.a[k], 3 * N, 2 * N + k);
-    }
-    std::array<T, N> f;
-    formula_.force(x.data(), x.data() + N, x.data() + 2 * N, f.data());
-    for (int i = 0; i < N; ++i)
-      for (int k = 0; k < N; ++k) {
-        tangent.force_q[i * N + k] = f[i].derivatives()[k];
-        tangent.force_v[i * N + k] = f[i].derivatives()[N + k];
-        tangent.force_a[i * N + k] = f[i].derivatives()[2 * N + k];
-      }
-  }
-
-  Energy energy(int, const LocalState& state) const override { return formula_.energy(state.q, state.v); }
-  Power power(int, const LocalState&) const override { return {}; }
-
- private:
-  Formula formula_;
 };
 
 }  // namespace mfs::dae

@@ -81,6 +81,13 @@ void expect_true_derivatives(const ConstrainedSystem& system, const State& state
   expect(Block::acceleration_q, &State::q, &Residual::acceleration, "acceleration_q");
   expect(Block::acceleration_v, &State::v, &Residual::acceleration, "acceleration_v");
 
+  // A block alone may be evaluated another way.
+  for (const Block b : {Block::force_q, Block::position_q, Block::velocity_q, Block::acceleration_v}) {
+    dae::Tangent alone = make_tangent(system);
+    system.evaluate(state.view(), alone, {b});
+    expect_close(dense(system.tangent_pattern()[b], alone[b]), block(b), 1e-13, "alone");
+  }
+
   constexpr double kStep = 1e-5;
   const Residual here = residual_at(system, state);
   const Residual after = residual_at(system, moved(state, kStep));

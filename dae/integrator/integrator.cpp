@@ -240,7 +240,7 @@ class Integrator::Impl {
   /// on the other side.
   void choose_redundant() {
     if (!redundancy_->filters()) return;
-    Dependencies found = redundancy_->find(state_.t, state_.q.on_host(*executor_));
+    Dependencies found = redundancy_->choose(state_.t, state_.q.on_host(*executor_));
     if (found.redundant().size() <= redundancy_->redundant().size()) leave_out(std::move(found));
   }
 

@@ -51,23 +51,39 @@ Dependencies Redundancy::find(double t, const std::vector<double>& q, double not
 }
 
 void Redundancy::check(const StateView& state, const IntegratorOptions& options) const {
-  if (const auto violated = violation(state, options)) throw_contradiction(*violated, state.t);
+  if (const auto violated = violation(state, options, left_out_)) throw_contradiction(*violated, state.t);
 }
 
+// As a mechanism turns, other rows of a joint, which are along ground axes, become those that follow. Near
+// where they change, the rows that are kept determine badly what is left out: the state is a little off, so
+// that exactly nothing follows there, and what is left out is off by more than its share when it was chosen.
 // A motion that begins in a singular position cannot do without what is left out there for long, but near it
 // that would determine nothing exactly.
 std::optional<Dependencies> Redundancy::look_at(const StateView& there, const IntegratorOptions& options) {
   if (redundant().empty()) return std::nullopt;
-  const auto violated = violation(there, options);
+  auto violated = violation(there, options, left_out_);
   if (!violated && !may_be_singular_) return std::nullopt;
   const std::vector<double> q(there.q, there.q + given_.coordinates());
-  Dependencies found = find(there.t, q);
-  const bool fewer = found.redundant().size() < redundant().size();
+  Dependencies exact = find(there.t, q), found = choose(exact, there.t, q);
+  const bool as_many = found.redundant().size() == redundant().size();
+  if (violated && as_many) {
+    if (found.redundant() != redundant()) return found;
+    violated = violation(there, options, found);
+  }
+  const bool fewer = exact.redundant().size() < redundant().size();
   if (violated && !fewer) throw_contradiction(*violated, there.t);
-  if (!violated && fewer) found = find(there.t, q, kNearlySingular);
+  if (violated) found = std::move(exact);
   may_be_singular_ = fewer && found.redundant().size() >= redundant().size();
   if (!fewer || may_be_singular_) return std::nullopt;
   return found;
+}
+
+Dependencies Redundancy::choose(Dependencies exact, double t, const std::vector<double>& q) const {
+  return exact.redundant().size() < redundant().size() ? find(t, q, kNearlySingular) : exact;
+}
+
+Dependencies Redundancy::choose(double t, const std::vector<double>& q) const {
+  return choose(find(t, q), t, q);
 }
 
 void Redundancy::leave_out(Dependencies found) {
@@ -109,7 +125,8 @@ State Redundancy::whole(State state) const {
 }
 
 std::optional<Redundancy::Violation> Redundancy::violation(const StateView& state,
-                                                           const IntegratorOptions& options) const {
+                                                           const IntegratorOptions& options,
+                                                           const Dependencies& by) const {
   if (redundant().empty()) return std::nullopt;
   const std::vector<double> no_multipliers(static_cast<std::size_t>(given_.constraints()), 0.0);
   StateView all = state;
@@ -119,7 +136,7 @@ std::optional<Redundancy::Violation> Redundancy::violation(const StateView& stat
   const auto find = [&](const std::vector<double>& values, double bound,
                         const char* level) -> std::optional<Violation> {
     for (std::size_t k = 0; k < redundant().size(); ++k) {
-      const double value = values[redundant()[k]], share = largest_share(left_out_.combination(k));
+      const double value = values[redundant()[k]], share = largest_share(by.combination(k));
       if (!(std::abs(value) <= kInexact * share * bound)) return Violation{redundant()[k], level, value};
     }
     return std::nullopt;

@@ -42,6 +42,8 @@ class Redundancy {
   /// instead, where some of it does not follow any more; then the step is to be tried again. Throws
   /// as check() where it is violated although it follows.
   std::optional<Dependencies> look_at(const StateView& there, const IntegratorOptions& options);
+  /// What is to be left out from this position on. What is left out now and is next to nothing stays so.
+  Dependencies choose(double t, const std::vector<double>& q) const;
   /// What is to be left out until look_at() takes it back, where in a position more constraints determine
   /// next to nothing.
   std::optional<Dependencies> look_for_singular(double t, const std::vector<double>& q);
@@ -53,7 +55,10 @@ class Redundancy {
     const char* level;
     double value;
   };
-  std::optional<Violation> violation(const StateView& state, const IntegratorOptions& options) const;
+  /// Of what is left out, measured by its shares in these combinations.
+  std::optional<Violation> violation(const StateView& state, const IntegratorOptions& options,
+                                     const Dependencies& by) const;
+  Dependencies choose(Dependencies exact, double t, const std::vector<double>& q) const;
   [[noreturn]] void throw_contradiction(const Violation& violation, double t) const;
 
   const ConstrainedSystem& given_;

@@ -39,6 +39,18 @@ void set_parameters(const std::vector<std::string>& parameters, Json& json) {
   }
 }
 
+// A file, or where there is none of that name a model of the library.
+Json read_model(const std::string& path) {
+  const LibraryModel* known = find_library_model(path);
+  return known != nullptr && !std::filesystem::exists(path) ? Json::parse(known->text) : read_json(path);
+}
+
+bool has_generated_mesh(const Json& model) {
+  for (const Json& body : model["bodies"])
+    if (body.contains("mesh") && body["mesh"].contains("generator")) return true;
+  return false;
+}
+
 void integrate(const MultibodyModel& model, const Command& command, program::ProgressDisplay& display,
                RunResult& result) {
   Integrator integrator = make_integrator(model);
@@ -87,7 +99,7 @@ void show_plots(const PlotOutcome& plots) {
 MultibodyModel load_model(const Command& command) {
   const int threads = host_threads(command.threads, command.backend, omp_get_num_procs());
   if (threads > 0) omp_set_num_threads(threads);  // also of what is not told
-  Json json = read_json(command.model);
+  Json json = read_model(command.model);
   if (command.refine > 0) refine_meshes(json, command.refine);
   set_parameters(command.parameters, json);
   const std::string folder = std::filesystem::path(command.model).parent_path().string();
@@ -161,7 +173,8 @@ ExitCode list_models(const Command& command) {
   std::string text;
   for (const LibraryModel& model : model_library()) {
     Json json = Json::parse(model.text);
-    if (command.refine > 0) refine_meshes(json, command.refine);
+    const bool refined = command.refine > 0 && has_generated_mesh(json);
+    if (refined) refine_meshes(json, command.refine);
     if (command.folder.empty()) {
       text += program::labelled(model.name, json["description"].get<std::string>());
       continue;
@@ -169,7 +182,7 @@ ExitCode list_models(const Command& command) {
     std::error_code error;
     std::filesystem::create_directories(command.folder, error);
     const std::string path = (std::filesystem::path(command.folder) / (model.name + ".json")).string();
-    io::write_file(path, command.refine > 0 ? json.dump(2) + "\n" : model.text);
+    io::write_file(path, refined ? json.dump(2) + "\n" : model.text);
     text += path + "\n";
   }
   io::print(text);

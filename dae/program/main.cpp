@@ -16,7 +16,8 @@ constexpr const char* kExitCodes =
     "143 terminated: what there is by then is written.";
 
 void add_model(CLI::App& app, Command& command) {
-  app.add_option("MODEL.json", command.model, "model file (docs/models.md)")->required();
+  app.add_option("MODEL", command.model, "model file (docs/models.md), or the name of a model of the library")
+      ->required();
 }
 
 void add_refine(CLI::App& app, Command& command) {

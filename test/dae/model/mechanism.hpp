@@ -1,4 +1,5 @@
-// Mechanisms of thin rods, spheres and joints as model files, and their runs.
+// Mechanisms of thin rods, spheres and joints as model files, those of the library among them, and their
+// runs.
 #pragma once
 
 #include <Eigen/Dense>
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include "dae/model/model.hpp"
+#include "dae/model/model_library.hpp"
 #include "test/dae/integrator/recorder.hpp"
 
 namespace mfs::dae::test {
@@ -47,6 +49,17 @@ inline Json mechanism(double end, int outputs, const Vector3d& gravity) {
   return {{"name", "mechanism"}, {"end", end}, {"outputs", outputs}, {"gravity", triple(gravity)}};
 }
 
+/// A model of the library, with another end or number of outputs.
+inline Json of_library(const std::string& name) {
+  return Json::parse(find_library_model(name)->text);
+}
+inline Json of_library(const std::string& name, double end, int outputs) {
+  Json json = of_library(name);
+  json["end"] = end;
+  json["outputs"] = outputs;
+  return json;
+}
+
 struct MotionRun {
   MultibodyModel model;
   IntegrationReport report;
@@ -69,8 +82,7 @@ struct MotionRun {
   }
 };
 
-inline MotionRun run(Json json, double tolerance) {
-  for (const char* key : {"rtol", "atol_position", "atol_velocity"}) json["integrator"][key] = tolerance;
+inline MotionRun run(const Json& json) {
   MotionRun result;
   result.model = make_model(json, "", 1);
   Integrator integrator(*result.model.system, result.model.integrator);
@@ -80,6 +92,11 @@ inline MotionRun run(Json json, double tolerance) {
   result.report = integrator.report();
   result.outputs = std::move(recorder.outputs);
   return result;
+}
+
+inline MotionRun run(Json json, double tolerance) {
+  for (const char* key : {"rtol", "atol_position", "atol_velocity"}) json["integrator"][key] = tolerance;
+  return run(json);
 }
 
 /// y' = f(t, y) by the classical Runge-Kutta method with equal steps.

@@ -12,45 +12,13 @@
 #include <vector>
 
 #include "dae/model/model.hpp"
+#include "dae/model/model_library.hpp"
 #include "test/dae/integrator/recorder.hpp"
 
 namespace mfs::dae {
 namespace {
 
-constexpr double kLength = 10.0, kSide = 0.0775, kYoung = 4.67e9, kDensity = 200.0;
-constexpr double kSpeed = 6.0, kSpinUp = 15.0, kEnd = 20.0;  // rad/s, s
-
-double angle(double t) {
-  const double share = 2 * M_PI / kSpinUp;
-  if (t > kSpinUp) return kSpeed * (t - 0.5 * kSpinUp);
-  return kSpeed / kSpinUp * (0.5 * t * t + (std::cos(share * t) - 1) / (share * share));
-}
-
-Json model_file() {
-  Json json = Json::parse(R"({
-    "name": "spin_up", "outputs": 200,
-    "materials": {"soft": {"law": "st_venant_kirchhoff", "poisson": 0.3}},
-    "bodies": {
-      "beam": {
-        "type": "flexible", "material": "soft",
-        "mesh": {"generator": "box", "element": "hex8", "refine": 1, "divisions": [10, 1, 1]}
-      }
-    },
-    "joints": {"pin": {"type": "revolute", "a": "ground", "b": "beam:x0", "point": [0, 0, 0], "axis": [0, 0, 1]}},
-    "motions": {"drive": {"type": "rotation", "joint": "pin", "angle": {"type": "spline"}}}
-  })");
-  json["end"] = kEnd;
-  json["materials"]["soft"]["young"] = kYoung;
-  json["materials"]["soft"]["density"] = kDensity;
-  json["bodies"]["beam"]["position"] = {0, -0.5 * kSide, -0.5 * kSide};
-  json["bodies"]["beam"]["mesh"]["size"] = {kLength, kSide, kSide};
-  Json& drive = json["motions"]["drive"]["angle"];
-  for (int k = 0; k <= 84; ++k) {
-    drive["x"].push_back(0.25 * k);
-    drive["y"].push_back(angle(0.25 * k));
-  }
-  return json;
-}
+constexpr double kLength = 10.0, kYoung = 4.67e9, kDensity = 200.0, kSpeed = 6.0;  // rad/s
 
 /// Mean distance of the tip's nodes from the axis of rotation, m.
 double reach(const FlexibleBody& beam, const State& state) {
@@ -76,7 +44,8 @@ struct Limited : test::Recorder {
 class SpinUp : public testing::TestWithParam<Method> {};
 
 TEST_P(SpinUp, StepsDoNotCollapseToTheHighestFrequency) {
-  const MultibodyModel model = make_model(model_file(), "", 1, Backend::serial);
+  const MultibodyModel model =
+      make_model(Json::parse(find_library_model("spin_up_beam")->text), "", 1, Backend::serial);
   IntegratorOptions options = model.integrator;
   options.method = GetParam();
   options.rho_inf = 0.0;

@@ -61,6 +61,14 @@ TEST_F(DaeProgram, ListsAndWritesItsModels) {
   }
 }
 
+TEST_F(DaeProgram, TakesAModelOfTheLibraryByItsName) {
+  const ProgramRun check = run_program({"check", "simple_pendulum"});
+  EXPECT_EQ(check.code, 0) << check.err;
+  EXPECT_EQ(check.out,
+            "simple_pendulum: 0 flexible and 1 rigid bodies, 7 coordinates, 6 constraints, 27 unknowns\n");
+  EXPECT_THAT(complaint({"check", "perpetuum_mobile"}, 3), HasSubstr("perpetuum_mobile: cannot be read"));
+}
+
 TEST_F(DaeProgram, ChecksAModel) {
   const ProgramRun check = run_program({"check", file("small.json", kSmallModel)});
   EXPECT_EQ(check.code, 0) << check.err;

@@ -47,7 +47,8 @@ inline void limit_program(const Streams& streams) {
   alarm(kHangs);
 }
 
-inline void exec_program(const std::string& program, const std::vector<std::string>& arguments) {
+inline void exec_program(const std::vector<std::string>& arguments,
+                         const std::string& program = MFS_PROGRAM) {
   std::vector<char*> argv{const_cast<char*>("mfs")};
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
@@ -82,7 +83,7 @@ inline ProgramRun run_program(const std::vector<std::string>& arguments, const S
     dup2(out_file, STDOUT_FILENO);
     dup2(err_file, STDERR_FILENO);
     limit_program(streams);
-    exec_program(streams.program, arguments);
+    exec_program(arguments, streams.program);
   }
   if (streams.closed_pipe) close(pipe_ends[1]);
   ProgramRun run;

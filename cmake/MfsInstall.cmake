@@ -25,6 +25,16 @@ if(TARGET mfs_amesos2)
   install(FILES amesos2_mfs/cmake/FindMfsTrilinos.cmake DESTINATION ${package_dir})
 endif()
 
+set(mfs_pc_plugins "")
+foreach(plugin IN LISTS mfs_petsc_targets)
+  install(TARGETS ${plugin} EXPORT mfs-petsc-targets)
+  string(APPEND mfs_pc_plugins "${plugin}=\${libdir}/lib${plugin}.so\n")
+endforeach()
+if(mfs_petsc_targets)
+  install(EXPORT mfs-petsc-targets NAMESPACE mfs:: DESTINATION ${package_dir})
+  install(FILES bindings/petsc/include/mfs_petsc.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+endif()
+
 configure_package_config_file(cmake/mfs-config.cmake.in mfs-config.cmake INSTALL_DESTINATION ${package_dir})
 write_basic_package_version_file(mfs-config-version.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/mfs-config.cmake ${PROJECT_BINARY_DIR}/mfs-config-version.cmake

@@ -29,13 +29,21 @@ void Factor::factorize(const CsrView<Scalar>& a) {
   }
   pattern_may_differ_ = false;
   ++factorizations_;
-  if (solver_.report().perturbed_pivots > 0) try_to_solve();
+  if (solver_.report().perturbed_pivots > 0) try_to_solve(a);
 }
 
-// Whether a perturbed matrix is a singular one, a solve finds out.
-void Factor::try_to_solve() {
-  trial_.assign(static_cast<std::size_t>(solver_.report().n), Scalar(1));
-  solver_.solve(trial_.data(), trial_.data());
+// Whether a perturbed matrix is a singular one, a solve finds out. That of A x = A (1 ... 1) has no unknown
+// or row that is tiny beside the others, so it meets no other trouble; if it does, the caller's solves will
+// tell.
+void Factor::try_to_solve(const CsrView<Scalar>& a) {
+  trial_.assign(static_cast<std::size_t>(a.rows), Scalar(0));
+  for (std::int64_t i = 0; i < a.rows; ++i)
+    for (std::int64_t k = a.row_offsets[i]; k < a.row_offsets[i + 1]; ++k)
+      trial_[static_cast<std::size_t>(i)] += a.values[k];
+  try {
+    solver_.solve(trial_.data(), trial_.data());
+  } catch (const AccuracyNotReached&) {
+  }
 }
 
 namespace {

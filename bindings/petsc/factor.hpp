@@ -33,7 +33,7 @@ class Factor {
 
  private:
   void analyze_now(const CsrView<Scalar>& a);
-  void try_to_solve();
+  void try_to_solve(const CsrView<Scalar>& a);
 
   BasicSolver<Scalar> solver_;
   bool pattern_may_differ_ = false;

@@ -43,6 +43,13 @@ if(AMESOS2)
   build_outside(amesos2 -D WITH_AMESOS2=ON -D Trilinos_DIR=${TRILINOS_DIR})
   run(${WORK}/amesos2/solve_tiny_amesos2)
 endif()
+if(PETSC)
+  build_outside(petsc -D WITH_PETSC=ON)
+  run(${WORK}/petsc/solve_tiny_petsc)
+  if(NOT output MATCHES "x = 1[. ]+1[. ]+1[.], by mfs")
+    message(FATAL_ERROR "solve_tiny_petsc:\n${output}")
+  endif()
+endif()
 
 # The same program by pkg-config, from a prefix that was moved after the installation.
 set(moved ${WORK}/moved)
@@ -55,6 +62,11 @@ run(${CXX} -std=c++17 ${sanitizer} ${CMAKE_CURRENT_LIST_DIR}/outside/solve_tiny.
   -Wl,-rpath,${moved}/${LIBDIR})
 run(${WORK}/solve_tiny_pc)
 run(${moved}/bin/mfs info)
+if(PETSC)  # a program of PETSc's users, which is not linked with the plug-in
+  execute_process(COMMAND ${pkg_config} --variable=mfs_petsc mfs OUTPUT_VARIABLE plugin OUTPUT_STRIP_TRAILING_WHITESPACE
+    COMMAND_ERROR_IS_FATAL ANY)
+  run(${BUILD}/bin/mfs_petsc_schwarz -dll_append ${plugin} -pc_type lu -option_of_solver pc_factor_mat_solver_type)
+endif()
 if(DAE)
   run_dae(${moved})
   file(REMOVE ${moved}/${LIBEXECDIR}/mfs/plot_results)

@@ -103,6 +103,15 @@ if(NOT calls)
   message(FATAL_ERROR "the package that is offered was not installed")
 endif()
 
+# Nor is PETSc needed.
+make_system()
+remove_package(libpetsc-real-dev)
+remove_package(libtrilinos-nox-dev)
+file(WRITE ${system}/not-offered "libpetsc-real-dev\n")
+setup(0)
+expect("not offered by this system: libpetsc-real-dev; without a PETSc of your own" "${output}")
+expect("all is there" "${output}")
+
 # Too old: each is named, with the version that is needed.
 make_system()
 file(WRITE ${system}/gcc 11.4.0)

@@ -14,6 +14,7 @@ int main(int argc, char** argv) {
   if (PetscInitialize(&count, &given, nullptr, nullptr) != 0) return 1;
   PetscPushErrorHandler(PetscIgnoreErrorHandler, nullptr);
   const int result = RUN_ALL_TESTS();
+  PetscPopErrorHandler();
   PetscFinalize();
   return result;
 }

@@ -87,6 +87,20 @@ TEST(PetscSolve, EmptyMatrix) {
   EXPECT_GT(reason_of(ksp), 0);
 }
 
+/// PETSc hands them to the solver of MATSEQAIJ, from which they are derived.
+TEST(PetscSolve, OtherFormsOfCompressedRows) {
+  const Sparse a = scalar_grid(13, 9);
+  for (const MatType type : {MATSEQAIJPERM, MATSEQAIJSELL, MATSEQAIJCRL}) {
+    const Matrix rows = petsc_matrix(a);
+    Matrix m;
+    good(MatConvert(rows, type, MAT_INITIAL_MATRIX, m.place()));
+    const Krylov ksp = direct_solver();
+    good(KSPSetOperators(ksp, m, m));
+    expect_solved(ksp, a);
+    EXPECT_THAT(view_of(factors_of(ksp)), HasSubstr("MFS")) << type;
+  }
+}
+
 TEST(PetscSolve, OtherShapesAndKindsAreRefused) {
   Matrix wide, F;
   good(MatCreateSeqAIJ(PETSC_COMM_SELF, 3, 4, 2, nullptr, wide.place()));
@@ -95,6 +109,9 @@ TEST(PetscSolve, OtherShapesAndKindsAreRefused) {
   EXPECT_EQ(MatGetFactor(wide, "mfs", MAT_FACTOR_LU, F.place()), PETSC_ERR_ARG_SIZ);
   const Matrix square = petsc_matrix(scalar_grid(4, 3));
   EXPECT_EQ(MatGetFactor(square, "mfs", MAT_FACTOR_ILU, F.place()), PETSC_ERR_MISSING_FACTOR);
+  Matrix blocks;
+  good(MatConvert(square, MATSEQBAIJ, MAT_INITIAL_MATRIX, blocks.place()));
+  EXPECT_EQ(MatGetFactor(blocks, "mfs", MAT_FACTOR_LU, F.place()), PETSC_ERR_MISSING_FACTOR);
   PetscBool there = PETSC_FALSE;
   good(MatGetFactorAvailable(square, "petsc", MAT_FACTOR_LU, &there));
   EXPECT_TRUE(there) << "the other solvers are still known";

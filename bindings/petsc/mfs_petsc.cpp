@@ -134,9 +134,9 @@ PetscErrorCode make_factor(Mat F) {
 PetscErrorCode symbolic(Mat F, Mat A, IS, IS, const MatFactorInfo*) {
   Rows rows;
   PetscFunctionBegin;
+  if (A->rmap->n > 0 && F->data == nullptr) PetscCall(make_factor(F));
   F->ops->lufactornumeric = numeric;
   if (A->rmap->n == 0) PetscFunctionReturn(kSuccess);
-  if (F->data == nullptr) PetscCall(make_factor(F));
   PetscCall(rows.get(A));
   const Failure failure = attempt([&] { factor_in(F)->analyze(rows.view()); });
   PetscCall(rows.restore(A));

@@ -86,6 +86,18 @@ TEST(PetscOptions, WrongValuesAreRefused) {
   EXPECT_EQ(set_up(), 0);
 }
 
+TEST(PetscOptions, WithoutASymbolicPhaseThereIsNoNumericOne) {
+  const Option option("-mat_mfs_threads", "-1");
+  MatFactorInfo info;
+  Matrix F;
+  const Matrix m = petsc_matrix(scalar_grid(4, 3));
+  good(MatFactorInfoInitialize(&info));
+  good(MatGetFactor(m, "mfs", MAT_FACTOR_LU, F.place()));
+  EXPECT_EQ(MatLUFactorNumeric(F, m, &info), PETSC_ERR_SUP);
+  EXPECT_EQ(MatLUFactorSymbolic(F, m, nullptr, nullptr, &info), PETSC_ERR_ARG_OUTOFRANGE);
+  EXPECT_EQ(MatLUFactorNumeric(F, m, &info), PETSC_ERR_SUP);
+}
+
 TEST(PetscOptions, UnknownNamesAreRefused) {
   const Option misspelt("-mat_mfs_treads", "2");
   EXPECT_EQ(set_up(), PETSC_ERR_ARG_UNKNOWN_TYPE);

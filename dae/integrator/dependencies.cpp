@@ -139,8 +139,9 @@ ScaledRows scale_rows(const Pattern& pattern, const std::vector<double>& values,
 /// Steps 1 to 3.
 class Search {
  public:
-  Search(const ScaledRows& rows, const std::vector<char>& normalizes, int columns, double nothing)
-      : rows_(rows), columns_(columns), nothing_(nothing), sum_(columns) {
+  Search(const ScaledRows& rows, const std::vector<char>& normalizes, const std::vector<char>& nonholonomic,
+         int columns, double nothing)
+      : rows_(rows), nonholonomic_(nonholonomic), columns_(columns), nothing_(nothing), sum_(columns) {
     for (std::size_t r = 0; r < normalizes.size(); ++r)
       if (normalizes[r] == 0) kept_.push_back(static_cast<int>(r));
   }
@@ -170,13 +171,20 @@ class Search {
     SparseRow combination;
     double most = 0.0;  ///< largest share
     int last = -1;      ///< row with a share worth mentioning
-    explicit Zero(SparseRow row) : combination(std::move(row)) { measure(); }
-    void measure() {
-      most = largest(combination);
-      for (const auto& [r, share] : combination)
-        if (std::abs(share) > kShare * most) last = r;
-    }
   };
+  void measure(Zero& zero) const {
+    zero.most = largest(zero.combination);
+    zero.last = -1;
+    for (const auto& [r, share] : zero.combination)
+      if (std::abs(share) > kShare * zero.most && (zero.last < 0 || comes_before(zero.last, r)))
+        zero.last = r;
+  }
+  void add_zero(SparseRow combination) { measure(zero_.emplace_back(Zero{std::move(combination)})); }
+  /// In the order in which constraints are read.
+  bool comes_before(int a, int b) const {
+    const auto late = [this](int r) { return !nonholonomic_.empty() && nonholonomic_[r] != 0; };
+    return late(a) == late(b) ? a < b : late(b);
+  }
 
   void leave_out_small_pivots() {
     while (!kept_.empty()) {
@@ -247,7 +255,7 @@ class Search {
     std::vector<LeftOut> uncertain;
     for (LeftOut& out : out_) {
       if (out.is_zero(nothing_))
-        zero_.emplace_back(std::move(out.combination));
+        add_zero(std::move(out.combination));
       else
         uncertain.push_back(std::move(out));
     }
@@ -268,16 +276,17 @@ class Search {
         out.measure();
       }
     }
-    for (LeftOut& out : uncertain) zero_.emplace_back(std::move(out.combination));
+    for (LeftOut& out : uncertain) add_zero(std::move(out.combination));
   }
 
   /// Gauss and Jordan, from the last row to the first.
   std::vector<std::pair<int, SparseRow>> name_redundant() {
     std::vector<std::pair<int, SparseRow>> named;
     while (!zero_.empty()) {
-      const int redundant = std::max_element(zero_.begin(), zero_.end(), [](const Zero& a, const Zero& b) {
-                              return a.last < b.last;
-                            })->last;
+      const int redundant =
+          std::max_element(zero_.begin(), zero_.end(), [this](const Zero& a, const Zero& b) {
+            return comes_before(a.last, b.last);
+          })->last;
       const auto share_of = [&](const Zero& zero) {
         return std::abs(at(zero.combination, redundant)) / zero.most;
       };
@@ -295,7 +304,7 @@ class Search {
         return true;
       };
       for (Zero& other : zero_)
-        if (eliminate(other.combination)) other.measure();
+        if (eliminate(other.combination)) measure(other);
       for (auto& other : named) eliminate(other.second);
       named.emplace_back(redundant, std::move(row));
     }
@@ -303,6 +312,7 @@ class Search {
   }
 
   const ScaledRows& rows_;
+  const std::vector<char>& nonholonomic_;
   const int columns_;
   const double nothing_;
   Accumulator sum_;
@@ -316,10 +326,10 @@ class Search {
 
 Dependencies::Dependencies(const Pattern& position_q, const std::vector<double>& values,
                            const std::vector<double>& scale, const std::vector<char>& normalizes,
-                           double nothing) {
+                           const std::vector<char>& nonholonomic, double nothing) {
   if (position_q.rows == 0) return;
   const ScaledRows rows = scale_rows(position_q, values, scale, normalizes);
-  auto found = Search(rows, normalizes, position_q.columns, nothing).run();
+  auto found = Search(rows, normalizes, nonholonomic, position_q.columns, nothing).run();
   std::sort(found.begin(), found.end());
   Accumulator sum(position_q.rows);
   for (const auto& [redundant, combination] : found) {

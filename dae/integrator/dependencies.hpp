@@ -9,7 +9,8 @@
 //   2. Each of these is expressed by the independent ones (KLU). What is left of them is eliminated with the
 //      largest entry first: a row with something left is independent as well, the others are combinations.
 //   3. Of the rows of a combination the last one that has a share worth mentioning is called redundant. So
-//      the answer is that of reading constraints in their order, and hinges on no pivot.
+//      the answer is that of reading constraints in their order, and hinges on no pivot. Constraints on
+//      velocities come after all others: what they hold would drift in positions.
 //
 // The combinations span the left null space of Phi_q: multipliers may be changed by them without any effect
 // on the motion.
@@ -31,10 +32,12 @@ class Dependencies {
   /// What is left of a row below this part of its largest entry is rounding.
   static constexpr double kRounding = 1e-8;
   /// `values`: of `position_q`; `scale`: per coordinate; `normalizes`: per row,
-  /// ConstrainedSystem::is_normalization; `nothing`: the part of a row that is taken for zero. Throws
-  /// InvalidInput where a value is not finite, OutOfMemory, BackendError.
+  /// ConstrainedSystem::is_normalization; `nonholonomic`: the same of is_nonholonomic, empty: none;
+  /// `nothing`: the part of a row that is taken for zero. Throws InvalidInput where a value is not finite,
+  /// OutOfMemory, BackendError.
   Dependencies(const Pattern& position_q, const std::vector<double>& values, const std::vector<double>& scale,
-               const std::vector<char>& normalizes, double nothing = kRounding);
+               const std::vector<char>& normalizes, const std::vector<char>& nonholonomic = {},
+               double nothing = kRounding);
 
   /// Rows that follow from the others, ascending.
   const std::vector<int>& redundant() const { return redundant_; }

@@ -24,6 +24,7 @@ class IndependentConstraints : public ConstrainedSystem {
   std::string constraint_name(int row) const override { return system_.constraint_name(kept_[row]); }
   std::string constraint_owner(int row) const override { return system_.constraint_owner(kept_[row]); }
   bool is_normalization(int row) const override { return system_.is_normalization(kept_[row]); }
+  bool is_nonholonomic(int row) const override { return system_.is_nonholonomic(kept_[row]); }
   double coordinate_scale(int i) const override { return system_.coordinate_scale(i); }
   bool is_measure(int i) const override { return system_.is_measure(i); }
 

@@ -26,6 +26,15 @@ Pattern diagonal(int n) {
   return {n, n, consecutive(0, n + 1), RawVector<int>(columns.begin(), columns.end())};
 }
 
+Pattern rows_on_velocities(const ConstrainedSystem& system) {
+  Pattern pattern{system.constraints(), system.constraints(), {0}, {}};
+  for (int j = 0; j < system.constraints(); ++j) {
+    if (system.is_nonholonomic(j)) pattern.column.push_back(j);
+    pattern.row_start.push_back(static_cast<int>(pattern.column.size()));
+  }
+  return pattern;
+}
+
 double largest(const std::vector<double>& values) {
   double most = 0.0;
   for (const double value : values) most = std::isnan(value) ? HUGE_VAL : std::max(most, std::abs(value));
@@ -41,18 +50,27 @@ class SaddlePoint {
         m_(system.constraints()),
         k_(k),
         k_pattern_(diagonal(n_)),
+        nonholonomic_(rows_on_velocities(system)),
+        one_(nonholonomic_.entries(), 0.0),
         transposed_(system.tangent_pattern()[Block::position_q]),
         matrix_(n_ + m_,
                 {{&k_pattern_, 0, consecutive(0, n_)},
                  {&transposed_.pattern, 0, consecutive(n_, m_), transposed_.source.data()},
-                 {&system.tangent_pattern()[Block::position_q], n_, consecutive(0, n_)}},
+                 {&system.tangent_pattern()[Block::position_q], n_, consecutive(0, n_)},
+                 {&nonholonomic_, n_, consecutive(n_, m_)}},
                 options.threads),
         values_(matrix_.pattern().entries()),
         solver_(solver_options(options)) {}
 
-  /// Solves with `right_side` = [n, m]; returns [change, mu].
-  std::vector<double> solve(const std::vector<double>& gradient, std::vector<double> right_side) {
-    matrix_.compose({{k_.data()}, {gradient.data()}, {gradient.data()}}, values_.data());
+  /// Solves with `right_side` = [n, m] for changes of positions or velocities; returns [change, mu].
+  enum class Of { positions, velocities };
+  std::vector<double> solve(std::vector<double> gradient, std::vector<double> right_side, Of of) {
+    std::fill(one_.begin(), one_.end(), of == Of::positions ? 1.0 : 0.0);
+    const Pattern& rows = system_.tangent_pattern()[Block::position_q];
+    for (int j = 0; j < m_ && of == Of::positions; ++j)
+      if (nonholonomic_.row_start[j] < nonholonomic_.row_start[j + 1])
+        std::fill(&gradient[rows.row_start[j]], &gradient[rows.row_start[j + 1]], 0.0);
+    matrix_.compose({{k_.data()}, {gradient.data()}, {gradient.data()}, {one_.data()}}, values_.data());
     const Pattern& pattern = matrix_.pattern();
     try {
       solver_.factor(
@@ -80,6 +98,8 @@ class SaddlePoint {
   const int n_, m_;
   const std::vector<double>& k_;
   Pattern k_pattern_;
+  Pattern nonholonomic_;     // a diagonal entry for each constraint on velocities
+  std::vector<double> one_;  // its value
   TransposedPattern transposed_;
   Composition matrix_;
   std::vector<double> values_;
@@ -137,7 +157,7 @@ class StartFinder {
     if (largest(residual_.velocity) <= 1e-2 * options_.constraint_velocity) return;
     std::fill(right_side_.begin(), right_side_.end(), 0.0);
     for (int j = 0; j < m_; ++j) right_side_[n_ + j] = -residual_.velocity[j];
-    const auto change = solve();
+    const auto change = solve(SaddlePoint::Of::velocities);
     for (int i = 0; i < n_; ++i) state_.v[i] += change[i];
   }
 
@@ -157,7 +177,7 @@ class StartFinder {
       for (int i = 0; i < n_; ++i) right_side_[i] = -weights_[i] * (state_.q[i] - near[i]);
       std::vector<double> change;
       try {
-        change = solve();
+        change = solve(SaddlePoint::Of::positions);
       } catch (const SingularMatrix&) {
         return false;
       } catch (const AccuracyNotReached&) {
@@ -174,9 +194,9 @@ class StartFinder {
     }
   }
 
-  std::vector<double> solve() {
+  std::vector<double> solve(SaddlePoint::Of of) {
     if (!matrix_) matrix_.emplace(system_, weights_, options_);
-    return matrix_->solve(constraint_gradient(system_, state_.t, state_.q), right_side_);
+    return matrix_->solve(constraint_gradient(system_, state_.t, state_.q), right_side_, of);
   }
 
   /// `left`: the part of the violations that could not be brought to zero.

@@ -4,7 +4,8 @@
 //   [ K      Phi_q^T ] [ change ]   [ ... ]        K: 1 / scale^2 on the diagonal, 0 of measures
 //   [ Phi_q     0    ] [   mu   ] = [ ... ]
 //
-// solved by mfs::Solver. Newton then finds a0 and lambda0 by the equations of motion.
+// solved by mfs::Solver. Where positions are moved, constraints on velocities are left out: their rows are mu
+// = 0. Newton then finds a0 and lambda0 by the equations of motion.
 #pragma once
 
 #include "dae/integrator/integrator.hpp"

@@ -66,8 +66,9 @@ class Gradients {
   std::vector<double> here_, there_, scale_, largest_;
 };
 
-/// For each constraint a coordinate that is tied to it, or -1.
-std::vector<int> find_tied(const Gradients& gradients) {
+/// For each constraint a coordinate that is tied to it, or -1: of one on velocities none, as it leaves
+/// positions to the formula.
+std::vector<int> find_tied(const ConstrainedSystem& system, const Gradients& gradients) {
   const Pattern& pattern = gradients.pattern();
   const auto for_entries = [&](const auto& visit) {
     for (int row = 0; row < pattern.rows; ++row)
@@ -79,7 +80,9 @@ std::vector<int> find_tied(const Gradients& gradients) {
   std::vector<int> tied(static_cast<std::size_t>(pattern.rows), -1);
   std::vector<double> strength(tied.size(), kStrong);
   for_entries([&](int row, int k) {
-    if (constraints_of[pattern.column[k]] != 1 || gradients.lasting(row, k) <= strength[row]) return;
+    if (constraints_of[pattern.column[k]] != 1 || gradients.lasting(row, k) <= strength[row] ||
+        system.is_nonholonomic(row))
+      return;
     strength[row] = gradients.lasting(row, k);
     tied[row] = pattern.column[k];
   });
@@ -98,7 +101,7 @@ Projection find_projection(const ConstrainedSystem& system, double t, const std:
   Projection projection = no_projection(system.coordinates());
   const Gradients gradients(system, t, q, t_end);
   const Pattern& gradient = gradients.pattern();
-  const std::vector<int> tied = find_tied(gradients);
+  const std::vector<int> tied = find_tied(system, gradients);
   Pattern columns{0, gradient.columns, {0}, {}};
   std::vector<int> source;
   for (int row = 0; row < gradient.rows; ++row) {

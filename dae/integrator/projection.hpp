@@ -15,6 +15,8 @@
 //   e_i     where coordinate i is in this constraint alone and its entry of Phi_q never changes, as that of a
 //           node that is tied to a frame: kappa, mu and the relations of i are left out. With Phi_q^T all
 //           nodes of a frame would be coupled with each other.
+//
+// A constraint on velocities takes nothing of q: its mu is zero.
 #pragma once
 
 #include <vector>

@@ -33,6 +33,8 @@ Redundancy::Redundancy(const ConstrainedSystem& system, std::vector<double> scal
     : given_(system), scale_(std::move(scale)) {
   for (int row = 0; row < system.constraints(); ++row)
     normalizes_.push_back(system.is_normalization(row) ? 1 : 0);
+  for (int row = 0; row < system.constraints(); ++row)
+    nonholonomic_.push_back(system.is_nonholonomic(row) ? 1 : 0);
 }
 
 const ConstrainedSystem& Redundancy::system() const {
@@ -46,7 +48,11 @@ std::vector<std::string> Redundancy::names() const {
 }
 
 Dependencies Redundancy::find(double t, const std::vector<double>& q, double nothing) const {
-  return {given_.tangent_pattern()[Block::position_q], constraint_gradient(given_, t, q), scale_, normalizes_,
+  return {given_.tangent_pattern()[Block::position_q],
+          constraint_gradient(given_, t, q),
+          scale_,
+          normalizes_,
+          nonholonomic_,
           nothing};
 }
 

@@ -63,7 +63,7 @@ class Redundancy {
 
   const ConstrainedSystem& given_;
   std::vector<double> scale_;
-  std::vector<char> normalizes_;
+  std::vector<char> normalizes_, nonholonomic_;
   Dependencies left_out_;
   bool may_be_singular_ = true;  ///< the position for which that was found
   std::optional<IndependentConstraints> filtered_;

@@ -136,6 +136,14 @@ struct Relations {
   }
 };
 
+/// Where constraints on velocities have no Phi: their mu.
+struct NoPosition {
+  const int *row, *mu;
+  const double* x;
+  double* h;
+  MFS_HOST_DEVICE void operator()(std::size_t k) const { h[row[k]] = x[mu[k]]; }
+};
+
 /// Of all rows but those of F and one group, which gets a factor: zero.
 struct KeepForceAnd {
   double* b;
@@ -190,7 +198,7 @@ StepEquations::StepEquations(const ConstrainedSystem& system, Unknowns unknowns,
       position_transposed_(system.tangent_pattern()[Block::position_q]),
       augmentation_(system.tangent_pattern()[Block::position_q], position_transposed_, executor.threads()),
       selection_(make_selection(related_, n_)),
-      ones_(related_.size(), 1.0),
+      ones_(std::max(related_.size(), static_cast<std::size_t>(system.constraints())), 1.0),
       minus_ones_(related_.size(), -1.0),
       residual_(make_residual(system)),
       tangent_(make_tangent(system)),
@@ -217,6 +225,38 @@ void StepEquations::place_numbers() {
   no_multipliers_.assign(executor_, std::vector<double>(static_cast<std::size_t>(m_), 0.0));
   gradient_start_.assign(executor_, gradient.row_start);
   gradient_column_.assign(executor_, gradient_column);
+  std::vector<int> row, mu;
+  for (int j = 0; j < nonholonomic_.rows; ++j)
+    for (int k = nonholonomic_.row_start[j]; k < nonholonomic_.row_start[j + 1]; ++k) {
+      row.push_back(n_ + j);
+      mu.push_back(static_cast<int>(first_mu()) + nonholonomic_.column[k]);
+    }
+  nonholonomic_row_.assign(executor_, row);
+  nonholonomic_mu_.assign(executor_, mu);
+}
+
+/// Leaves both patterns empty where there are no constraints on velocities.
+void StepEquations::find_nonholonomic() {
+  const Pattern& gradient = system_.tangent_pattern()[Block::position_q];
+  Pattern kept{m_, n_, {0}, {}}, left{m_, static_cast<int>(projection_.rows.size()), {0}, {}};
+  std::vector<int> source;
+  for (int j = 0; j < m_; ++j) {
+    if (system_.is_nonholonomic(j)) {
+      const auto place = std::lower_bound(projection_.rows.begin(), projection_.rows.end(), j);
+      left.column.push_back(static_cast<int>(place - projection_.rows.begin()));
+    } else {
+      for (int k = gradient.row_start[j]; k < gradient.row_start[j + 1]; ++k) {
+        kept.column.push_back(gradient.column[k]);
+        source.push_back(k);
+      }
+    }
+    kept.row_start.push_back(static_cast<int>(source.size()));
+    left.row_start.push_back(static_cast<int>(left.column.size()));
+  }
+  if (left.entries() == 0) return;
+  holonomic_ = std::move(kept);
+  holonomic_source_ = std::move(source);
+  nonholonomic_ = std::move(left);
 }
 
 int StepEquations::number_unknowns() {
@@ -232,6 +272,7 @@ int StepEquations::number_unknowns() {
 }
 
 Composition StepEquations::make_composition(int threads) {
+  find_nonholonomic();
   const TangentPattern& patterns = system_.tangent_pattern();
   std::vector<Composition::Term> terms;
   const auto add = [&](Row row, Block block, Kind kind) {
@@ -250,6 +291,12 @@ Composition StepEquations::make_composition(int threads) {
   terms.push_back({&augmentation_.pattern(), 0, column_[kA]});
   numbers_.push_back({&augmentation_.values(), kPosition, kA});
   add(kPosition, Block::position_q, kQ);
+  if (nonholonomic_.rows > 0) {
+    terms.back().block = &holonomic_;
+    terms.back().source = holonomic_source_.data();
+    terms.push_back({&nonholonomic_, n_, consecutive(static_cast<int>(first_mu()), nonholonomic_.columns)});
+    numbers_.push_back({&ones_, kRelation, kQ});
+  }
   add(kVelocity, Block::position_q, kV);
   add(kVelocity, Block::velocity_q, kQ);
   add(kAcceleration, Block::position_q, kA);
@@ -396,6 +443,9 @@ void StepEquations::residual(const double* x, const StepState& state, const Step
                      directions_there_.data(), x + first_kappa(), x + first_mu(), state.q.data(),
                      state.v.data(), state.a.data(), relation.q.data(), relation.v.data(), relation.a.data(),
                      relation.v_by_a, relation.q_by_v, h + n_ + kLevels * m_, related_.size()});
+  if (nonholonomic_row_.size() > 0)
+    for_each(executor_, nonholonomic_row_.size(),
+             NoPosition{nonholonomic_row_.data(), nonholonomic_mu_.data(), x, h});
 }
 
 /// Of the derivatives of F that go to the columns of a, in the mean.

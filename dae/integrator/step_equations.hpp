@@ -6,10 +6,10 @@
 //                                                           | q_by_v (v - v0) - (q - q0) + B mu
 //   unknowns  x = [lambda (m), a (n), v (n), q (n), kappa, mu]
 //
-// with relations for all but tied coordinates. The reduced form solves the relations of free coordinates
-// beforehand: their v_i and q_i are no unknowns any more, and their columns of H_x go, times v_by_a and
-// q_by_a, to the column of a_i. (The other way round, a_i from q_i, rounding in q would be multiplied by
-// 1 / q_by_a ~ 1/h^2.)
+// with relations for all but tied coordinates. In place of Phi a constraint on velocities has its mu, which
+// is zero. The reduced form solves the relations of free coordinates beforehand: their v_i and q_i are no
+// unknowns any more, and their columns of H_x go, times v_by_a and q_by_a, to the column of a_i. (The other
+// way round, a_i from q_i, rounding in q would be multiplied by 1 / q_by_a ~ 1/h^2.)
 //
 // H_x itself is as badly scaled as a matrix can be, and anew by each step. What is factored is R H_x C, which
 // no unit and no step makes large or small (augmentation.hpp): with a typical diagonal entry s of F's
@@ -54,7 +54,7 @@ class StepEquations {
   int first_constraint() const { return n_; }
   static constexpr int kLevels = 3;
   /// Whether the constraints alone determine the motion.
-  bool all_prescribed() const { return n_ == m_; }
+  bool all_prescribed() const { return n_ == m_ && nonholonomic_.rows == 0; }
   /// What an unknown belongs to: a coordinate or a constraint.
   std::string unknown_name(int unknown) const;
 
@@ -119,6 +119,7 @@ class StepEquations {
   int number_unknowns();
   void place_numbers();
   void evaluate(const StepState& state, double* h) const;
+  void find_nonholonomic();
   Composition make_composition(int threads);
   void add_relations(std::vector<Composition::Term>& terms);
   void place_remotes();
@@ -135,13 +136,16 @@ class StepEquations {
   std::vector<int> kept_;                   ///< those whose v and q are unknowns, ascending
   std::array<std::vector<int>, 4> column_;  ///< by Kind: where an unknown's derivatives go
   const int size_;
+  Pattern holonomic_;                  ///< Phi_q without rows of constraints on velocities
+  std::vector<int> holonomic_source_;  ///< of an entry of it: that of Phi_q
+  Pattern nonholonomic_;               ///< one entry in each of those rows: the column of its mu
   TransposedPattern position_transposed_;
   mutable Augmentation augmentation_;
   Pattern selection_;                  ///< a row with one entry for each of the related coordinates
   Pattern directions_;                 ///< their rows of B
   std::vector<int> direction_source_;  ///< of an entry of these: that of Phi_q
   mutable std::vector<double> direction_values_;
-  std::vector<double> ones_, minus_ones_;
+  std::vector<double> ones_, minus_ones_;  ///< as many as rows of relations, or of nonholonomic_
   mutable Residual residual_;
   mutable Tangent tangent_;
   mutable BlockSet due_;          ///< blocks that the next Jacobian has to evaluate
@@ -162,8 +166,9 @@ class StepEquations {
   Array<int> kept_there_, kept_place_;  ///< which are kept; the place of each among those, or -1
   Array<int> related_there_;
   Array<int> direction_start_, direction_column_;
-  mutable Array<double> directions_there_;  ///< entries of B
-  mutable Tangent direction_tangent_;       ///< Phi_q alone
+  Array<int> nonholonomic_row_, nonholonomic_mu_;  ///< of H, of x
+  mutable Array<double> directions_there_;         ///< entries of B
+  mutable Tangent direction_tangent_;              ///< Phi_q alone
   mutable Array<double> no_multipliers_;
   Array<int> gradient_start_, gradient_column_;  ///< of Phi_q's entries: the column of x
   mutable Array<double> gradient_;               ///< Phi_q of the last Jacobian

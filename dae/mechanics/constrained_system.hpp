@@ -10,6 +10,9 @@
 // derivatives, sparse and on patterns that never change. Derivatives that hold for every such system are not
 // asked for twice: Phi_q is also the derivative of d/dt Phi by v, of d^2/dt^2 Phi by a, and, transposed, of F
 // by lambda.
+//
+// A constraint may be on velocities alone (nonholonomic), as that of a wheel which rolls: A(q) v + b(t, q) =
+// 0. It has no Phi; A takes the place of Phi_q everywhere else, and the left-hand side that of d/dt Phi.
 #pragma once
 
 #include <array>
@@ -38,7 +41,7 @@ enum class Block {
   force_q,         ///< dF/dq, n x n
   force_v,         ///< dF/dv, n x n
   force_a,         ///< dF/da: the mass matrix, n x n
-  position_q,      ///< Phi_q, m x n
+  position_q,      ///< Phi_q, m x n; A of constraints on velocities
   velocity_q,      ///< d(d/dt Phi)/dq, m x n
   acceleration_q,  ///< d(d^2/dt^2 Phi)/dq, m x n
   acceleration_v,  ///< d(d^2/dt^2 Phi)/dv, m x n
@@ -99,7 +102,7 @@ struct Tangent {
 /// The left-hand sides of the equations above.
 struct Residual {
   std::vector<double> force;         ///< F, n
-  std::vector<double> position;      ///< Phi, m
+  std::vector<double> position;      ///< Phi, m; 0 of constraints on velocities
   std::vector<double> velocity;      ///< d/dt Phi, m
   std::vector<double> acceleration;  ///< d^2/dt^2 Phi, m
 };
@@ -203,6 +206,8 @@ class ConstrainedSystem {
   /// Whether the constraint is no condition on where bodies are, but gives their coordinates a meaning, as
   /// p.p = 1 does for Euler parameters. Such constraints share no coordinate and follow from no others.
   virtual bool is_normalization(int /*row*/) const { return false; }
+  /// Whether the constraint is on velocities alone.
+  virtual bool is_nonholonomic(int /*row*/) const { return false; }
   /// What a coordinate measures, for error weights and for scaling pivots: a typical size, in its own unit (1
   /// m, 1 for an Euler parameter).
   virtual double coordinate_scale(int) const { return 1.0; }

@@ -134,6 +134,8 @@ class ElementGroup {
   virtual std::string direction(int /*row*/) const { return {}; }
   /// Whether its constraints are normalizations (ConstrainedSystem::is_normalization).
   virtual bool normalizes() const { return false; }
+  /// Whether its constraints are on velocities alone (ConstrainedSystem::is_nonholonomic).
+  virtual bool is_nonholonomic() const { return false; }
 };
 
 }  // namespace mfs::dae

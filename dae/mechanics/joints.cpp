@@ -34,7 +34,10 @@ std::vector<JointEquation> equations_of(JointKind kind) {
 }  // namespace
 
 void add_joint(MultibodyBuilder& builder, const Joint& joint) {
-  add_joint_equations(builder, "joint " + joint.name, joint.a, joint.b, equations_of(joint.kind));
+  const std::string owner = "joint " + joint.name;
+  if (rolls(joint.kind))
+    return add_rolling(builder, owner, joint.a, joint.b, joint.radius, roller_of(joint.kind));
+  add_joint_equations(builder, owner, joint.a, joint.b, equations_of(joint.kind));
 }
 
 }  // namespace mfs::dae

@@ -42,6 +42,7 @@ class Multibody final : public ConstrainedSystem {
   std::string constraint_name(int row) const override;
   std::string constraint_owner(int row) const override;
   bool is_normalization(int row) const override { return place_of(row).group.normalizes(); }
+  bool is_nonholonomic(int row) const override { return place_of(row).group.is_nonholonomic(); }
   double coordinate_scale(int coordinate) const override { return body_of(coordinate).scale; }
   bool is_measure(int coordinate) const override { return body_of(coordinate).is_measure; }
   std::vector<RemoteTangent*> remote_tangents() const override {

@@ -81,6 +81,79 @@ class ConstraintElement final : public SingleElement<N> {
   Formulas formulas_;
 };
 
+/// Constraints on velocities x(t, q, v) = A(q) v + b(t, q) = 0: Formulas has count() and direction() as above
+/// and `template <class T> void rates(double t, const T* q, const T* v, T* x) const`.
+template <class Formulas, int N>
+class VelocityConstraintElement final : public SingleElement<N> {
+ public:
+  VelocityConstraintElement(std::string name, const std::array<int, N>& coordinates, Formulas formulas)
+      : SingleElement<N>(std::move(name), coordinates), formulas_(std::move(formulas)) {}
+
+  int local_constraints() const override { return formulas_.count(); }
+  std::string direction(int row) const override { return formulas_.direction(row); }
+  bool is_nonholonomic() const override { return true; }
+  LocalStructure structure() const override { return {}; }
+
+  void residual(int, const LocalState& state, LocalResidual& residual) const override {
+    std::array<Taylor<double>, N> q, v;
+    std::array<Dual<N>, N> q_now, v_now = seeded<N>(state.v);
+    for (int k = 0; k < N; ++k) {
+      q[k] = {state.q[k], state.v[k], 0.5 * state.a[k]};
+      v[k] = {state.v[k], state.a[k], 0.0};
+      q_now[k] = Dual<N>(state.q[k]);
+    }
+    std::array<Taylor<double>, kMostFormulas> x;
+    std::array<Dual<N>, kMostFormulas> by_v;
+    formulas_.rates(state.t, q.data(), v.data(), x.data());
+    formulas_.rates(state.t, q_now.data(), v_now.data(), by_v.data());
+    for (int i = 0; i < formulas_.count(); ++i) {
+      residual.velocity[i] = x[i].c0;
+      residual.acceleration[i] = x[i].c1;
+      for (int k = 0; k < N; ++k) residual.force[k] += state.lambda[i] * by_v[i].derivatives()[k];
+    }
+  }
+
+  void tangent(int, const LocalState& state, LocalTangent& tangent) const override {
+    using T = Dual<2 * N>;
+    std::array<Taylor<T>, N> q, v;
+    for (int k = 0; k < N; ++k) {
+      const T q_k(state.q[k], 2 * N, k), v_k(state.v[k], 2 * N, N + k);
+      q[k] = {q_k, v_k, T(0.5 * state.a[k])};
+      v[k] = {v_k, T(state.a[k]), T(0.0)};
+    }
+    std::array<Taylor<T>, kMostFormulas> x;
+    formulas_.rates(state.t, q.data(), v.data(), x.data());
+    for (int i = 0; i < formulas_.count(); ++i)
+      for (int k = 0; k < N; ++k) {
+        tangent.position_q[i * N + k] = x[i].c0.derivatives()[N + k];
+        tangent.velocity_q[i * N + k] = x[i].c0.derivatives()[k];
+        tangent.acceleration_q[i * N + k] = x[i].c1.derivatives()[k];
+        tangent.acceleration_v[i * N + k] = x[i].c1.derivatives()[N + k];
+      }
+    add_force_tangent(state, tangent.force_q);
+  }
+
+ private:
+  /// Column k of A is x with unit velocity v_k, less x at rest.
+  void add_force_tangent(const LocalState& state, double* force_q) const {
+    const std::array<Dual<N>, N> q = seeded<N>(state.q);
+    std::array<Dual<N>, N> v;
+    v.fill(Dual<N>(0.0));
+    std::array<Dual<N>, kMostFormulas> x, at_rest;
+    formulas_.rates(state.t, q.data(), v.data(), at_rest.data());
+    for (int k = 0; k < N; ++k) {
+      v[k] = Dual<N>(1.0);
+      formulas_.rates(state.t, q.data(), v.data(), x.data());
+      v[k] = Dual<N>(0.0);
+      for (int i = 0; i < formulas_.count(); ++i)
+        for (int j = 0; j < N; ++j)
+          force_q[k * N + j] += state.lambda[i] * (x[i].derivatives()[j] - at_rest[i].derivatives()[j]);
+    }
+  }
+
+  Formulas formulas_;
+};
+
 /// What a deformation is answered with, and its derivatives by the deformation and by its rate.
 struct Reaction {
   double force = 0.0, stiffness = 0.0, damping = 0.0;

@@ -138,13 +138,21 @@ void read_joint(JsonObject& object, const std::string& name, ModelParts& parts) 
                                                  {"spherical", JointKind::spherical},
                                                  {"universal", JointKind::universal},
                                                  {"translational", JointKind::translational},
-                                                 {"cylindrical", JointKind::cylindrical}});
+                                                 {"cylindrical", JointKind::cylindrical},
+                                                 {"rolling_wheel", JointKind::rolling_wheel},
+                                                 {"rolling_ball", JointKind::rolling_ball}});
   const Eigen::Vector3d point = object.vector("point");
   Eigen::Matrix3d axes_a = Eigen::Matrix3d::Identity(), axes_b = axes_a;
   if (joint.kind != JointKind::fixed && joint.kind != JointKind::spherical)
     axes_a = axes_b = axes_along(object.vector("axis"));
-  if (joint.kind == JointKind::universal) axes_b = axes_along(object.vector("axis_b"));
-  joint.a = read_side(object, "a", point, axes_a, parts);
+  if (joint.kind == JointKind::universal || joint.kind == JointKind::rolling_wheel)
+    axes_b = axes_along(object.vector("axis_b"));
+  Eigen::Vector3d point_a = point;
+  if (rolls(joint.kind)) {
+    joint.radius = object.positive("radius");
+    point_a += contact_arm(axes_a.col(2), axes_b.col(2), joint.radius, roller_of(joint.kind));
+  }
+  joint.a = read_side(object, "a", point_a, axes_a, parts);
   joint.b = read_side(object, "b", point, axes_b, parts);
   object.finish();
   add_joint(parts.builder, joint);

@@ -128,6 +128,21 @@ Wrench wrench_on(const Attachment& b, const Attachment& a, const std::vector<Mod
   return {-sum.force, -sum.moment};
 }
 
+Vector3d joint_position(const ModelJoint& joint, const State& state) {
+  const FrameMotion a = frame_motion(joint.a.frame, state), b = frame_motion(joint.b.frame, state);
+  const Vector3d point = point_motion(b, joint.b.point).position;
+  if (!rolls(joint.kind)) return point;
+  return point + contact_arm(a.rotation * joint.a.axes.col(2), b.rotation * joint.b.axes.col(2), joint.radius,
+                             roller_of(joint.kind));
+}
+
+Wrench reaction(const ModelJoint& joint, const State& state) {
+  Wrench wrench = wrench_on(joint.b, joint.a, joint.elements, state);
+  const Vector3d point = point_motion(frame_motion(joint.b.frame, state), joint.b.point).position;
+  wrench.moment -= (joint_position(joint, state) - point).cross(wrench.force);
+  return wrench;
+}
+
 Vector3d force_on_nodes(const MultibodyModel& model, const std::vector<ModelElement>& elements,
                         const State& state) {
   Vector3d sum = Vector3d::Zero();

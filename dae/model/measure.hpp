@@ -43,6 +43,11 @@ struct Wrench {
 Wrench wrench_on(const Attachment& b, const Attachment& a, const std::vector<ModelElement>& elements,
                  const State& state);
 
+/// b's point, or where b touches what it rolls on.
+Eigen::Vector3d joint_position(const ModelJoint& joint, const State& state);
+/// What the joint does to b; the moment is about joint_position().
+Wrench reaction(const ModelJoint& joint, const State& state);
+
 /// The sum of the forces of elements that act on nodes.
 Eigen::Vector3d force_on_nodes(const MultibodyModel& model, const std::vector<ModelElement>& elements,
                                const State& state);

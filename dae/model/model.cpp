@@ -68,7 +68,7 @@ void read_and_keep_joint(JsonObject& object, const std::string& name, ModelParts
   const Added added(parts);
   read_joint(object, name, parts);
   const Joint& joint = parts.joints.at(name);
-  ModelJoint kept{name, joint.kind, joint.a, joint.b, added.elements()};
+  ModelJoint kept{name, joint.kind, joint.a, joint.b, joint.radius, added.elements()};
   if (joint.kind == JointKind::universal)
     kept.angle_begin = {angle_between(parts.builder, joint.b, joint.a),
                         angle_between(parts.builder, joint.a, joint.b)};

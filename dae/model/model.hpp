@@ -54,6 +54,7 @@ struct ModelJoint {
   std::string name;
   JointKind kind = JointKind::fixed;
   Attachment a, b;
+  double radius = 0.0;  ///< of what rolls, m
   std::vector<ModelElement> elements;
   std::array<double, 2>
       angle_begin{};  ///< of a universal joint: of b's axis about a's, of a's about b's, rad

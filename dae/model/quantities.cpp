@@ -92,26 +92,22 @@ void add_flexible_body(Place place, std::size_t i) {
 
 void add_joint(Place place, std::size_t i, const ModelJoint& joint) {
   const auto at = [i](Measurement& m) -> const ModelJoint& { return m.model().joints[i]; };
-  const auto reaction = [at](Measurement& m) {
-    return wrench_on(at(m).b, at(m).a, at(m).elements, m.state());
-  };
+  const auto reaction_of = [at](Measurement& m) { return reaction(at(m), m.state()); };
   const auto axes = [at](Measurement& m) {
     return Matrix3d(frame_motion(at(m).a.frame, m.state()).rotation * at(m).a.axes);
   };
-  place.vector("position", "m", [at](Measurement& m) {
-    return point_motion(frame_motion(at(m).b.frame, m.state()), at(m).b.point).position;
-  });
+  place.vector("position", "m", [at](Measurement& m) { return joint_position(at(m), m.state()); });
   place.array("orientation", "", kWxyz, [axes](Measurement& m, double* values) {
     const Eigen::Vector4d p = quaternion(axes(m));
     std::copy_n(p.data(), 4, values);
   });
-  place.vector("reaction_force", "N", [reaction](Measurement& m) { return reaction(m).force; });
-  place.vector("reaction_moment", "Nm", [reaction](Measurement& m) { return reaction(m).moment; });
-  place.vector("reaction_force_in_joint_axes", "N", [reaction, axes](Measurement& m) {
-    return Vector3d(axes(m).transpose() * reaction(m).force);
+  place.vector("reaction_force", "N", [reaction_of](Measurement& m) { return reaction_of(m).force; });
+  place.vector("reaction_moment", "Nm", [reaction_of](Measurement& m) { return reaction_of(m).moment; });
+  place.vector("reaction_force_in_joint_axes", "N", [reaction_of, axes](Measurement& m) {
+    return Vector3d(axes(m).transpose() * reaction_of(m).force);
   });
-  place.vector("reaction_moment_in_joint_axes", "Nm", [reaction, axes](Measurement& m) {
-    return Vector3d(axes(m).transpose() * reaction(m).moment);
+  place.vector("reaction_moment_in_joint_axes", "Nm", [reaction_of, axes](Measurement& m) {
+    return Vector3d(axes(m).transpose() * reaction_of(m).moment);
   });
   const int angles = angles_of(joint.kind);
   if (angles > 0) {

@@ -152,7 +152,8 @@ ExitCode run_model(const Command& command) {
 }
 
 ExitCode plot_results(const Command& command) {
-  const PlotOutcome plots = draw_plots(command.folder);
+  const bool of_modes = std::filesystem::exists(command.folder + "/modes.csv");
+  const PlotOutcome plots = of_modes ? draw_modes(command.folder) : draw_plots(command.folder);
   if (!plots.trouble.empty()) throw Error("no plots: " + plots.trouble);
   if (plots.files.empty()) throw InvalidInput(command.folder, "holds no results of a run");
   show_plots(plots);

@@ -38,7 +38,7 @@ void start_model(MultibodyModel& model);
 
 /// All throw what describe_current_exception() knows.
 program::ExitCode run_model(const Command& command);
-/// Draws plots of the results in the folder.
+/// Draws plots of the results or modes in the folder.
 program::ExitCode plot_results(const Command& command);
 /// Reads the model and puts it together, and says how large it is.
 program::ExitCode check_model(const Command& command);

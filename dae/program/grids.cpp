@@ -103,8 +103,23 @@ void Grids::add_joint(std::size_t i, double half_axis) {
     const Vector3d half = half_axis * side.axes.col(2);
     add_cell(VtkCell::line, side.frame, {side.point - half, side.point + half}, -1, number);
   };
+  if (rolls(joint.kind)) return add_rims(joint, number);
   if (joint.kind != JointKind::fixed && joint.kind != JointKind::spherical) add_axis(joint.a);
   if (joint.kind == JointKind::universal) add_axis(joint.b);
+}
+
+/// A wheel's circle, a ball's three, fixed in b.
+void Grids::add_rims(const ModelJoint& joint, int number) {
+  constexpr int kSides = 24;
+  for (int normal = roller_of(joint.kind) == Roller::wheel ? 2 : 0; normal < 3; ++normal) {
+    std::vector<Vector3d> rim;
+    for (int k = 0; k <= kSides; ++k) {
+      const double angle = 2 * std::acos(-1.0) * k / kSides;
+      rim.push_back(joint.b.point + joint.radius * (std::cos(angle) * joint.b.axes.col((normal + 1) % 3) +
+                                                    std::sin(angle) * joint.b.axes.col((normal + 2) % 3)));
+      if (k > 0) add_cell(VtkCell::line, joint.b.frame, {rim[rim.size() - 2], rim.back()}, -1, number);
+    }
+  }
 }
 
 VtkGrid& Grids::flexible(std::size_t i, Measurement& measurement) {

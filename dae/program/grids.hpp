@@ -1,6 +1,7 @@
 // The pictures of a model for ParaView: a grid for each flexible body, and one for all rigid bodies and
 // joints. A rigid body is the box with its mass and inertia, with lines from its centre of mass to where
-// joints and forces attach; a joint is a vertex where it is, and lines along its axes.
+// joints and forces attach; a joint is a vertex where it is, and lines along its axes, or the rim of what
+// rolls.
 #pragma once
 
 #include <Eigen/Core>
@@ -26,6 +27,7 @@ class Grids {
  private:
   void add_body(std::size_t body);
   void add_joint(std::size_t joint, double half_axis);
+  void add_rims(const ModelJoint& joint, int number);
   void add_cell(VtkCell kind, const Frame& frame, const std::vector<Eigen::Vector3d>& points, int body,
                 int joint);
 

@@ -32,6 +32,12 @@ void add_set(CLI::App& app, Command& command) {
       ->allow_extra_args(false);
 }
 
+void add_report(CLI::App& app, Command& command) {
+  mfs::program::add_json(app, command.json,
+                         "write a JSON object there ('-': standard output, and nothing else)");
+  app.add_flag("!--no-plots", command.plots, "draw none; 'mfs-dae plot DIR' does it later");
+}
+
 CLI::App* add_about(CLI::App& app, Command& command, const char* name, const char* what) {
   CLI::App* about = app.add_subcommand(name, what);
   add_model(*about, command);
@@ -39,6 +45,7 @@ CLI::App* add_about(CLI::App& app, Command& command, const char* name, const cha
   mfs::program::add_threads(*about, command.threads);
   add_refine(*about, command);
   add_set(*about, command);
+  add_report(*about, command);
   return about;
 }
 
@@ -71,11 +78,9 @@ void add_run(CLI::App& app, Command& command) {
   mfs::program::add_backend(*run, command.backend,
                             "of the linear solver and of flexible bodies: serial, openmp (default) or cuda");
   mfs::program::add_threads(*run, command.threads);
-  mfs::program::add_json(*run, command.json,
-                         "write a JSON object there ('-': standard output, and nothing else)");
   add_refine(*run, command);
   add_set(*run, command);
-  run->add_flag("!--no-plots", command.plots, "draw none; 'mfs-dae plot DIR' does it later");
+  add_report(*run, command);
 }
 
 void add_commands(CLI::App& app, Command& command) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <mfs/error.hpp>
 
@@ -12,9 +13,13 @@
 #include "dae/program/host_threads.hpp"
 #include "dae/program/mode_files.hpp"
 #include "dae/program/result_files.hpp"
+#include "dae/program/run_report.hpp"
 #include "dae/statics/equilibrium.hpp"
 #include "dae/statics/linearization.hpp"
 #include "dae/statics/modes.hpp"
+#include "ordering/stopwatch.hpp"
+#include "solver/program/interrupt.hpp"
+#include "solver/program/json_report.hpp"
 #include "solver/program/output_file.hpp"
 #include "solver/program/summary.hpp"
 
@@ -23,14 +28,24 @@ namespace {
 
 using program::ExitCode;
 
-State equilibrium(const MultibodyModel& model, EquilibriumReport* report = nullptr) {
-  return find_equilibrium(*model.system, model.integrator, {0.0, model.q0, model.v0, {}, {}}, report);
+bool go_on() {
+  return !program::is_interrupted();
+}
+
+State equilibrium(const MultibodyModel& model) {
+  State state =
+      find_equilibrium(*model.system, model.integrator, {0.0, model.q0, model.v0, {}, {}}, nullptr, go_on);
+  program::throw_if_interrupted();
+  return state;
 }
 
 /// Takes the first output and ends the run.
 class FirstOutput : public Observer {
  public:
   struct Taken {};
+  void step(const StepReport&, const std::function<const State&()>&) override {
+    program::throw_if_interrupted();
+  }
   void output(const State& state) override {
     taken = state;
     throw Taken();
@@ -58,6 +73,63 @@ std::string where(const Command& command) {
   return command.at ? fmt::format("in motion at t = {} s", *command.at) : "at rest";
 }
 
+using Json = nlohmann::ordered_json;
+
+/// Does the work, which adds to the report and throws where it is interrupted, and writes the report however
+/// that ends.
+template <class Work>
+ExitCode with_report(const Command& command, const Work& work) {
+  program::catch_interrupts();
+  if (!command.json.empty()) io::check_writable(command.json);
+  Json json{{"name", command.model}, {"threads", command.threads}};
+  const Stopwatch watch;
+  const auto write = [&](ExitCode code, const std::string& message) {
+    json["time_total"] = watch.seconds();
+    json["bytes_peak"] = peak_memory();
+    json["status"] = program::status_word(code);
+    json["message"] = message;
+    if (!command.json.empty()) io::write_file(command.json, program::one_line(json) + "\n");
+  };
+  try {
+    MultibodyModel model = load_model(command);
+    json["name"] = model.name;
+    json["coordinates"] = model.system->coordinates();
+    json["constraints"] = model.system->constraints();
+    program::throw_if_interrupted();
+    work(model, json);
+  } catch (...) {
+    const program::Failure failure = program::describe_current_exception();
+    write(failure.code, failure.message);
+    throw;
+  }
+  write(ExitCode::solved, "");
+  return ExitCode::solved;
+}
+
+/// For people, unless standard output is for the report.
+void tell(const Command& command, const std::string& text) {
+  if (command.json != "-") io::print(text);
+}
+
+void tell_plots(const Command& command, PlotOutcome (*draw)(const std::string&)) {
+  if (command.json != "-" && command.plots) show_plots(draw(command.folder));
+}
+
+void list(const Command& command, const MultibodyModel& model, const std::vector<Mode>& modes, Json& json) {
+  std::string text = fmt::format("{}, {}: {} modes\n", model.name, where(command), modes.size());
+  text += "mode   frequency [Hz]   damping ratio      real [1/s]  imaginary [1/s]\n";
+  json["modes"] = Json::array();
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    const double frequency = natural_frequency(modes[i]), damping = damping_ratio(modes[i]);
+    text += fmt::format("{:4} {:16.8g} {:15.4g} {:15.6g} {:16.8g}\n", i + 1, frequency, damping,
+                        modes[i].s.real(), modes[i].s.imag());
+    json["modes"].push_back({{"frequency", frequency},
+                             {"damping_ratio", damping},
+                             {"s", {modes[i].s.real(), modes[i].s.imag()}}});
+  }
+  tell(command, text);
+}
+
 }  // namespace
 
 void start_model(MultibodyModel& model) {
@@ -65,42 +137,49 @@ void start_model(MultibodyModel& model) {
 }
 
 ExitCode solve_static(const Command& command) {
-  const MultibodyModel model = load_model(command);
-  EquilibriumReport report;
-  const State state = equilibrium(model, &report);
-  ResultFiles(model, command.folder, host_threads(command.threads, command.backend, omp_get_num_procs()))
-      .add_output(state);
-  io::print(program::labelled("equilibrium", fmt::format("{}: {} steps, largest force left {:.1e}",
-                                                         model.name, report.iterations, report.force)) +
-            program::labelled("ParaView", command.folder + "/result.pvd"));
-  show_plots(draw_plots(command.folder));
-  return ExitCode::solved;
+  return with_report(command, [&](MultibodyModel& model, Json& json) {
+    ResultFiles files(model, command.folder,
+                      host_threads(command.threads, command.backend, omp_get_num_procs()));
+    EquilibriumReport report;
+    const State state =
+        find_equilibrium(*model.system, model.integrator, {0.0, model.q0, model.v0, {}, {}}, &report, go_on);
+    json["iterations"] = report.iterations;
+    json["force"] = report.force;
+    files.add_output(state);
+    json["notes"] = files.notes();
+    tell(command,
+         program::labelled("equilibrium", fmt::format("{}: {}{} steps, largest force left {:.1e}", model.name,
+                                                      report.stopped ? "not reached, " : "",
+                                                      report.iterations, report.force)) +
+             program::labelled("ParaView", command.folder + "/result.pvd"));
+    tell_plots(command, draw_plots);
+    program::throw_if_interrupted();
+  });
 }
 
 ExitCode list_modes(const Command& command) {
-  MultibodyModel model = load_model(command);
-  const State state = state_of(model, command);
-  const std::vector<Mode> modes = find_modes(*model.system, state, command.modes, model.integrator.threads,
-                                             command.undamped ? Damping::left_out : Damping::as_it_is);
-  std::string text = fmt::format("{}, {}: {} modes\n", model.name, where(command), modes.size());
-  text += "mode   frequency [Hz]   damping ratio      real [1/s]  imaginary [1/s]\n";
-  for (std::size_t i = 0; i < modes.size(); ++i)
-    text += fmt::format("{:4} {:16.8g} {:15.4g} {:15.6g} {:16.8g}\n", i + 1, natural_frequency(modes[i]),
-                        damping_ratio(modes[i]), modes[i].s.real(), modes[i].s.imag());
-  io::print(text);
-  if (command.folder.empty()) return ExitCode::solved;
-  write_modes(model, state, modes, command.folder);
-  io::print(program::labelled("ParaView", command.folder + "/mode_001.pvd, ..."));
-  show_plots(draw_modes(command.folder));
-  return ExitCode::solved;
+  return with_report(command, [&](MultibodyModel& model, Json& json) {
+    const State state = state_of(model, command);
+    const std::vector<Mode> modes =
+        find_modes(*model.system, state, command.modes, model.integrator.threads,
+                   command.undamped ? Damping::left_out : Damping::as_it_is, go_on);
+    list(command, model, modes, json);
+    if (!command.folder.empty()) {
+      write_modes(model, state, modes, command.folder);
+      tell(command, program::labelled("ParaView", command.folder + "/mode_001.pvd, ..."));
+      tell_plots(command, draw_modes);
+    }
+    program::throw_if_interrupted();
+  });
 }
 
 ExitCode linearize_model(const Command& command) {
-  MultibodyModel model = load_model(command);
-  write_linearization(*model.system, state_of(model, command), command.folder);
-  io::print(program::labelled("matrices", fmt::format("{}, {}: M, D, K, Phi_q, F in {}", model.name,
-                                                      where(command), command.folder)));
-  return ExitCode::solved;
+  return with_report(command, [&](MultibodyModel& model, Json& json) {
+    write_linearization(*model.system, state_of(model, command), command.folder);
+    json["matrices"] = {"M", "D", "K", "Phi_q", "F"};
+    tell(command, program::labelled("matrices", fmt::format("{}, {}: M, D, K, Phi_q, F in {}", model.name,
+                                                            where(command), command.folder)));
+  });
 }
 
 }  // namespace mfs::dae

@@ -49,10 +49,12 @@ class Search {
         residual_(make_residual(system)),
         tangent_(make_tangent(system)) {}
 
-  void run() {
+  void run(const std::function<bool()>& go_on) {
     project();
     system_.evaluate(view(state_), residual_);
     for (report_.iterations = 1; report_.iterations <= kMostSteps; ++report_.iterations) {
+      report_.stopped = go_on && !go_on();
+      if (report_.stopped) return finish();
       if (!step()) {
         s_ *= 10;
         if (s_ > kMost) break;
@@ -180,7 +182,7 @@ class Search {
 }  // namespace
 
 State find_equilibrium(const ConstrainedSystem& system, const IntegratorOptions& options, State state,
-                       EquilibriumReport* report) {
+                       EquilibriumReport* report, const std::function<bool()>& go_on) {
   EquilibriumReport own;
   EquilibriumReport& told = report ? *report : own;
   told = {};
@@ -188,7 +190,7 @@ State find_equilibrium(const ConstrainedSystem& system, const IntegratorOptions&
   if (state.q.size() != n) throw InvalidInput("q0", "it has not one number for each coordinate");
   const IndependentSystem independent(system, state.t, state.q);
   state.lambda.assign(static_cast<std::size_t>(independent.system().constraints()), 0.0);
-  Search(independent.system(), options, state, told).run();
+  Search(independent.system(), options, state, told).run(go_on);
   IntegratorOptions at_rest = options;  // velocities are those of no motion
   at_rest.constraint_velocity = at_rest.constraint_acceleration = HUGE_VAL;
   independent.check({state.t, state.q.data(), state.v.data(), state.a.data(), state.lambda.data()}, at_rest);

@@ -16,6 +16,8 @@
 // lines, which stretches it a great deal, and the next step mends that.
 #pragma once
 
+#include <functional>
+
 #include "dae/integrator/integrator.hpp"
 #include "dae/mechanics/constrained_system.hpp"
 
@@ -25,13 +27,15 @@ struct EquilibriumReport {
   int iterations = 0;      ///< steps, rejected ones included
   double last_step = 0.0;  ///< largest change of a coordinate in the last one, in its scale
   double force = 0.0;      ///< largest |F_i| that is left
+  bool stopped = false;    ///< on the way, by go_on
 };
 
 /// `state`: t and q (v is left as it is, a and lambda are not looked at). Returns the equilibrium with v and
 /// a zero. Of the options threads and constraint_position are used. `report`: null or overwritten, also where
-/// this throws. Throws InvalidInput where constraints cannot be fulfilled, mfs::Error where no equilibrium is
-/// found, with the coordinate that moves most, and what mfs::Solver throws.
+/// this throws. `go_on` is asked before each step; false ends the search where it is. Throws InvalidInput
+/// where constraints cannot be fulfilled, mfs::Error where no equilibrium is found, with the coordinate that
+/// moves most, and what mfs::Solver throws.
 State find_equilibrium(const ConstrainedSystem& system, const IntegratorOptions& options, State state,
-                       EquilibriumReport* report = nullptr);
+                       EquilibriumReport* report = nullptr, const std::function<bool()>& go_on = {});
 
 }  // namespace mfs::dae

@@ -120,18 +120,24 @@ class Response {
  public:
   using Scalar = double;
 
-  Response(const ConstrainedSystem& system, const Matrices& matrices, double c, int threads)
+  struct Stopped {};
+
+  Response(const ConstrainedSystem& system, const Matrices& matrices, double c, int threads,
+           std::function<bool()> go_on)
       : n_(system.coordinates()),
         m_(system.constraints()),
         c_(c),
         matrices_(matrices),
+        go_on_(std::move(go_on)),
         matrix_(system, threads) {
     matrix_.factor(matrices.tangent(), {c * c, c, 1.0});
   }
 
   Index rows() const { return 2 * n_; }
   Index cols() const { return 2 * n_; }
+  /// Throws Stopped.
   void perform_op(const double* in, double* out) const {
+    if (go_on_ && !go_on_()) throw Stopped();
     const VectorXd z = Eigen::Map<const VectorXd>(in, 2 * n_);
     Eigen::Map<VectorXd>(out, 2 * n_) = rest(apply(rest(z)));
   }
@@ -167,6 +173,7 @@ class Response {
   const Index n_, m_;
   const double c_;
   const Matrices& matrices_;
+  const std::function<bool()> go_on_;
   mutable ConstrainedMatrix matrix_;
   MatrixXd found_;
 };
@@ -206,9 +213,13 @@ void find_vectors(Response& response, Index wanted) {
 }
 
 Eigenpairs solve_large(const ConstrainedSystem& system, const Matrices& matrices, double c, int count,
-                       int threads) {
-  Response response(system, matrices, c, threads);
-  find_vectors(response, 2 * Index{count} + 2);
+                       int threads, const std::function<bool()>& go_on) {
+  Response response(system, matrices, c, threads, go_on);
+  try {
+    find_vectors(response, 2 * Index{count} + 2);
+  } catch (const Response::Stopped&) {
+    if (response.found().cols() == 0) return {};
+  }
   const MatrixXd& basis = response.found();
   MatrixXd image(basis.rows(), basis.cols());
   for (Index i = 0; i < basis.cols(); ++i) image.col(i) = response.apply(basis.col(i));
@@ -252,10 +263,22 @@ std::vector<Mode> modes_of(const ConstrainedSystem& system, const Eigenpairs& pa
   return kept;
 }
 
+void check_at_rest(const ConstrainedSystem& system, const State& state) {
+  Tangent tangent = make_tangent(system);
+  system.evaluate({state.t, state.q.data(), state.v.data(), state.a.data(), state.lambda.data()}, tangent,
+                  {Block::velocity_q});
+  const Pattern& pattern = system.tangent_pattern()[Block::velocity_q];
+  for (int j = 0; j < pattern.rows; ++j)
+    for (int k = pattern.row_start[j]; k < pattern.row_start[j + 1] && system.is_nonholonomic(j); ++k)
+      if (std::abs(tangent[Block::velocity_q][k]) > 1e-9)
+        throw InvalidInput(system.constraint_name(j),
+                           "modes are found about a state in which it is at rest only");
+}
+
 }  // namespace
 
 std::vector<Mode> find_modes(const ConstrainedSystem& system, const State& state, int count, int threads,
-                             Damping damping) {
+                             Damping damping, const std::function<bool()>& go_on) {
   if (count < 1) throw InvalidInput("modes", "their number is not positive");
   const IndependentSystem independent(system, state.t, state.q);
   const ConstrainedSystem& own = independent.system();
@@ -263,11 +286,13 @@ std::vector<Mode> find_modes(const ConstrainedSystem& system, const State& state
   if (n == m) return {};
   State at = state;
   at.lambda = independent.kept_multipliers(state.lambda);
+  check_at_rest(own, at);
   const Matrices matrices(own, at, damping);
   const double c = matrices.shift();
   const bool is_small = n - m <= kDenseFreedoms && n <= kDenseCoordinates;
   std::vector<Mode> modes = modes_of(
-      own, is_small ? solve_reduced(matrices, n, m, c) : solve_large(own, matrices, c, count, threads), c);
+      own, is_small ? solve_reduced(matrices, n, m, c) : solve_large(own, matrices, c, count, threads, go_on),
+      c);
   if (static_cast<int>(modes.size()) > count) modes.resize(static_cast<std::size_t>(count));
   return modes;
 }

@@ -17,6 +17,7 @@
 #pragma once
 
 #include <complex>
+#include <functional>
 #include <vector>
 
 #include "dae/integrator/integrator.hpp"
@@ -34,10 +35,12 @@ enum class Damping { as_it_is, left_out };
 
 /// The `count` modes (or all that there are) nearest to s = 0 about `state`, which has t, q, v, a and lambda.
 /// Of two that are conjugate one is given, with a positive imaginary part; of two real ones of opposite sign
-/// the positive one, which grows. Throws InvalidInput, mfs::Error where Arnoldi's method does not converge,
-/// and what mfs::Solver throws.
+/// the positive one, which grows. `go_on` is asked again and again; false ends it with those found by then.
+/// With constraints on velocities the state has to be at rest: about a motion they would need the change of A
+/// v, too. Throws InvalidInput, mfs::Error where Arnoldi's method does not converge, and what mfs::Solver
+/// throws.
 std::vector<Mode> find_modes(const ConstrainedSystem& system, const State& state, int count, int threads,
-                             Damping damping = Damping::as_it_is);
+                             Damping damping = Damping::as_it_is, const std::function<bool()>& go_on = {});
 
 /// |s| / (2 pi), Hz.
 double natural_frequency(const Mode& mode);

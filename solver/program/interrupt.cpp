@@ -25,8 +25,12 @@ void catch_interrupts() {
       std::signal(signal, SIG_IGN);  // nohup, a job behind &
 }
 
+bool is_interrupted() {
+  return interrupted_by != 0;
+}
+
 void throw_if_interrupted() {
-  if (interrupted_by != 0) throw Interrupted(interrupted_by);
+  if (is_interrupted()) throw Interrupted(interrupted_by);
 }
 
 }  // namespace mfs::program

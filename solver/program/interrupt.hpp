@@ -19,6 +19,8 @@ class Interrupted : public std::runtime_error {
 
 /// From now on SIGINT and SIGTERM are requests.
 void catch_interrupts();
+/// Whether one has come.
+bool is_interrupted();
 /// Throws Interrupted where one has come.
 void throw_if_interrupted();
 

@@ -25,14 +25,16 @@ Pattern dense_pattern(Eigen::Index rows, Eigen::Index columns) {
   return pattern;
 }
 
-Dependencies find(const MatrixXd& rows, const std::vector<char>& normalizes, const VectorXd& scale) {
+Dependencies find(const MatrixXd& rows, const std::vector<char>& normalizes, const VectorXd& scale,
+                  const std::vector<char>& nonholonomic = {}) {
   std::vector<double> values;
   for (Eigen::Index i = 0; i < rows.rows(); ++i)
     for (Eigen::Index j = 0; j < rows.cols(); ++j) values.push_back(rows(i, j));
   return {dense_pattern(rows.rows(), rows.cols()),
           values,
           {scale.data(), scale.data() + scale.size()},
-          normalizes};
+          normalizes,
+          nonholonomic};
 }
 
 /// All combinations, a row each.
@@ -154,6 +156,16 @@ TEST(Dependencies, LeastSquaresLeaveNormalizationsOut) {
   EXPECT_NEAR(lambda[0], 12.0, 1e-13);  // 15 - 3
   EXPECT_NEAR(lambda[1], 1.0, 1e-13);   // of the shares (1, 2) of 5 in the second coordinate
   EXPECT_NEAR(lambda[2], 2.0, 1e-13);
+}
+
+// What follows is left out: of constraints on velocities nothing drifts then, of others positions would.
+TEST(Dependencies, OnVelocitiesAreRedundantBeforeOthers) {
+  MatrixXd rows(3, 3);
+  rows << 1, 1, 0,  // on velocities
+      1, 0, 0, 0, 1, 0;
+  const VectorXd scale = VectorXd::Ones(3);
+  EXPECT_THAT(find(rows, {0, 0, 0}, scale).redundant(), ElementsAre(2));
+  EXPECT_THAT(find(rows, {0, 0, 0}, scale, {1, 0, 0}).redundant(), ElementsAre(0));
 }
 
 }  // namespace

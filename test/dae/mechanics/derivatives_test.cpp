@@ -25,7 +25,7 @@ struct Part {
 
 Part joint(const std::string& name, JointKind kind) {
   return {name, [kind](MultibodyBuilder& builder, const Attachment& a, const Attachment& b) {
-            add_joint(builder, {"pin", kind, a, b});
+            add_joint(builder, {"pin", kind, a, b, 0.4});
           }};
 }
 
@@ -99,6 +99,8 @@ std::vector<Part> parts() {
       joint("universal", JointKind::universal),
       joint("translational", JointKind::translational),
       joint("cylindrical", JointKind::cylindrical),
+      joint("rolling wheel", JointKind::rolling_wheel),
+      joint("rolling ball", JointKind::rolling_ball),
       {"rotation", [](MultibodyBuilder& builder, const Attachment& a,
                       const Attachment& b) { add_rotation(builder, "drive", a, b, kSwing); }},
       {"translation", [](MultibodyBuilder& builder, const Attachment& a,

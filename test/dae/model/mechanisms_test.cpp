@@ -1,6 +1,7 @@
 // Known mechanisms of the library beside their references: errors are small and fall with the tolerance.
 // Others are in closed_loops_test.cpp, spin_up_test.cpp and test/dae/integrator/rotation_test.cpp;
 // docs/mechanisms.md lists all.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -77,6 +78,163 @@ TEST(FlyballGovernor, StiffSpringsInPlaceOfRods) {
                     if (std::abs(state.t - t) < 1e-9) return (result.position(state, "right") - place).norm();
                   return 0.0;
                 });
+}
+
+/// A rigid body's axis `k`, in ground axes.
+Vector3d axis(const MotionRun& result, const State& state, const std::string& body, int k) {
+  const double* p = &state.q[result.at(body) + 3];
+  return Eigen::Quaterniond(p[0], p[1], p[2], p[3]).normalized() * Vector3d::Unit(k);
+}
+
+// Its steady precession: with moments of inertia A, C, the tilt b of the axle, which goes round with W, and
+// the spin p about it A W^2 sin b cos b - (C + m r^2) p W sin b = m g r cos b, and the centre's velocity is r
+// p.
+TEST(RollingDisc, PrecessesSteadily) {
+  constexpr double kTilt = 1.2, kTurn = 3.0, kRadius = 0.5, kA = 0.0625, kC = 0.125, kGravity = 9.81;
+  const double s = std::sin(kTilt), c = std::cos(kTilt);
+  const double spin =
+      (kA * kTurn * kTurn * s * c - kGravity * kRadius * c) / ((kC + kRadius * kRadius) * kTurn * s);
+  const double way = kRadius * spin / kTurn;  // of the circle's centre along x
+  const Error error = [&](const MotionRun& result, const State& state) {
+    const double x = std::cos(kTurn * state.t), y = std::sin(kTurn * state.t);
+    const Vector3d place(way * (1 - x), -way * y, kRadius * s), axle(s * x, s * y, c);
+    return std::max((result.position(state, "disc") - place).norm(),
+                    (axis(result, state, "disc", 2) - axle).norm());
+  };
+  expect_errors(of_library("rolling_disc"), {1e-2, 4e-3, 5e-4}, error);
+  // The road bears the weight and bends the path; its multipliers are along its normal and two axes in it.
+  const MotionRun result = run(of_library("rolling_disc"), 1e-8);
+  for (const State& state : result.outputs) {
+    EXPECT_NEAR(result.multiplier(state, "joint road", 0), -kGravity, 1e-4) << state.t;
+    EXPECT_NEAR(
+        std::hypot(result.multiplier(state, "joint road", 1), result.multiplier(state, "joint road", 2)),
+        std::abs(way) * kTurn * kTurn, 1e-3)
+        << state.t;
+  }
+}
+
+TEST(RollingDisc, BeginsAsItCanRoll) {
+  Json json = of_library("rolling_disc", 0.01, 1);
+  json["bodies"]["disc"].erase("velocity");  // it would slide
+  const MotionRun result = run(json, 1e-6);
+  const State& state = result.outputs.at(0);
+  Residual residual = make_residual(*result.model.system);
+  result.model.system->evaluate({0.0, state.q.data(), state.v.data(), state.a.data(), state.lambda.data()},
+                                residual);
+  for (const double rate : residual.velocity) EXPECT_NEAR(rate, 0.0, 1e-8);
+  EXPECT_LT((result.position(state, "disc") - Vector3d(0, 0, 0.5 * std::sin(1.2))).norm(), 1e-12);
+  EXPECT_GT(Eigen::Map<const Vector3d>(&state.v[result.at("disc")]).norm(), 0.1);
+}
+
+// A ball on a turntable goes round a circle with 2 / 7 of its speed (Routh), wherever that is.
+TEST(RollingBall, OnATurntableGoesRoundWithTwoSeventhsOfItsSpeed) {
+  constexpr double kTurn = 7.0, kRadius = 0.1, kSlow = 2.0;
+  Json json = mechanism(4.0, 20, Vector3d(0, 0, -9.81));
+  json["bodies"]["table"] = {{"type", "rigid"},
+                             {"mass", 5.0},
+                             {"inertia", {1, 1, 2}},
+                             {"position", {0, 0, 0}},
+                             {"angular_velocity", {0, 0, kTurn}}};
+  const Vector3d begin(1, 0, kRadius), velocity(0, 0.8, 0), touching(0, kTurn, 0);
+  const Vector3d spin =
+      Vector3d::UnitZ().cross(velocity - touching) / kRadius;  // w x r = touching - velocity
+  json["bodies"]["ball"] = {{"type", "rigid"},
+                            {"mass", 2.0},
+                            {"inertia", {0.008, 0.008, 0.008}},
+                            {"position", triple(begin)},
+                            {"velocity", triple(velocity)},
+                            {"angular_velocity", triple(spin)}};
+  json["joints"]["bearing"] = joint("revolute", "ground", "table", {0, 0, 0});
+  json["joints"]["contact"] = joint("rolling_ball", "table", "ball", begin, Vector3d::UnitZ());
+  json["joints"]["contact"]["radius"] = kRadius;
+  json["motions"]["drive"] = drive("bearing", 0.0, kTurn);
+  const Vector3d centre = begin - Vector3d::UnitZ().cross(-velocity) / kSlow;
+  expect_errors(json, {5e-2, 2e-3, 1e-4}, [&](const MotionRun& result, const State& state) {
+    const Eigen::AngleAxisd turn(kSlow * state.t, Vector3d::UnitZ());
+    return (result.position(state, "ball") - centre - turn * (begin - centre)).norm();
+  });
+}
+
+/// Whipple's bicycle, linearized: M x'' + v C1 x' + (g K0 + v^2 K2) x = 0 for lean and steer, with the
+/// matrices of the benchmark (Meijaard et al. 2007, section 6).
+struct LinearBicycle {
+  Eigen::Matrix2d m, c, k;
+  explicit LinearBicycle(double v) {
+    m << 80.81722, 2.31941332208709, 2.31941332208709, 0.29784188199686;
+    c << 0, 33.86641391492494, -0.85035641456978, 1.68540397397560;
+    c *= v;
+    Eigen::Matrix2d k0, k2;
+    k0 << -80.95, -2.59951685249872, -2.59951685249872, -0.80329488458618;
+    k2 << 0, 76.59734589573222, 0, 2.65431523794604;
+    k = 9.81 * k0 + v * v * k2;
+  }
+  Eigen::Vector4d rate(const Eigen::Vector4d& y) const {
+    Eigen::Vector4d rate;
+    rate << y.tail<2>(), m.ldlt().solve(-c * y.tail<2>() - k * y.head<2>());
+    return rate;
+  }
+};
+
+/// Lean to the right and steer to the right.
+Eigen::Vector2d lean_and_steer(const MotionRun& result, const State& state) {
+  const Vector3d across = axis(result, state, "frame", 1);
+  // The fork's lateral axis, seen along the steering axis, which points down.
+  const Vector3d down = std::sin(M_PI / 10) * axis(result, state, "frame", 0) -
+                        std::cos(M_PI / 10) * axis(result, state, "frame", 2);
+  const Vector3d fork = axis(result, state, "fork", 1);
+  return {std::asin(across[2]), std::atan2(down.cross(across).dot(fork), across.dot(fork))};
+}
+
+// Nothing in the linear equations is this project's: they were derived by hand and by two programs.
+TEST(Bicycle, LeansAndSteersAsTheBenchmarksLinearEquationsSay) {
+  for (const double speed : {2.0, 4.6, 7.0}) {
+    constexpr double kSmall = 1e-4;
+    Json json = of_library("bicycle", 2.0, 10);
+    json["parameters"] = {{"speed", speed}, {"lean_rate", kSmall}};
+    json["integrator"] = {{"rtol", 1e-8}, {"atol_position", 1e-11}, {"atol_velocity", 1e-10}};
+    const MotionRun result = run(json);
+    EXPECT_EQ(result.report.constraints, 25);  // three freedoms, four more places where they may be
+    EXPECT_THAT(result.report.redundant, testing::IsEmpty());
+    const LinearBicycle linear(speed);
+    const auto f = [&](double, const Eigen::Vector4d& y) { return linear.rate(y); };
+    double largest = 0.0;
+    for (const State& state : result.outputs) {
+      const Eigen::Vector4d y = runge_kutta(Eigen::Vector4d(0, 0, kSmall, 0), 0.0, state.t, 2000, f);
+      largest = std::max(largest, y.head<2>().norm());
+      EXPECT_LE((lean_and_steer(result, state) - y.head<2>()).norm(), 1e-4 * largest)
+          << speed << " m/s at " << state.t;
+    }
+  }
+}
+
+// Far from linear: a push of 0.5 rad/s at the speed at which it is stable. Where the frame is:
+// perf/mechanisms.
+TEST(Bicycle, RightsItselfAndKeepsItsEnergy) {
+  const std::pair<double, Vector3d> expected[] = {{0.5, {2.591311514, -0.305897434, 0.894634295}},
+                                                  {1.0, {4.840330985, -0.839462043, 0.899190512}},
+                                                  {2.0, {9.373818724, -1.740483407, 0.898487991}},
+                                                  {3.0, {13.870814294, -2.810316966, 0.899772364}},
+                                                  {5.0, {22.875584331, -4.901594240, 0.899949740}}};
+  const auto error = [&](const MotionRun& result, const State& state) {
+    for (const auto& [t, place] : expected)
+      if (std::abs(state.t - t) < 1e-9) return (result.position(state, "frame") - place).norm();
+    return 0.0;
+  };
+  expect_errors(of_library("bicycle", 5.0, 10), {0.1, 1e-2, 1e-3}, error);
+  const MotionRun result = run(of_library("bicycle", 5.0, 10), 1e-8);
+  const auto energy = [&](const State& state) {
+    double sum = 0.0;
+    for (const RigidPart& body : result.model.rigid_bodies) {
+      const int at = body.frame.first;
+      const Energy own =
+          body.element.group->energy(0, {state.t, &state.q[at], &state.v[at], &state.a[at], nullptr});
+      sum += own.kinetic + own.potential;
+    }
+    return sum;
+  };
+  const double begin = energy(result.outputs.front());
+  for (const State& state : result.outputs) EXPECT_NEAR(energy(state), begin, 2e-2) << state.t;
+  EXPECT_LT(lean_and_steer(result, result.outputs.back()).norm(), 0.05);
 }
 
 }  // namespace

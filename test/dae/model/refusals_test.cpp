@@ -103,6 +103,13 @@ const Mistake kMistakes[] = {
     {"/joints/hinge/axis", "", "joints.hinge.axis", "is missing"},
     {"/joints/hinge/axis", "[0, 0, 0]", "joints.hinge", "no direction"},
     {"/joints/tip/axis", "[0, 0, 1]", "joints.tip.axis", "is not known here"},
+    {"/joints/tip",
+     R"({"type": "rolling_wheel", "a": "ground", "b": "block", "point": [0, 3.5, 0.1], "axis": [0, 1, 0],
+         "axis_b": [0, 2, 0], "radius": 1})",
+     "joints.tip", "the wheel lies flat"},
+    {"/joints/tip",
+     R"({"type": "rolling_ball", "a": "ground", "b": "block", "point": [0, 3.5, 0.1], "axis": [0, 1, 0], "radius": 0})",
+     "joints.tip.radius", "must be positive"},
 
     {"/motions/turn/type", "\"dance\"", "motions.turn.type", "'dance' is none of: "},
     {"/motions/turn/joint", "\"nope\"", "motions.turn.joint", "there is no joint 'nope'"},

@@ -207,7 +207,58 @@ TEST_P(DaeSignal, LeavesWhatIsThere) {
               HasSubstr(" " + std::to_string(lines("out/time_series.csv") - 1) + ",), }"));
 }
 
+// A block of some thousand nodes falls, so that there is no equilibrium; the signal comes during the search.
+TEST_P(DaeSignal, EndsTheSearchForAnEquilibrium) {
+  const std::string model = file("block.json", R"({
+    "name": "block", "end": 1, "outputs": 1, "gravity": [0, 0, -9.81],
+    "materials": {"soft": {"law": "neo_hookean", "young": 1e6, "poisson": 0.3, "density": 1000}},
+    "bodies": {"block": {"type": "flexible", "material": "soft", "mesh":
+      {"generator": "box", "element": "hex8", "refine": 1, "size": [1, 1, 1], "divisions": [12, 12, 12]}}}})");
+  const std::string report = path("report.json"), err = path("stderr");
+  const pid_t child = fork();
+  if (child == 0) {
+    dup2(open(err.c_str(), O_WRONLY | O_CREAT, 0600), STDERR_FILENO);
+    exec_program({"static", model, "-o", path("out"), "--no-plots", "--json", report});
+  }
+  int status = 0;
+  while (text_of(path("out/time_series.csv")).empty() && waitpid(child, &status, WNOHANG) == 0) usleep(20000);
+  kill(child, GetParam());
+  waitpid(child, &status, 0);
+  ASSERT_TRUE(WIFEXITED(status)) << text_of(err);
+  EXPECT_EQ(WEXITSTATUS(status), 128 + GetParam());
+  const std::string word = GetParam() == SIGINT ? "interrupted" : "terminated";
+  EXPECT_EQ(text_of(err), "mfs-dae: " + word + "\n");
+  const ordered_json json_report = ordered_json::parse(text_of(report));
+  EXPECT_EQ(json_report["status"], word);
+  EXPECT_GE(json_report["iterations"], 1);
+  EXPECT_EQ(read_table(path("out/time_series.csv")).at("t [s]").size(), 1U);  // where it was then
+}
+
 INSTANTIATE_TEST_SUITE_P(All, DaeSignal, testing::Values(SIGINT, SIGTERM));
+
+TEST_F(DaeProgram, ReportsStaticsAsJson) {
+  const auto report = [&](const std::vector<std::string>& arguments) {
+    const ProgramRun run = run_program(arguments);
+    EXPECT_EQ(run.code, 0) << run.err;
+    EXPECT_EQ(run.err, "");
+    const ordered_json json = ordered_json::parse(run.out);  // and nothing else
+    EXPECT_EQ(json["status"], "solved");
+    EXPECT_EQ(json["name"], "simple_pendulum");
+    return json;
+  };
+  const std::string model = "simple_pendulum", out = path("out");
+  EXPECT_LT(report({"static", model, "-o", out, "--json", "-"})["force"], 1e-6);
+  EXPECT_FALSE(std::filesystem::exists(out + "/time_series.png"));
+  const ordered_json modes = report({"modes", model, "-o", out, "--json", "-"});
+  ASSERT_EQ(modes["modes"].size(), 1U);
+  EXPECT_NEAR(modes["modes"][0]["frequency"], std::sqrt(9.81) / (2 * std::acos(-1.0)), 1e-5);
+  EXPECT_FALSE(std::filesystem::exists(out + "/modes.png"));
+  EXPECT_EQ(report({"linearize", model, "-o", out, "--json", "-"})["matrices"].size(), 5U);
+  EXPECT_EQ(run_program({"modes", model, "-o", out, "--no-plots"}).out.find("plot"), std::string::npos);
+  const std::string failed = path("failed.json");
+  complaint({"static", "perpetuum_mobile", "-o", out, "--json", failed}, 3);
+  EXPECT_EQ(ordered_json::parse(text_of(failed))["status"], "invalid_input");
+}
 
 // The file system takes no more in the middle of the run.
 TEST_F(DaeProgram, AFullDiskEndsTheRun) {

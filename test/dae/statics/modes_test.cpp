@@ -7,6 +7,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include <mfs/error.hpp>
+
+#include "dae/model/model_library.hpp"
 #include "dae/statics/equilibrium.hpp"
 #include "test/dae/mechanics/dense.hpp"
 #include "test/dae/statics/models.hpp"
@@ -43,6 +46,34 @@ TEST_F(Modes, OfACompoundPendulum) {
   // It swings across its length, and turns by half of that change of e3 and e0.
   EXPECT_NEAR(std::abs(x(0, "bar.x")), 1.0, 1e-9);
   EXPECT_NEAR(std::abs(x(0, "bar.y")), 0.0, 1e-7);
+}
+
+// Of the upright bicycle that stands: the published growth of its falling (Meijaard et al. 2007, table 2).
+TEST_F(Modes, OfABicycleThatStands) {
+  Json json = Json::parse(find_library_model("bicycle")->text);
+  json["parameters"] = {{"speed", 0.0}, {"lean_rate", 0.0}};
+  model_ = make_model(json, "", 1);
+  Integrator integrator(*model_.system, model_.integrator);
+  struct First : Observer {
+    void output(const State& state) override { taken = state; }
+    State taken;
+  } first;
+  integrator.run(0.0, model_.q0, model_.v0, 1e-3, {0.0}, first);
+  std::vector<double> growth;
+  for (const Mode& mode : find_modes(*model_.system, first.taken, 10, 1))
+    if (std::abs(mode.s) > 0.1) {
+      EXPECT_NEAR(mode.s.imag(), 0.0, 1e-6);
+      growth.push_back(mode.s.real());
+    }
+  EXPECT_THAT(growth, testing::ElementsAre(testing::DoubleNear(3.13164324790656, 1e-6),
+                                           testing::DoubleNear(5.53094371765393, 1e-6)));
+  json["parameters"]["speed"] = 4.6;
+  model_ = make_model(json, "", 1);
+  Integrator rolling(*model_.system, model_.integrator);
+  rolling.run(0.0, model_.q0, model_.v0, 1e-3, {0.0}, first);
+  EXPECT_THAT([&] { find_modes(*model_.system, first.taken, 10, 1); },
+              testing::Throws<InvalidInput>(
+                  testing::Property(&InvalidInput::what, testing::HasSubstr("joint road_rear"))));
 }
 
 TEST_F(Modes, OfAPendulumThatStands) {
@@ -168,6 +199,16 @@ TEST_F(Modes, OfALargeSystemAreThoseOfDenseMatrices) {
   std::sort(expected.begin(), expected.end(), [](auto x, auto y) { return std::abs(x) < std::abs(y); });
   for (std::size_t i = 0; i < modes_.size(); ++i)
     EXPECT_LT(std::abs(modes_[i].s - expected[i]), 1e-6 * std::abs(expected[i])) << i << " " << expected[i];
+}
+
+// Arnoldi's method is left in the middle: nothing has been found by then.
+TEST_F(Modes, AreGivenUpWhereThatIsAskedFor) {
+  const MultibodyModel model = make_model(test::cantilever(0.1, 0.05, 20), "", 1);
+  State state = find_equilibrium(*model.system, model.integrator, {0.0, model.q0, model.v0, {}, {}});
+  int asked = 0;
+  const auto go_on = [&] { return ++asked < 5; };
+  EXPECT_THAT(find_modes(*model.system, state, 3, 1, Damping::as_it_is, go_on), testing::IsEmpty());
+  EXPECT_EQ(asked, 5);
 }
 
 }  // namespace

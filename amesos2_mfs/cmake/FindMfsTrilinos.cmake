@@ -5,6 +5,8 @@
 #   mfs::trilinos_nox           NOX with Thyra               component NOX
 #   mfs::trilinos_belos         Belos                        component Belos
 #   mfs::trilinos_ifpack2       Ifpack2                      component Ifpack2
+#   mfs::trilinos_muelu         MueLu with Xpetra            component MueLu
+#   mfs::trilinos_frosch        FROSch of ShyLU              component FROSch, which needs all others but NOX
 #
 # Which Trilinos: that of Trilinos_DIR or Trilinos_ROOT, else the first on CMAKE_PREFIX_PATH or in the system. All
 # packages are taken from one installation.
@@ -158,6 +160,34 @@ if("Belos" IN_LIST MfsTrilinos_FIND_COMPONENTS)
 endif()
 if("Ifpack2" IN_LIST MfsTrilinos_FIND_COMPONENTS)
   _mfs_trilinos_package(trilinos_ifpack2 Ifpack2_Factory.hpp ifpack2-adapters ifpack2)
+endif()
+# Their headers call these libraries as well; not every version of Trilinos has each.
+set(_mfs_below)
+foreach(name muelu-interface xpetra-sup zoltan2 zoltan galeri-xpetra teuchosparser)
+  find_library(MfsTrilinos_${name}_LIBRARY NAMES trilinos_${name} ${name} PATHS ${_mfs_library_dir} NO_DEFAULT_PATH)
+  if(MfsTrilinos_${name}_LIBRARY)
+    list(APPEND _mfs_below ${name})
+  endif()
+endforeach()
+if("MueLu" IN_LIST MfsTrilinos_FIND_COMPONENTS OR "FROSch" IN_LIST MfsTrilinos_FIND_COMPONENTS)
+  _mfs_trilinos_package(trilinos_muelu MueLu_CreateTpetraPreconditioner.hpp muelu-adapters muelu ${_mfs_below} xpetra)
+endif()
+if("FROSch" IN_LIST MfsTrilinos_FIND_COMPONENTS AND TARGET mfs::trilinos_muelu AND TARGET mfs::trilinos_stratimikos
+   AND TARGET mfs::trilinos_belos AND TARGET mfs::trilinos_ifpack2)
+  _mfs_trilinos_package(trilinos_frosch FROSch_TwoLevelPreconditioner_def.hpp shylu_ddfrosch)
+  # Zoltan2's headers call Scotch.
+  find_path(MfsTrilinos_scotch_INCLUDE ptscotch.h PATH_SUFFIXES scotch)
+  find_library(MfsTrilinos_ptscotch_LIBRARY ptscotch)
+  find_library(MfsTrilinos_scotch_LIBRARY scotch)
+  mark_as_advanced(MfsTrilinos_scotch_INCLUDE MfsTrilinos_ptscotch_LIBRARY MfsTrilinos_scotch_LIBRARY)
+  if(TARGET mfs::trilinos_frosch)
+    target_link_libraries(mfs::trilinos_frosch INTERFACE mfs::trilinos_muelu mfs::trilinos_stratimikos
+      mfs::trilinos_belos mfs::trilinos_ifpack2)
+    if(MfsTrilinos_scotch_INCLUDE)
+      target_include_directories(mfs::trilinos_frosch INTERFACE ${MfsTrilinos_scotch_INCLUDE})
+      target_link_libraries(mfs::trilinos_frosch INTERFACE ${MfsTrilinos_ptscotch_LIBRARY} ${MfsTrilinos_scotch_LIBRARY})
+    endif()
+  endif()
 endif()
 foreach(component IN LISTS MfsTrilinos_FIND_COMPONENTS)
   string(TOLOWER ${component} _mfs_lower)

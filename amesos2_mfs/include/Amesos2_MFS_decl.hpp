@@ -12,6 +12,7 @@
 // numericFactorization, solve throws until another one has succeeded.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 
@@ -27,6 +28,18 @@ namespace Amesos2 {
 /// "MaxBlockSize", "LeafSize", "PivotTolerance", "Precision", "MaxReanalyses", "Tolerance",
 /// "MaxRefinementSteps", "RowFloor", "DumpPrefix", "Verbosity", "Trans" and "IsContiguous".
 Teuchos::RCP<const Teuchos::ParameterList> mfs_valid_parameters();
+
+/// What all solvers named MFS have done in this process. Ifpack2, FROSch and MueLu keep the solvers that they
+/// make to themselves; this is how to see how often those analysed, and what they hold. A solver of several
+/// ranks works, and counts, on the first of them.
+struct MfsTotals {
+  std::int64_t analyses = 0;        ///< ordering and symbolic factorization
+  std::int64_t factorizations = 0;  ///< the first ones and those with new values
+  std::int64_t solves = 0;          ///< right-hand sides
+  double seconds_analyses = 0, seconds_factorizations = 0, seconds_solves = 0;
+  std::int64_t bytes = 0;  ///< of the factorizations that there are now, with their workspace
+};
+MfsTotals mfs_totals();
 
 /// Made by Amesos2::create<Matrix, Vector>("MFS", ...); see Amesos2_MFS.hpp.
 template <class Matrix, class Vector>

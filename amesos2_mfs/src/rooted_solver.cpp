@@ -80,6 +80,7 @@ RootedSolver::RootedSolver(Teuchos::RCP<const Teuchos::Comm<int>> comm) : comm_(
 void RootedSolver::set_options(Options options) {
   options_ = std::move(options);
   solver_.reset();
+  bytes_.set(0);
   analyzed_ = factored_ = false;
 }
 
@@ -252,7 +253,8 @@ void RootedSolver::on_root(const std::function<void(Solver&)>& work,
 
 void RootedSolver::analyze() {
   analyzed_ = factored_ = false;
-  on_root([&](Solver& solver) { solver.analyze(matrix_); });
+  bytes_.set(0);
+  on_root([&](Solver& solver) { counted(Phase::analysis, 1, [&] { solver.analyze(matrix_); }); });
   analyzed_ = true;
 }
 
@@ -275,12 +277,15 @@ void RootedSolver::factor() {
   const LocalRows local_rows = std::exchange(local_rows_, {});
   try {
     on_root([&](Solver& solver) {
-      if (device_values.data != nullptr)
-        solver.refactor_device(device_values.data, device_values.stream);
-      else if (solver.factored())
-        solver.refactor(matrix_);
-      else
-        solver.factor(matrix_);
+      counted(Phase::factorization, 1, [&] {
+        if (device_values.data != nullptr)
+          solver.refactor_device(device_values.data, device_values.stream);
+        else if (solver.factored())
+          solver.refactor(matrix_);
+        else
+          solver.factor(matrix_);
+      });
+      bytes_.set(solver.report().bytes_used);
     });
   } catch (const std::exception& e) {
     last_failure_ = e.what();
@@ -322,14 +327,16 @@ void RootedSolver::solve(const VectorLayout& b_layout, LocalColumns<const double
   const std::int64_t n = row_gather_.total();
   const std::vector<std::int64_t>* b_ids = transpose ? &unknown_ids_ : &row_ids_;
   const auto run = [&](Solver& solver, const double* from, double* to, std::int64_t ldb, std::int64_t ldx) {
-    if (b.on_device && transpose)
-      solver.solve_transpose_device(from, to, columns, ldb, ldx, stream_);
-    else if (b.on_device)
-      solver.solve_device(from, to, columns, ldb, ldx, stream_);
-    else if (transpose)
-      solver.solve_transpose(from, to, columns, ldb, ldx);
-    else
-      solver.solve(from, to, columns, ldb, ldx);
+    counted(Phase::solve, columns, [&] {
+      if (b.on_device && transpose)
+        solver.solve_transpose_device(from, to, columns, ldb, ldx, stream_);
+      else if (b.on_device)
+        solver.solve_device(from, to, columns, ldb, ldx, stream_);
+      else if (transpose)
+        solver.solve_transpose(from, to, columns, ldb, ldx);
+      else
+        solver.solve(from, to, columns, ldb, ldx);
+    });
   };
   if (one_rank() && b_layout.in_order() && x_layout.in_order()) {
     on_root(
@@ -360,7 +367,9 @@ void RootedSolver::solve(const VectorLayout& b_layout, LocalColumns<const double
 
 void RootedSolver::solve_device(const double* b, double* x, void* stream) {
   const std::int64_t n = row_gather_.total();
-  on_root([&](Solver& solver) { solver.solve_device(b, x, 1, n, n, stream); }, &row_ids_);
+  on_root(
+      [&](Solver& solver) { counted(Phase::solve, 1, [&] { solver.solve_device(b, x, 1, n, n, stream); }); },
+      &row_ids_);
 }
 
 const Report& RootedSolver::report() const {

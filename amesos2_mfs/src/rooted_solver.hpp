@@ -28,6 +28,7 @@
 
 #include "id_positions.hpp"
 #include "rank_gather.hpp"
+#include "totals.hpp"
 
 namespace mfs::amesos2 {
 
@@ -149,6 +150,7 @@ class RootedSolver {
   Teuchos::RCP<const Teuchos::Comm<int>> comm_;
   Options options_;
   std::unique_ptr<Solver> solver_;  ///< rank 0
+  CountedBytes bytes_;
   bool analyzed_ = false;
   bool factored_ = false;
   std::string last_failure_;

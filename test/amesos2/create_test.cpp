@@ -374,6 +374,29 @@ TEST(Amesos2Parameters, ListedByTheSolver) {
   EXPECT_EQ(valid->sublist("MFS").get<int>("MaxBlockSize"), mfs::Options().analysis.max_block_size);
 }
 
+// ---- totals ----
+
+TEST(Amesos2Totals, CountWhatTheSolversOfTheProcessDo) {
+  const auto a = grid();
+  const auto b = image(*a, 3);
+  Vector x(a->getDomainMap(), 3);
+  const Amesos2::MfsTotals before = Amesos2::mfs_totals();
+  const std::int64_t once = world()->getRank() == 0 ? 1 : 0;
+  {
+    const auto first = Amesos2::create<Matrix, Vector>("MFS", a),
+               second = Amesos2::create<Matrix, Vector>("MFS", a);
+    first->symbolicFactorization().numericFactorization().numericFactorization();
+    second->solve(&x, b.get());
+    const Amesos2::MfsTotals now = Amesos2::mfs_totals();
+    EXPECT_EQ(now.analyses - before.analyses, 2 * once);
+    EXPECT_EQ(now.factorizations - before.factorizations, 3 * once);
+    EXPECT_EQ(now.solves - before.solves, 3 * once);
+    EXPECT_EQ(now.bytes > before.bytes, once == 1);
+    EXPECT_EQ(now.seconds_analyses > before.seconds_analyses, once == 1);
+  }
+  EXPECT_EQ(Amesos2::mfs_totals().bytes, before.bytes);
+}
+
 // ---- description ----
 
 std::string described(const Solver& solver, Teuchos::EVerbosityLevel level) {

@@ -1,6 +1,8 @@
 // The options -mat_mfs_...: what they ask for is done, and what makes no sense is refused.
 #include <gmock/gmock.h>
 
+#include <algorithm>
+
 #include "mfs_petsc.h"
 #include "test/petsc/factored.hpp"
 
@@ -84,6 +86,10 @@ TEST(PetscOptions, WrongValuesAreRefused) {
     EXPECT_THAT(error_text(), testing::AnyOf(HasSubstr(name), HasSubstr(value))) << name << " " << value;
   }
   EXPECT_EQ(set_up(), 0);
+  const std::vector<Backend> there = backends();
+  if (std::find(there.begin(), there.end(), Backend::cuda) != there.end()) return;
+  const Option device("-mat_mfs_backend", "cuda");
+  EXPECT_EQ(set_up(), PETSC_ERR_LIB) << "no device, or a library without that backend";
 }
 
 TEST(PetscOptions, WithoutASymbolicPhaseThereIsNoNumericOne) {

@@ -19,6 +19,7 @@ using ::testing::AllOf;
 using ::testing::Each;
 using ::testing::HasSubstr;
 using ::testing::Le;
+using ::testing::Not;
 using Json = nlohmann::json;
 using Strings = std::vector<std::string>;
 
@@ -221,6 +222,24 @@ TEST(DistributedErrors, WrongParameters) {
       "<ParameterList name=\"MFS\">\n                <Parameter name=\"Threads\" type=\"int\" value=\"1\"/>\n"
       "              </ParameterList>",
       "<Parameter name=\"Threads\" type=\"int\" value=\"1\"/>", "Threads");
+}
+
+/// They reach the innermost list "MFS" of each engine, FROSch's below one of the same name.
+TEST(DistributedOptions, OfMfsFromTheCommandLine) {
+  for (const char* file : {"schwarz", "frosch_one_level"}) {
+    EXPECT_EQ(run(1, {settings(file), "--nodes=4", "--mfs-backend=serial", "--mfs-threads=1"}).code, 0)
+        << file;
+    expect_error(1, {settings(file), "--nodes=4", "--mfs-backend=abacus"}, {"abacus", "Backend"});
+    expect_error(1, {settings(file), "--nodes=4", "--mfs-threads=1000000"}, {"threads"});
+  }
+}
+
+TEST(DistributedOptions, EnginesPrintWhereAsked) {
+  const Strings arguments{settings("frosch_one_level"), "--nodes=4"};
+  EXPECT_THAT(run(1, arguments).out, Not(HasSubstr("AlgebraicOverlappingOperator")));
+  const ProgramRun verbose = run(1, {arguments[0], arguments[1], "--verbose"});
+  EXPECT_THAT(verbose.out,
+              AllOf(HasSubstr("AlgebraicOverlappingOperator"), HasSubstr("frosch_one_level with MFS")));
 }
 
 TEST(DistributedErrors, Usage) {

@@ -126,6 +126,46 @@ TEST(RollingDisc, BeginsAsItCanRoll) {
   EXPECT_GT(Eigen::Map<const Vector3d>(&state.v[result.at("disc")]).norm(), 0.1);
 }
 
+// Two wheels on one axle hold it sideways twice: one row follows, first along y, then, as it turns, others.
+// Their speeds make it go round a circle.
+TEST(RollingWheels, OfACartAreRedundantOnce) {
+  constexpr double kSpeed = 1.0, kTurn = 0.8, kRadius = 0.3, kHalf = 0.4;
+  Json json = mechanism(5.0, 20, Vector3d(0, 0, -9.81));
+  json["bodies"]["frame"] = {{"type", "rigid"},
+                             {"mass", 10.0},
+                             {"inertia", {0.3, 0.2, 0.3}},
+                             {"position", {0, 0, kRadius - 0.1}},
+                             {"velocity", {kSpeed, 0, 0}},
+                             {"angular_velocity", {0, 0, kTurn}}};
+  for (const auto& [name, y] : {std::pair("left", kHalf), {"right", -kHalf}}) {
+    const Vector3d hub(0, y, kRadius);
+    const double speed = kSpeed - kTurn * y;
+    json["bodies"][name] = {{"type", "rigid"},
+                            {"mass", 1.0},
+                            {"inertia", {0.03, 0.05, 0.03}},
+                            {"position", triple(hub)},
+                            {"velocity", {speed, 0, 0}},
+                            {"angular_velocity", {0, speed / kRadius, kTurn}}};
+    const std::string side(name);
+    json["joints"][side + "_hub"] = joint("revolute", "frame", name, hub, Vector3d::UnitY());
+    Json& road = json["joints"][side + "_road"] =
+        joint("rolling_wheel", "ground", name, hub, Vector3d::UnitZ());
+    road["axis_b"] = {0, 1, 0};
+    road["radius"] = kRadius;
+  }
+  const Error error = [&](const MotionRun& result, const State& state) {
+    EXPECT_THAT(result.report.redundant, testing::SizeIs(1));
+    const double angle = kTurn * state.t, way = kSpeed / kTurn;
+    const Vector3d place(way * std::sin(angle), way * (1 - std::cos(angle)), kRadius - 0.1);
+    return (result.position(state, "frame") - place).norm();
+  };
+  expect_errors(json, {1e-2, 1e-3, 1e-4}, error);
+  json["integrator"]["method"] = "generalized_alpha";
+  EXPECT_LT(largest_error(json, 1e-6, error), 1e-3);
+  json["integrator"] = {{"unknowns", "full"}};
+  EXPECT_LT(largest_error(json, 1e-6, error), 1e-3);
+}
+
 // A ball on a turntable goes round a circle with 2 / 7 of its speed (Routh), wherever that is.
 TEST(RollingBall, OnATurntableGoesRoundWithTwoSeventhsOfItsSpeed) {
   constexpr double kTurn = 7.0, kRadius = 0.1, kSlow = 2.0;

@@ -8,6 +8,7 @@
 
 #include <mfs/error.hpp>
 
+#include "dae/model/model_library.hpp"
 #include "test/dae/statics/models.hpp"
 
 namespace mfs::dae {
@@ -153,6 +154,32 @@ TEST_F(Equilibrium, AFollowerBendsAThinBeam) {
   find(json);
   EXPECT_NEAR(q("beam:x1.x"), 0.3427457862, 0.01);
   EXPECT_NEAR(q("beam:x1.y"), 0.7861684257, 0.01);
+}
+
+// A cantilever bent and twisted by a load across it, far beyond what is linear. Tip and twist: a
+// geometrically exact beam (perf/mechanisms princeton_beam). Solids twist less, as the wall lets no section
+// warp.
+TEST_F(Equilibrium, OfThePrincetonBeam) {
+  struct Case {
+    double load, degrees;
+    Eigen::Vector3d tip;
+    double twist;
+  };
+  for (const Case& each : {Case{8.896, 45, {0.4936107, -0.0088889, -0.1090416}, -0.029060},
+                           Case{13.345, 60, {0.4667936, -0.0117164, -0.1819212}, -0.048461}}) {
+    Json json = Json::parse(find_library_model("princeton_beam")->text);
+    json["parameters"] = {{"load", each.load}, {"theta", each.degrees * std::acos(-1.0) / 180}};
+    const MultibodyModel model = make_model(json, "", 1);
+    const State state = find_equilibrium(*model.system, model.integrator, {0.0, model.q0, model.v0, {}, {}});
+    const auto place = [&](const ModelPoint& point) {
+      return Eigen::Vector3d(&state.q[model.flexible_bodies[0].range.first + 3 * point.node]);
+    };
+    const Eigen::Vector3d left = place(model.points[0]), right = place(model.points[1]),
+                          across = left - right;
+    const double bent = (each.tip - Eigen::Vector3d(0.508, 0, 0)).norm();
+    EXPECT_LT((0.5 * (left + right) - each.tip).norm(), 0.01 * bent) << each.load;
+    EXPECT_NEAR(std::atan2(across[2], across[1]), each.twist, 0.04 * std::abs(each.twist)) << each.load;
+  }
 }
 
 }  // namespace

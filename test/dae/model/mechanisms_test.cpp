@@ -136,6 +136,21 @@ TEST(RollingDisc, BeginsAsItCanRoll) {
   EXPECT_GT(Eigen::Map<const Vector3d>(&state.v[result.at("disc")]).norm(), 0.1);
 }
 
+// A wheel that is askew is put to where a motion begins on the shortest way, not by rolling there.
+TEST(RollingWheels, AreMovedSidewaysToWhereTheyBegin) {
+  const Vector3d axle = Vector3d(1, -1, 0).normalized(), centre(0, 0.02, 0.5);
+  Json json = mechanism(0.01, 1, Vector3d(0, 0, -9.81));
+  json["bodies"]["wheel"] = {
+      {"type", "rigid"}, {"mass", 1.0}, {"inertia", {0.1, 0.1, 0.1}}, {"position", triple(centre)}};
+  json["joints"]["road"] = joint("rolling_wheel", "ground", "wheel", centre, Vector3d::UnitZ());
+  json["joints"]["road"]["axis_b"] = triple(axle);
+  json["joints"]["road"]["radius"] = 0.5;
+  json["motions"]["hold"] = {{"type", "point"}, {"side", "wheel"}, {"point", triple(centre)}, {"y", "0"}};
+  const MotionRun result = run(json, 1e-6);
+  EXPECT_LT((result.position(result.outputs.at(0), "wheel") - Vector3d(0, 0, 0.5)).norm(), 1e-9);
+  EXPECT_LT((axis(result, result.outputs.at(0), "wheel", 0) - Vector3d::UnitX()).norm(), 1e-9);
+}
+
 // Two wheels on one axle hold it sideways twice: one row follows, first along y, then, as it turns, others.
 // Their speeds make it go round a circle.
 TEST(RollingWheels, OfACartAreRedundantOnce) {

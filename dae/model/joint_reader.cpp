@@ -150,7 +150,9 @@ void read_joint(JsonObject& object, const std::string& name, ModelParts& parts) 
   Eigen::Vector3d point_a = point;
   if (rolls(joint.kind)) {
     joint.radius = object.positive("radius");
-    point_a += contact_arm(axes_a.col(2), axes_b.col(2), joint.radius, roller_of(joint.kind));
+    const Eigen::Vector3d arm =
+        contact_arm(axes_a.col(2), axes_b.col(2), joint.radius, roller_of(joint.kind));
+    point_a = object.has("plane") ? object.vector("plane") : Eigen::Vector3d(point + arm);
   }
   joint.a = read_side(object, "a", point_a, axes_a, parts);
   joint.b = read_side(object, "b", point, axes_b, parts);

@@ -3,6 +3,7 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 
 #include <mfs/error.hpp>
@@ -24,6 +25,7 @@ std::string kind_of(const Json& value) {
 Json read_json(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file) throw InvalidInput(path, std::string("cannot be read: ") + std::strerror(errno));
+  if (std::filesystem::is_directory(path)) throw InvalidInput(path, "cannot be read: it is a folder");
   std::vector<std::set<std::string>> keys;  // of the objects that are open
   const auto watch = [&](int, Json::parse_event_t event, const Json& parsed) {
     if (event == Json::parse_event_t::object_start) keys.emplace_back();

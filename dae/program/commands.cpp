@@ -39,10 +39,11 @@ void set_parameters(const std::vector<std::string>& parameters, Json& json) {
   }
 }
 
-// A file, or where there is none of that name a model of the library.
+// A file, or where there is none of that name (but perhaps a folder of results) a model of the library.
 Json read_model(const std::string& path) {
   const LibraryModel* known = find_library_model(path);
-  return known != nullptr && !std::filesystem::exists(path) ? Json::parse(known->text) : read_json(path);
+  const bool is_file = std::filesystem::exists(path) && !std::filesystem::is_directory(path);
+  return known != nullptr && !is_file ? Json::parse(known->text) : read_json(path);
 }
 
 bool has_generated_mesh(const Json& model) {

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <functional>
 
+#include "dae/model/measure.hpp"
 #include "test/dae/integrator/ivp_test_set.hpp"
 #include "test/dae/model/mechanism.hpp"
 
@@ -110,20 +111,44 @@ TEST(RollingDisc, PrecessesSteadily) {
         std::hypot(result.multiplier(state, "joint road", 1), result.multiplier(state, "joint road", 2)),
         std::abs(way) * kTurn * kTurn, 1e-3)
         << state.t;
+    const Wrench wrench = reaction(result.model.joints[0], state);  // on the disc, where it touches
+    EXPECT_NEAR(wrench.force[2], kGravity, 1e-4);
+    EXPECT_LT(wrench.moment.norm(), 1e-9);
+    EXPECT_NEAR(joint_position(result.model.joints[0], state)[2], 0.0, 1e-6);
   }
 }
 
 TEST(RollingDisc, BeginsAsItCanRoll) {
   Json json = of_library("rolling_disc", 0.01, 1);
-  json["bodies"]["disc"].erase("velocity");  // it would slide
+  json["bodies"]["disc"].erase("velocity");         // it would slide
+  json["joints"]["road"]["plane"] = {5, 5, -0.01};  // it would float
   const MotionRun result = run(json, 1e-6);
   const State& state = result.outputs.at(0);
   Residual residual = make_residual(*result.model.system);
   result.model.system->evaluate({0.0, state.q.data(), state.v.data(), state.a.data(), state.lambda.data()},
                                 residual);
   for (const double rate : residual.velocity) EXPECT_NEAR(rate, 0.0, 1e-8);
-  EXPECT_LT((result.position(state, "disc") - Vector3d(0, 0, 0.5 * std::sin(1.2))).norm(), 1e-12);
+  const Vector3d axle = axis(result, state, "disc", 2), centre = result.position(state, "disc");
+  EXPECT_NEAR(centre[2], -0.01 + 0.5 * std::sqrt(1 - axle[2] * axle[2]), 1e-9);
+  EXPECT_LT((centre - Vector3d(0, 0, 0.5 * std::sin(1.2))).norm(),
+            0.0101);  // straight down, and hardly tilted
+  EXPECT_NEAR(centre.head<2>().norm(), 0.0, 1e-12);
   EXPECT_GT(Eigen::Map<const Vector3d>(&state.v[result.at("disc")]).norm(), 0.1);
+}
+
+// A wheel that is askew is put to where a motion begins on the shortest way, not by rolling there.
+TEST(RollingWheels, AreMovedSidewaysToWhereTheyBegin) {
+  const Vector3d axle = Vector3d(1, -1, 0).normalized(), centre(0, 0.02, 0.5);
+  Json json = mechanism(0.01, 1, Vector3d(0, 0, -9.81));
+  json["bodies"]["wheel"] = {
+      {"type", "rigid"}, {"mass", 1.0}, {"inertia", {0.1, 0.1, 0.1}}, {"position", triple(centre)}};
+  json["joints"]["road"] = joint("rolling_wheel", "ground", "wheel", centre, Vector3d::UnitZ());
+  json["joints"]["road"]["axis_b"] = triple(axle);
+  json["joints"]["road"]["radius"] = 0.5;
+  json["motions"]["hold"] = {{"type", "point"}, {"side", "wheel"}, {"point", triple(centre)}, {"y", "0"}};
+  const MotionRun result = run(json, 1e-6);
+  EXPECT_LT((result.position(result.outputs.at(0), "wheel") - Vector3d(0, 0, 0.5)).norm(), 1e-9);
+  EXPECT_LT((axis(result, result.outputs.at(0), "wheel", 0) - Vector3d::UnitX()).norm(), 1e-9);
 }
 
 // Two wheels on one axle hold it sideways twice: one row follows, first along y, then, as it turns, others.

@@ -194,6 +194,7 @@ TEST(ModelFile, ThatCannotBeReadOrIsNoJson) {
   const TemporaryFolder folder;
   const auto read = [](const std::string& path) { return [path] { mfs::dae::read_json(path); }; };
   mfs::test::expect_refused(folder.path("none.json"), "No such file", read(folder.path("none.json")));
+  mfs::test::expect_refused(folder.path("."), "it is a folder", read(folder.path(".")));
   const std::string broken = folder.write("broken.json", "{\n\"name\": }");
   mfs::test::expect_refused(broken, "parse error at line 2, column 9", read(broken));
   const std::string twice = folder.write("twice.json", R"({"a": {"b": 1, "c": [{"b": 1}], "b": 2}})");

@@ -67,6 +67,12 @@ TEST_F(DaeProgram, TakesAModelOfTheLibraryByItsName) {
   EXPECT_EQ(check.out,
             "simple_pendulum: 0 flexible and 1 rigid bodies, 7 coordinates, 6 constraints, 27 unknowns\n");
   EXPECT_THAT(complaint({"check", "perpetuum_mobile"}, 3), HasSubstr("perpetuum_mobile: cannot be read"));
+  // As after `mfs-dae run simple_pendulum -o simple_pendulum`.
+  const std::filesystem::path here = std::filesystem::current_path();
+  std::filesystem::create_directories(path("simple_pendulum"));
+  std::filesystem::current_path(path("."));
+  EXPECT_EQ(run_program({"check", "simple_pendulum"}).out, check.out);
+  std::filesystem::current_path(here);
 }
 
 TEST_F(DaeProgram, ChecksAModel) {

@@ -173,12 +173,14 @@ ExitCode check_model(const Command& command) {
 
 ExitCode list_models(const Command& command) {
   std::string text;
+  std::size_t width = 0;
+  for (const LibraryModel& model : model_library()) width = std::max(width, model.name.size());
   for (const LibraryModel& model : model_library()) {
     Json json = Json::parse(model.text);
     const bool refined = command.refine > 0 && has_generated_mesh(json);
     if (refined) refine_meshes(json, command.refine);
     if (command.folder.empty()) {
-      text += program::labelled(model.name, json["description"].get<std::string>());
+      text += fmt::format("{:<{}} {}\n", model.name, width, json["description"].get<std::string>());
       continue;
     }
     std::error_code error;

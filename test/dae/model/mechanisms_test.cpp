@@ -221,7 +221,7 @@ TEST(RollingBall, OnATurntableGoesRoundWithTwoSeventhsOfItsSpeed) {
 }
 
 /// Whipple's bicycle, linearized: M x'' + v C1 x' + (g K0 + v^2 K2) x = 0 for lean and steer, with the
-/// matrices of the benchmark (Meijaard et al. 2007, section 6).
+/// matrices of the benchmark (Meijaard et al. 2007).
 struct LinearBicycle {
   Eigen::Matrix2d m, c, k;
   explicit LinearBicycle(double v) {

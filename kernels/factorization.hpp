@@ -7,8 +7,8 @@
 #include <memory>
 
 #include "kernels/front_store.hpp"
-#include "ordering/symbolic_plan.hpp"
 #include "ordering/transpose.hpp"
+#include "plan/symbolic_plan.hpp"
 
 namespace mfs {
 

@@ -6,7 +6,7 @@
 
 #include <Kokkos_Core.hpp>
 
-#include "ordering/symbolic_plan.hpp"
+#include "plan/symbolic_plan.hpp"
 
 namespace mfs {
 
@@ -97,7 +97,7 @@ KOKKOS_INLINE_FUNCTION double magnitude(const Kokkos::complex<Real>& value) {
 template <class Scalar>
 using Narrow = std::conditional_t<std::is_same_v<Scalar, RealOf<Scalar>>, float, std::complex<float>>;
 
-/// One front, where its blocks lie (drawing in ordering/symbolic_plan.hpp).
+/// One front, where its blocks lie (drawing in plan/symbolic_plan.hpp).
 template <class Scalar>
 struct Front {
   Vertex pivots, border;

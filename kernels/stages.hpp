@@ -5,11 +5,11 @@
 
 #include "kernels/assemble.hpp"
 #include "kernels/host_ops.hpp"
-#include "kernels/schedule.hpp"
 #include "kernels/solve.hpp"
 #include "kernels/variable_factor.hpp"
 #include "kernels/variable_update.hpp"
 #include "kernels/workers.hpp"
+#include "plan/schedule.hpp"
 
 namespace mfs {
 

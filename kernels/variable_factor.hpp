@@ -15,7 +15,7 @@
 
 #include "kernels/front_store.hpp"
 #include "kernels/panel_lu.hpp"
-#include "ordering/symbolic_plan.hpp"
+#include "plan/symbolic_plan.hpp"
 
 namespace mfs {
 

@@ -36,12 +36,13 @@ void reanalyze(Analysis& analysis, const Scalar* slot_values, const AnalysisOpti
   const int awake = ordering_threads(pattern.n, threads);
   MatchedScaling matched = match_and_scale(pattern, slot_values, options, awake);
   progress("ordering", 0.0);
-  const SeparatorTree tree = order_matrix(pattern, matched, options, awake,
-                                          [&](double fraction) { progress("ordering", fraction); });
+  SeparatorTree tree = order_matrix(pattern, matched, options, awake,
+                                    [&](double fraction) { progress("ordering", fraction); });
   const double time_order = order_watch.seconds();
 
   const Stopwatch symbolic_watch;
   progress("symbolic", 0.0);
+  if (!brings_order(options)) tree = align_nodes(tree, matched.pair);
   analysis.plan = std::make_shared<SymbolicPlan>(
       make_symbolic_plan(pattern, matched.row_order, tree, options.max_block_size, awake, turns));
   analysis.matched = std::move(matched);

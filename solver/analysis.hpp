@@ -7,7 +7,7 @@
 #include <mfs/analysis_options.hpp>
 #include <mfs/csr_view.hpp>
 
-#include "ordering/symbolic_plan.hpp"
+#include "plan/symbolic_plan.hpp"
 
 namespace mfs {
 

@@ -4,7 +4,7 @@
 
 #include "kernels/blas.hpp"
 #include "kernels/cuda/cuda_factorization.hpp"
-#include "kernels/cuda/device_plan.hpp"
+#include "plan/device_plan.hpp"
 #include "solver/memory_limit.hpp"
 
 namespace mfs {
@@ -33,7 +33,7 @@ void check_backend(Backend backend) {
 }
 
 AssemblyTurns assembly_turns(Backend backend) {
-  return backend == Backend::cuda ? cuda::kAssemblyTurns : AssemblyTurns();
+  return backend == Backend::cuda ? kAssemblyTurns : AssemblyTurns();
 }
 
 std::size_t available_memory(Backend backend) {

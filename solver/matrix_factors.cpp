@@ -9,8 +9,8 @@
 #include <mfs/error.hpp>
 
 #include "ordering/matrix_check.hpp"
-#include "ordering/merge_fronts.hpp"
 #include "ordering/size_scaling.hpp"
+#include "plan/merge_fronts.hpp"
 #include "solver/backend.hpp"
 #include "solver/option_checks.hpp"
 

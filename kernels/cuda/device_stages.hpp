@@ -9,10 +9,10 @@
 #include "kernels/cuda/device.hpp"
 #include "kernels/cuda/device_blas.hpp"
 #include "kernels/cuda/device_lapack.hpp"
-#include "kernels/cuda/device_plan.hpp"
 #include "kernels/cuda/device_store.hpp"
 #include "kernels/factorization.hpp"
-#include "ordering/symbolic_plan.hpp"
+#include "plan/device_plan.hpp"
+#include "plan/symbolic_plan.hpp"
 
 namespace mfs::cuda {
 

@@ -1,9 +1,9 @@
 // What the device kernels work on beside the FrontStore: pivoting state and the lists of the DevicePlan.
 #pragma once
 
-#include "kernels/cuda/device_plan.hpp"
 #include "kernels/cuda/device_scalar.hpp"
 #include "kernels/panel_lu.hpp"
+#include "plan/device_plan.hpp"
 
 namespace mfs::cuda {
 

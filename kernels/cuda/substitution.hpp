@@ -12,7 +12,7 @@
 // children, backward of its ancestors, which run at the same time: it waits, entry by entry, until they are
 // no longer kUnset, which nothing computed is. They belong to blocks with smaller numbers; the parts of a
 // tile may come later, but never while so many tiles wait for theirs that these could fill the device
-// (PlanCuts::waiting_tiles). So none waits for one that cannot begin. Each sum is made in one order: the
+// (DeviceLimits::waiting_tiles). So none waits for one that cannot begin. Each sum is made in one order: the
 // parts' are added one by one. Forward, where a depth has more tiles of borders than the device can hold,
 // those with one step are up to 256 rows high: what a block needs before it can begin takes it longer than
 // what it then does.

@@ -8,9 +8,9 @@
 // inverse of its unit lower triangle, and updated on the tensor cores.
 #pragma once
 
-#include "kernels/cuda/device_plan.hpp"
 #include "kernels/cuda/diagonal_panel.hpp"
 #include "kernels/panel_lu.hpp"
+#include "plan/device_plan.hpp"
 
 namespace mfs::cuda {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "ordering/symbolic_plan.hpp"
+#include "plan/symbolic_plan.hpp"
 #include "test/reference/multifrontal.hpp"
 #include "test/reference/random.hpp"
 #include "test/reference/sparse.hpp"

@@ -51,8 +51,9 @@ std::vector<FrontShape> many_fronts() {
 /// So many tiny fronts at one depth that a warp takes each.
 std::vector<FrontShape> many_tiny_fronts() {
   std::vector<FrontShape> shapes;
-  for (Vertex k = 0; k < cuda::kManyTiny; ++k) shapes.push_back({1 + k % 4, k % 30, cuda::kManyTiny});
-  shapes[7] = {32, 64, cuda::kManyTiny};
+  const Vertex many = DeviceLimits().many_tiny;
+  for (Vertex k = 0; k < many; ++k) shapes.push_back({1 + k % 4, k % 30, many});
+  shapes[7] = {32, 64, many};
   shapes.push_back({70, 0, -1});
   return shapes;
 }
@@ -64,7 +65,7 @@ std::vector<StageProblem<double>> trees() {
           artificial_problem(chain(), {4, 0.7}),
           artificial_problem(leaf_and_root(400, 450), {5}),
           artificial_problem(many_fronts(), {6, 0.3}),
-          artificial_problem(fork(), {12, 0.1, 64, cuda::kAssemblyTurns}),
+          artificial_problem(fork(), {12, 0.1, 64, kAssemblyTurns}),
           artificial_problem(crowd(), {13, 0.2}),
           artificial_problem(leaf_and_root(400, 450), {14, 1.0, 64, {}, 0.97}),
           artificial_problem(many_fronts(), {15, 0.3, 64, {}, 0.97})};
@@ -72,7 +73,7 @@ std::vector<StageProblem<double>> trees() {
 
 /// Fronts whose tiles are cut into parts by the solve, with and without a step that is left over.
 std::vector<StageProblem<double>> long_borders() {
-  constexpr Vertex kPart = cuda::kSolveTile * cuda::kSolveSteps;
+  const Vertex kPart = kSolveTile * DeviceLimits().solve_steps;
   return {artificial_problem(leaf_and_root(65, kPart), {10, 0.5}),
           artificial_problem(leaf_and_root(33, kPart + 70), {11, 0.5})};
 }
@@ -525,12 +526,14 @@ void check_large_front(Vertex pivots, Vertex border) {
   });
 }
 
+const DeviceLimits kSizes;
+
 TEST(DeviceStages, FactorsFrontsInSlabs) {
-  check_large_front(cuda::kSlab + 130, cuda::kPanelledRows - cuda::kSlab);
+  check_large_front(kSizes.slab + 130, kSizes.panelled_rows - kSizes.slab);
 }
 
 TEST(DeviceStages, FactorsLargeStepsBesideTheNextTile) {
-  check_large_front(cuda::kSlab + 130, 400);
+  check_large_front(kSizes.slab + 130, 400);
 }
 
 // Pieces of any size, some beyond the end of a half and of both; each changes as soon as it is taken.

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "ordering/symbolic_plan.hpp"
+#include "plan/symbolic_plan.hpp"
 
 namespace mfs {
 

@@ -4,7 +4,7 @@
 // that follow.
 #pragma once
 
-#include "ordering/symbolic_plan.hpp"
+#include "plan/symbolic_plan.hpp"
 
 namespace mfs {
 

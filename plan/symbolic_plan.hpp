@@ -16,8 +16,7 @@
 //          +-------+-----------------+                              contribution_ld(f)
 //
 // Leading dimensions of large blocks are multiples of 16, and so are the pivots of large fronts
-// (align_nodes): products whose operands do not begin at multiples of 128 bytes take cuBLAS 1.4 times as
-// long.
+// (plan/alignment.hpp).
 //
 // One region holds them all. Factors lie in it in the order of their fronts, from the left. A contribution
 // block lives from its own step to the next one, so it may lie where factors of later steps will be: behind
@@ -33,6 +32,7 @@
 #include <mfs/analysis_options.hpp>
 #include "ordering/raw_vector.hpp"
 #include "ordering/types.hpp"
+#include "plan/alignment.hpp"
 
 namespace mfs {
 
@@ -43,21 +43,6 @@ struct BlockFlops {
   double total() const { return getrf + trsm + gemm; }
 };
 BlockFlops block_flops(double pivots, double rest);
-
-/// Blocks of the region begin at multiples of kAlignment entries (128 bytes of doubles), and so do the
-/// columns of those with at least kAlignedRows rows.
-constexpr Vertex kAlignedRows = 512;
-#ifdef __CUDACC__
-__host__ __device__
-#endif
-    constexpr Vertex
-    leading_dimension(Vertex rows) {
-  return rows < kAlignedRows ? rows : (rows + kAlignment - 1) / kAlignment * kAlignment;
-}
-
-inline Offset aligned(Offset entries) {
-  return (entries + kAlignment - 1) / kAlignment * kAlignment;
-}
 
 /// How the contribution blocks of one step are assembled, once all else of its fronts is: those of fronts
 /// with more than `rows` rows in up to `most` turns, one after the other. Others belong to the first turn,
@@ -106,7 +91,8 @@ struct SymbolicPlan {
   /// Whether some contribution block waits for a later turn.
   bool has_turns() const;
   Vertex border_rows(Vertex f) const { return static_cast<Vertex>(border_begin[f + 1] - border_begin[f]); }
-  Vertex lower_ld(Vertex f) const { return leading_dimension(pivots(f) + border_rows(f)); }
+  Vertex rows(Vertex f) const { return pivots(f) + border_rows(f); }
+  Vertex lower_ld(Vertex f) const { return leading_dimension(rows(f)); }
   Vertex contribution_ld(Vertex f) const { return leading_dimension(border_rows(f)); }
   /// Blocks into which the pivot block of a front is divided: ceil(p / max_block_size), as equal as can be.
   Vertex block_width(Vertex pivots) const;

@@ -1,4 +1,4 @@
-#include "kernels/schedule.hpp"
+#include "plan/schedule.hpp"
 
 #include <algorithm>
 #include <cmath>

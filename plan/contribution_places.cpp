@@ -1,4 +1,4 @@
-#include "ordering/contribution_places.hpp"
+#include "plan/contribution_places.hpp"
 
 #include <algorithm>
 #include <limits>

@@ -1,5 +1,6 @@
-// What the device needs besides the plan: which kernel takes which front, and the lists of tiles by which one
-// launch serves all fronts of a depth. Made once from the plan, on the host.
+// What a device needs besides the symbolic plan: which kernel takes which front, and the lists of tiles by
+// which one launch serves all fronts of a depth. Made once from the plan, on the host, for the limits of a
+// device; it names no vendor.
 //
 //   small fronts   (at most small_rows rows)  one fused kernel: assemble, factor, update, in shared memory
 //   larger fronts  assembled in place; then, block column by block column of `tile` pivots,
@@ -12,23 +13,23 @@
 //      p |  |t +----------+--------+
 //        |  |r |          |   C    |
 //
-// In a front with many pivots, a slab of kSlab of them is factored first, without what is right of them,
-// which is then solved for and updated at once; and of a slab, in the same way, kPanel pivots: products of
-// such depth run faster by half. The largest go to the library. What the next slab needs comes first; the
-// rest is updated beside the next slab's tiles, whose chain of short launches cannot fill the device
+// In a front with many pivots, a slab of them (DeviceLimits::slab) is factored first, without what is right
+// of them, which is then solved for and updated at once; and of a slab, in the same way, a panel: products of
+// such depth run faster by half. The largest go to the vendor's BLAS. What the next slab needs comes first;
+// the rest is updated beside the next slab's tiles, whose chain of short launches cannot fill the device
 // (look-ahead). Where a depth has no front with so many, what its next diagonal tiles need comes first in the
 // same way.
 //
-// Where roots have many pivots, the library can factor them without pivoting; tiles are the way for those
-// that turn out to need it.
+// Where roots have many pivots, the vendor's LAPACK can factor them without pivoting; tiles are the way for
+// those that turn out to need it.
 #pragma once
 
 #include <limits>
 #include <vector>
 
-#include "ordering/symbolic_plan.hpp"
+#include "plan/symbolic_plan.hpp"
 
-namespace mfs::cuda {
+namespace mfs {
 
 /// C (m x n) -= A (m x k) B (k x n): places in the region of the plan.
 struct ProductTask {
@@ -87,17 +88,17 @@ struct Range {
   Offset count() const { return end - begin; }
 };
 
-/// Launches of a depth follow each other; but those with Order::aside may run beside the ones after them, up
-/// to the next with Order::joined, as long as no front is strict.
-enum class Order { next, aside, joined };
+/// Launches of a depth follow each other (sequential); but concurrent ones may run beside those after them,
+/// up to the next that joins, as long as no front is strict.
+enum class Order { sequential, concurrent, join };
 
-/// One launch for all its tasks, or for Kind::library one call of the library for its one task.
+/// One launch for all its tasks, or for Kind::vendor_gemm one call of the vendor's BLAS for its one task.
 struct Launch {
-  enum class Kind { diagonal, strips, products, wide_products, library };
+  enum class Kind { diagonal, strips, products, wide_products, vendor_gemm };
   Kind kind;
   Range tasks;
   Vertex blocks = 0;
-  Order order = Order::next;
+  Order order = Order::sequential;
   Vertex width = 0;  // pivots of the widest tile, for diagonal and strips
 };
 
@@ -127,7 +128,7 @@ struct SolveLaunch {
   Range border;  // forward: the places of what its fronts leave
 };
 
-/// The LU of a root's pivot block as one call of the library: its place in the region of the plan.
+/// The LU of a root's pivot block as one call of the vendor's LAPACK: its place in the region of the plan.
 struct RootTask {
   Offset at;
   Vertex pivots, ld;
@@ -148,8 +149,8 @@ struct DevicePlan {
   std::vector<StepTask> steps;
   std::vector<ProductTask> products;
   std::vector<DepthLaunches> depths;
-  // In place of DepthLaunches::factor of the last depth, if there are any: then the library can have all
-  // roots that are not small.
+  // In place of DepthLaunches::factor of the last depth, if there are any: then the vendor's LAPACK can have
+  // all roots that are not small.
   std::vector<RootTask> roots;
   std::vector<FrontPart> unpivoted;  // their tiles: first those on the diagonal, then those below it
   Range on_diagonal, below_diagonal;
@@ -166,23 +167,8 @@ struct DevicePlan {
   Offset border_places = 0;
 };
 
-/// As PlanCuts::least_root.
+/// As DeviceLimits::least_root.
 constexpr Vertex kNoRoots = std::numeric_limits<Vertex>::max();
-
-/// Multiprocessors of an H200, which launches are cut for.
-constexpr Vertex kMultiprocessors = 132;
-
-/// In fronts that have at least kPanelled pivots and kPanelledRows rows, kPanel are factored before the rest
-/// of their slab, and kSlab before what is right of that. In smaller ones the launches that this takes cost
-/// more than deeper products save.
-constexpr Vertex kPanel = 512, kSlab = 2048, kPanelled = 1024, kPanelledRows = 4096;
-
-/// Roots with fewer or more pivots stay with the tiles: those of more fill the device by their look-ahead.
-constexpr Vertex kLeastRoot = 1024, kMostRoot = 8192;
-
-/// Products of a step that are more tiles than the device runs at once are made beside the next diagonal
-/// tile.
-constexpr Offset kAheadTiles = 4 * kMultiprocessors;
 
 /// Later turns begin once P, L and U of the depth are assembled. More turns make no region smaller (tried:
 /// 8).
@@ -195,34 +181,45 @@ constexpr Vertex kStrip = 128;
 constexpr Vertex kSolveTile = 64, kTallTile = 256;
 /// The triangles of blocks of so many pivots are left inverted by what factors a diagonal tile.
 constexpr Vertex kInverted = 32;
-/// Steps of a part of a tile.
-constexpr Vertex kSolveSteps = 16;
-/// Tiles of one column that run at once.
-constexpr Vertex kCrowd = 3 * kMultiprocessors;
 
 /// Fronts with at most kTinyPivots pivots and so many entries in L are solved with by one warp, in depths
 /// that have many of them: a warp takes longer than a block, which matters where the device is not full.
-constexpr Vertex kTinyPivots = 32, kTinyEntries = 16384, kManyTiny = 1024;
+constexpr Vertex kTinyPivots = 32, kTinyEntries = 16384;
 
-/// How the work is cut. Products may be cut into wide tiles; fronts of `panelled` pivots and `panelled_rows`
-/// rows are factored by panels of `panel`, a multiple of `tile`, in slabs of `slab`, a multiple of that;
-/// where a depth has none of those, products of more than `ahead_tiles` tiles are made beside the next
-/// diagonal tile; `many_tiny` tiny fronts of a depth are solved with by warps; parts of a tile of the solve
-/// take `solve_steps` steps, and so many tiles may come before parts of theirs, which they wait for: the
-/// device must run one block more than that at once. Where the border of a depth has more tiles than `crowd`,
-/// some are tall. The library can have the roots that are not small if all of them have `least_root` to
-/// `most_root` pivots.
-struct PlanCuts {
-  Vertex tile, small_rows;
-  bool wide_products;
-  Vertex panel = kPanel, slab = kSlab, panelled = kPanelled, many_tiny = kManyTiny, solve_steps = kSolveSteps;
-  Vertex waiting_tiles = 0;
-  Vertex panelled_rows = kPanelledRows;
-  Offset ahead_tiles = kAheadTiles;
-  Vertex crowd = kCrowd;
-  Vertex least_root = kNoRoots, most_root = kMostRoot;
+/// What a device and its kernels can do, and from which sizes on the work is cut in which way: read from the
+/// device (kernels/cuda) or given by a test. The sizes were measured on H100 and H200, which have 132
+/// multiprocessors.
+struct DeviceLimits {
+  // The kernels for one kind of numbers: pivots of a diagonal tile, rows of the largest front that a block
+  // factors in shared memory as a whole, and whether there are kernels for wide tiles of products.
+  Vertex tile = 128, small_rows = 160;
+  bool wide_products = true;
+
+  Vertex multiprocessors = 132;
+
+  // Fronts of `panelled` pivots and `panelled_rows` rows are factored by panels of `panel`, a multiple of
+  // `tile`, in slabs of `slab`, a multiple of that. In smaller ones the launches that this takes cost more
+  // than deeper products save.
+  Vertex panelled = 1024, panelled_rows = 4096, panel = 512, slab = 2048;
+  // Where a depth has none of those, products of more tiles than the device runs at once are made beside the
+  // next diagonal tile.
+  Offset ahead_tiles = 4 * static_cast<Offset>(multiprocessors);
+  // So many tiles use the device better when they are wide.
+  Offset enough_tiles = 2 * static_cast<Offset>(multiprocessors);
+
+  // So many tiny fronts of a depth are solved with by warps.
+  Vertex many_tiny = 1024;
+  // Parts of a tile of the solve take so many steps, and so many tiles may come before parts of theirs, which
+  // they wait for: the device must run one block more than that at once.
+  Vertex solve_steps = 16, waiting_tiles = multiprocessors - 1;
+  // Tiles of one column that run at once: where the border of a depth has more, some are tall.
+  Vertex crowd = 3 * multiprocessors;
+
+  // The vendor's LAPACK can have the roots that are not small if all of them have so many pivots. Those of
+  // more fill the device by the look-ahead of tiles.
+  Vertex least_root = kNoRoots, most_root = 8192;
 };
 
-DevicePlan make_device_plan(const SymbolicPlan& plan, const PlanCuts& cuts);
+DevicePlan make_device_plan(const SymbolicPlan& plan, const DeviceLimits& limits);
 
-}  // namespace mfs::cuda
+}  // namespace mfs

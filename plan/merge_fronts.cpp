@@ -1,4 +1,4 @@
-#include "ordering/merge_fronts.hpp"
+#include "plan/merge_fronts.hpp"
 
 #include <cstddef>
 

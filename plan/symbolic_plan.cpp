@@ -1,4 +1,4 @@
-#include "ordering/symbolic_plan.hpp"
+#include "plan/symbolic_plan.hpp"
 
 #include <omp.h>
 
@@ -8,9 +8,9 @@
 #include <utility>
 
 #include <mfs/error.hpp>
-#include "ordering/contribution_places.hpp"
 #include "ordering/first_error.hpp"
 #include "ordering/transpose.hpp"
+#include "plan/contribution_places.hpp"
 
 namespace mfs {
 

@@ -1,7 +1,7 @@
 // In place of kernels/cuda where MFS is built without it.
 #include <mfs/error.hpp>
 
-#include "kernels/cuda/cuda_factorization.hpp"
+#include "kernels/cuda/cuda_factors.hpp"
 
 namespace mfs::cuda {
 
@@ -21,15 +21,15 @@ std::future<void> load_library(bool, const Pattern&) {
 }
 
 template <class Value>
-std::unique_ptr<Factorization<Value>> make_cuda_factorization(bool, std::shared_ptr<const SymbolicPlan>,
-                                                              std::shared_ptr<const Pattern>) {
+std::unique_ptr<Factors<Value>> make_cuda_factors(bool, std::shared_ptr<const SymbolicPlan>,
+                                                  std::shared_ptr<const Pattern>) {
   require_device();
   return nullptr;
 }
 
-#define MFS_INSTANTIATE(Value)                                                   \
-  template std::future<void> load_library<Value>(bool, const Pattern&);          \
-  template std::unique_ptr<Factorization<Value>> make_cuda_factorization<Value>( \
+#define MFS_INSTANTIATE(Value)                                          \
+  template std::future<void> load_library<Value>(bool, const Pattern&); \
+  template std::unique_ptr<Factors<Value>> make_cuda_factors<Value>(    \
       bool, std::shared_ptr<const SymbolicPlan>, std::shared_ptr<const Pattern>);
 MFS_INSTANTIATE(float)
 MFS_INSTANTIATE(double)

@@ -3,7 +3,7 @@
 #include <mfs/error.hpp>
 
 #include "kernels/blas.hpp"
-#include "kernels/cuda/cuda_factorization.hpp"
+#include "kernels/cuda/cuda_factors.hpp"
 #include "plan/device_plan.hpp"
 #include "solver/memory_limit.hpp"
 
@@ -51,11 +51,15 @@ std::unique_ptr<Factorization<Scalar>> make_numeric_factorization(Backend backen
                                                                   std::shared_ptr<const SymbolicPlan> plan,
                                                                   std::shared_ptr<const Pattern> pattern,
                                                                   int threads) {
-  if (backend == Backend::cuda)
-    return cuda::make_cuda_factorization<Scalar>(single_precision, std::move(plan), std::move(pattern));
+  if (backend == Backend::cuda) {
+    auto factors = cuda::make_cuda_factors<Scalar>(single_precision, plan, pattern);
+    return make_factorization<Scalar>(HostSpace::openmp, std::move(factors), std::move(plan),
+                                      std::move(pattern));
+  }
   check_host_memory(*plan, single_precision ? sizeof(Narrow<Scalar>) : sizeof(Scalar), sizeof(Scalar));
   const HostSpace space = host_space(backend, *plan);
-  return make_factorization<Scalar>(space, single_precision, std::move(plan), std::move(pattern), threads);
+  auto factors = make_host_factors<Scalar>(space, single_precision, plan, pattern, threads);
+  return make_factorization<Scalar>(space, std::move(factors), std::move(plan), std::move(pattern));
 }
 
 #define MFS_INSTANTIATE(Scalar)                                                       \

@@ -6,7 +6,7 @@
 
 #include <mfs/options.hpp>
 
-#include "kernels/factorization.hpp"
+#include "accuracy/factorization.hpp"
 
 namespace mfs {
 

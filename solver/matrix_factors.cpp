@@ -69,7 +69,7 @@ void MatrixFactors<Scalar>::refactor(const CsrView<Scalar>& a) {
 template <class Scalar>
 void MatrixFactors<Scalar>::refactor_device(const Scalar* values, void* stream) {
   known("refactor_device");
-  DeviceFactors<Scalar>& on_device = device("refactor_device");
+  ResidentFactors<Scalar>& on_device = resident("refactor_device");
   if (!values) throw InvalidInput("values", "null pointer");
   const Stopwatch watch;
   // Sums of repeated entries, a new matching, and what is wrong with the values are left to the host.
@@ -101,7 +101,8 @@ template <class Scalar>
 CsrView<Scalar> MatrixFactors<Scalar>::factored_matrix() const {
   if (!numeric_) throw StateError("its values are not held any more");
   const Pattern& pattern = *analysis_->pattern;
-  return {pattern.n, pattern.n, pattern.offsets.data(), pattern.columns.data(), numeric_->matrix_values()};
+  return {pattern.n, pattern.n, pattern.offsets.data(), pattern.columns.data(),
+          numeric_->factors().matrix().values};
 }
 
 // The analysis of a matrix that has been factored; not necessarily for the present values.
@@ -118,10 +119,10 @@ Factorization<Scalar>& MatrixFactors<Scalar>::numeric(const char* call) const {
 }
 
 template <class Scalar>
-DeviceFactors<Scalar>& MatrixFactors<Scalar>::device(const char* call) const {
-  DeviceFactors<Scalar>* device = numeric_->device();
-  if (!device) throw StateError(std::string(call) + ": the factors are not on a device");
-  return *device;
+ResidentFactors<Scalar>& MatrixFactors<Scalar>::resident(const char* call) const {
+  ResidentFactors<Scalar>* resident = numeric_->factors().resident();
+  if (!resident) throw StateError(std::string(call) + ": the factors are not on a device");
+  return *resident;
 }
 
 template <class Scalar>
@@ -185,16 +186,16 @@ void MatrixFactors<Scalar>::make_numeric() {
 
 template <class Scalar>
 void MatrixFactors<Scalar>::use_scales(const std::vector<double>& row, const std::vector<double>& column) {
-  std::copy(row.begin(), row.end(), numeric_->row_scale());
-  std::copy(column.begin(), column.end(), numeric_->column_scale());
+  std::copy(row.begin(), row.end(), numeric_->factors().row_scale());
+  std::copy(column.begin(), column.end(), numeric_->factors().column_scale());
 }
 
 template <class Scalar>
 void MatrixFactors<Scalar>::rescale(const Scalar* b, bool transposed) {
   report_.rung = Rung::rescaling;
   phases_.run("factor", [&] {
-    const PowerScaling scaling =
-        scaling_by_size(*analysis_->pattern, numeric_->matrix_values(), b, transposed, phases_.threads());
+    const PowerScaling scaling = scaling_by_size(*analysis_->pattern, numeric_->factors().matrix().values, b,
+                                                 transposed, phases_.threads());
     use_scales(powers_of_two(scaling.row), powers_of_two(scaling.column));
   });
   rescaled_ = true;
@@ -242,8 +243,9 @@ void MatrixFactors<Scalar>::begin_values() {
 template <class Scalar>
 void MatrixFactors<Scalar>::take_values(const CsrView<Scalar>& a) {
   begin_values();
-  phases_.run("factor",
-              [&] { sum_into_slots(*analysis_->pattern, a, numeric_->matrix_values(), phases_.threads()); });
+  phases_.run("factor", [&] {
+    sum_into_slots(*analysis_->pattern, a, numeric_->factors().matrix_values(), phases_.threads());
+  });
 }
 
 template <class Scalar>
@@ -314,8 +316,7 @@ bool MatrixFactors<Scalar>::merge_failed_fronts(double allowed_flops) {
   std::shared_ptr<const SymbolicPlan> plan;
   std::size_t available = 0;
   phases_.run("symbolic", [&] {
-    const SeparatorTree tree =
-        merge_into_parents(*analysis_->plan, numeric_->failed_fronts(*analysis_->plan));
+    const SeparatorTree tree = merge_into_parents(*analysis_->plan, numeric_->failed_fronts());
     plan = std::make_shared<SymbolicPlan>(make_symbolic_plan(
         *analysis_->pattern, analysis_->matched.row_order, tree, options_.analysis.max_block_size,
         phases_.threads(), assembly_turns(options_.backend)));
@@ -354,12 +355,13 @@ void MatrixFactors<Scalar>::replace_numeric() {
   factored_ = false;
   std::vector<Scalar> values;
   phases_.run("factor", [&] {
-    values.assign(old->matrix_values(), old->matrix_values() + analysis_->plan->nnz);
+    const Scalar* held = old->factors().matrix().values;
+    values.assign(held, held + analysis_->pattern->nnz());
     old.reset();
   });
   report_analysis();
   make_numeric();
-  std::copy(values.begin(), values.end(), numeric_->matrix_values());
+  std::copy(values.begin(), values.end(), numeric_->factors().matrix_values());
   factor_values();
 }
 
@@ -369,8 +371,8 @@ void MatrixFactors<Scalar>::rematch() {
   refactored_ = drifted_ = false;
   ++rematches_;
   phases_.run_analysis("ordering", [&] {
-    reanalyze(*analysis_, numeric_->matrix_values(), options_.analysis, assembly_turns(options_.backend),
-              phases_.analysis_threads(), progress());
+    reanalyze(*analysis_, numeric_->factors().matrix().values, options_.analysis,
+              assembly_turns(options_.backend), phases_.analysis_threads(), progress());
   });
   ++report_.reanalyses;
   replace_numeric();

@@ -6,7 +6,7 @@
 
 #include <mfs/options.hpp>
 
-#include "kernels/factorization.hpp"
+#include "kernels/front_store.hpp"
 
 namespace mfs {
 

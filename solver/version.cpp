@@ -6,7 +6,7 @@
 #include <Kokkos_Core.hpp>
 
 #include "kernels/blas.hpp"
-#include "kernels/cuda/cuda_factorization.hpp"
+#include "kernels/cuda/cuda_factors.hpp"
 
 namespace mfs {
 

@@ -10,7 +10,7 @@
 #include "kernels/cuda/device_blas.hpp"
 #include "kernels/cuda/device_lapack.hpp"
 #include "kernels/cuda/device_store.hpp"
-#include "kernels/factorization.hpp"
+#include "kernels/factors.hpp"
 #include "plan/device_plan.hpp"
 #include "plan/symbolic_plan.hpp"
 

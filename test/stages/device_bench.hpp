@@ -1,4 +1,4 @@
-// Runs whole factorizations and substitutions on the device as CudaFactorization does, and shows everything
+// Runs whole factorizations and substitutions on the device as CudaFactors does, and shows everything
 // that they left. Memory that the device must write itself holds NaN before.
 #pragma once
 

@@ -3,7 +3,7 @@
 #include <numeric>
 #include <string>
 
-#include "kernels/cuda/cuda_factorization.hpp"
+#include "kernels/cuda/cuda_factors.hpp"
 #include "kernels/cuda/device.hpp"
 #include "kernels/cuda/device_stages.hpp"
 #include "test/stages/device_checks.hpp"

@@ -12,7 +12,7 @@
 #include <gtest/gtest.h>
 
 #include "kernels/blas.hpp"
-#include "kernels/host_factorization.hpp"
+#include "kernels/host_factors.hpp"
 #include "test/stages/front_blocks.hpp"
 #include "test/stages/in_engine.hpp"
 

@@ -4,7 +4,7 @@
 
 #include <gmock/gmock.h>
 
-#include "kernels/refinement.hpp"
+#include "accuracy/refinement.hpp"
 #include "test/stages/in_engine.hpp"
 
 namespace {

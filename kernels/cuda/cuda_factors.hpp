@@ -1,4 +1,4 @@
-// The factorization on a CUDA device. A first factorization launches its stages one by one; further ones
+// The factors on a CUDA device. A first factorization launches its stages one by one; further ones
 // replay them from a graph. The host waits once per factorization, for the status. Nothing here names CUDA
 // itself: in a build without it, kernels/no_cuda.cpp stands in.
 #pragma once
@@ -7,7 +7,7 @@
 #include <future>
 #include <memory>
 
-#include "kernels/factorization.hpp"
+#include "kernels/factors.hpp"
 
 namespace mfs::cuda {
 
@@ -23,10 +23,10 @@ std::size_t available_device_memory();
 template <class Value>
 std::future<void> load_library(bool single_precision, const Pattern& pattern);
 
-/// As make_factorization; throws OutOfMemory(device) and BackendError as well.
+/// As make_host_factors; throws OutOfMemory(device) and BackendError as well.
 template <class Value>
-std::unique_ptr<Factorization<Value>> make_cuda_factorization(bool single_precision,
-                                                              std::shared_ptr<const SymbolicPlan> plan,
-                                                              std::shared_ptr<const Pattern> pattern);
+std::unique_ptr<Factors<Value>> make_cuda_factors(bool single_precision,
+                                                  std::shared_ptr<const SymbolicPlan> plan,
+                                                  std::shared_ptr<const Pattern> pattern);
 
 }  // namespace mfs::cuda

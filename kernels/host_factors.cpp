@@ -1,4 +1,4 @@
-#include "kernels/host_factorization.hpp"
+#include "kernels/host_factors.hpp"
 
 #include <stdexcept>
 
@@ -23,16 +23,13 @@ SubstitutionLayout::SubstitutionLayout(const SymbolicPlan& plan, Offset scalar_b
   border = arena.add(static_cast<Offset>(plan.border.size()) * columns * scalar_bytes);
 }
 
-NumericBytes numeric_bytes(const SymbolicPlan& plan, Offset scalar_bytes, Offset value_bytes,
-                           Vertex columns) {
+NumericBytes host_bytes(const SymbolicPlan& plan, Offset scalar_bytes, Offset value_bytes, Vertex columns) {
   const NumericLayout numeric(plan, scalar_bytes, value_bytes);
-  const LadderLayout ladder(plan.n, value_bytes, columns);
   NumericBytes bytes;
   bytes.factor = plan.factor_entries * scalar_bytes;
   bytes.contribution = numeric.matrix_values - bytes.factor;
   bytes.other = numeric.arena.total() - numeric.matrix_values;
-  bytes.solve = ladder.ends.total() + ladder.work.total() +
-                SubstitutionLayout(plan, scalar_bytes, columns).arena.total();
+  bytes.solve = SubstitutionLayout(plan, scalar_bytes, columns).arena.total();
   return bytes;
 }
 
@@ -75,23 +72,21 @@ FrontStore<Scalar, Value> make_front_store(const SymbolicPlan& plan, const Patte
 namespace {
 
 template <class Value, class Scalar>
-std::unique_ptr<Factorization<Value>> make(HostSpace space, std::shared_ptr<const SymbolicPlan> plan,
-                                           std::shared_ptr<const Pattern> pattern, int threads) {
-  if (space == HostSpace::serial) {
-    return std::make_unique<HostFactorization<Kokkos::Serial, Value, Scalar>>(std::move(plan),
-                                                                              std::move(pattern), 1);
-  }
-  return std::make_unique<HostFactorization<HostThreads, Value, Scalar>>(std::move(plan), std::move(pattern),
-                                                                         threads);
+std::unique_ptr<Factors<Value>> make(HostSpace space, std::shared_ptr<const SymbolicPlan> plan,
+                                     std::shared_ptr<const Pattern> pattern, int threads) {
+  if (space == HostSpace::serial)
+    return std::make_unique<HostFactors<Kokkos::Serial, Value, Scalar>>(std::move(plan), std::move(pattern),
+                                                                        1);
+  return std::make_unique<HostFactors<HostThreads, Value, Scalar>>(std::move(plan), std::move(pattern),
+                                                                   threads);
 }
 
 }  // namespace
 
 template <class Value>
-std::unique_ptr<Factorization<Value>> make_factorization(HostSpace space, bool single_precision,
-                                                         std::shared_ptr<const SymbolicPlan> plan,
-                                                         std::shared_ptr<const Pattern> pattern,
-                                                         int threads) {
+std::unique_ptr<Factors<Value>> make_host_factors(HostSpace space, bool single_precision,
+                                                  std::shared_ptr<const SymbolicPlan> plan,
+                                                  std::shared_ptr<const Pattern> pattern, int threads) {
   if (single_precision)
     return make<Value, Narrow<Value>>(space, std::move(plan), std::move(pattern), threads);
   return make<Value, Value>(space, std::move(plan), std::move(pattern), threads);
@@ -100,7 +95,7 @@ std::unique_ptr<Factorization<Value>> make_factorization(HostSpace space, bool s
 #define MFS_INSTANTIATE(Value)                                                                              \
   template FrontStore<Value, Value> make_front_store<Value, Value>(const SymbolicPlan&, const Pattern&,     \
                                                                    const NumericLayout&, const HostArena&); \
-  template std::unique_ptr<Factorization<Value>> make_factorization<Value>(                                 \
+  template std::unique_ptr<Factors<Value>> make_host_factors<Value>(                                        \
       HostSpace, bool, std::shared_ptr<const SymbolicPlan>, std::shared_ptr<const Pattern>, int);
 MFS_INSTANTIATE(float)
 MFS_INSTANTIATE(double)

@@ -2,13 +2,15 @@
 // backward error is known, or to the proof that there is none. The rungs in their order:
 //
 //   correction   pivots that were perturbed are taken back exactly, or show that A is singular
-//                (kernels/correction.hpp); if they are too many for that, a probe decides (kernels/probe.hpp)
+//                (accuracy/correction.hpp); if they are too many for that, a probe decides
+//                (accuracy/probe.hpp)
 //   refinement   iterative, in twice the precision, then FGMRES with the factors as preconditioner
-//   (kernels/refinement.hpp)
+//   (accuracy/refinement.hpp)
 //
-// The same inverse gives the condition estimate and the determinant. Vectors and matrix are those of the
-// host, and vector operations run on Exec, an execution space of the host. What depends on where the factors
-// lie is asked from the derived class: five questions, the protected virtual functions and pivot_shift.
+// Where the factors lie in the memory of a device, the first steps of refinement are made there
+// (accuracy/resident_refinement.hpp), and the ladder goes on from what they leave. All else has its vectors
+// and the matrix on the host, where vector operations run on Exec. The same inverse gives the condition
+// estimate and the determinant.
 #pragma once
 
 #include <algorithm>
@@ -18,11 +20,12 @@
 #include <optional>
 #include <vector>
 
+#include "accuracy/correction.hpp"
+#include "accuracy/factorization.hpp"
+#include "accuracy/probe.hpp"
+#include "accuracy/refinement.hpp"
+#include "accuracy/resident_refinement.hpp"
 #include "kernels/arena.hpp"
-#include "kernels/correction.hpp"
-#include "kernels/factorization.hpp"
-#include "kernels/probe.hpp"
-#include "kernels/refinement.hpp"
 
 namespace mfs {
 
@@ -39,36 +42,114 @@ struct LadderLayout {
   Offset b, x, best, r, d, size;
 };
 
-/// `Memory`, an arena of the host, is where right-hand sides and solutions lie.
-template <class Exec, class Memory, class Value>
-class AccuracyLadder : public Factorization<Value> {
+template <class Exec, class Value>
+class AccuracyLadder final : public Factorization<Value> {
  public:
-  Value* matrix_values() override { return matrix_.values; }
-  double* row_scale() override { return matrix_.row_scale; }
-  double* column_scale() override { return matrix_.column_scale; }
+  AccuracyLadder(std::unique_ptr<Factors<Value>> factors, std::shared_ptr<const SymbolicPlan> plan,
+                 std::shared_ptr<const Pattern> pattern)
+      : factors_(std::move(factors)), plan_(std::move(plan)), pattern_(std::move(pattern)) {
+    take_vectors(1);
+  }
+
+  Factors<Value>& factors() override { return *factors_; }
+
+  FactorStatus factor(double tolerance, const std::function<void(double)>& progress) override {
+    for (auto& correction : correction_) correction.reset();
+    probed_.reset();
+    const Factored factored = factors_->factor(tolerance, progress);
+    status_ = factored.status;
+    largest_ = factored.largest;
+    return status_;
+  }
 
   Value* rhs(Vertex columns) override {
     if (columns > columns_) {
-      make_room(columns);
+      factors_->make_room(columns);
       take_vectors(columns);
     }
     return at_.b;
   }
   const Value* solution() const override { return at_.x; }
 
-  SolveOutcome solve(Vertex columns, const TransposedPattern* transposed,
-                     const SolveControls& controls) override {
+  SolveOutcome solve(Vertex columns, const TransposedPattern* transposed, const SolveControls& controls,
+                     const SolveOutcome* tried) override {
+    SolveOutcome resident;
+    if (tried) {
+      resident = *tried;
+    } else if (factors_->resident() && status_.perturbed == 0) {
+      const Offset n = plan_->n;
+      factors_->resident()->start_from_host({rhs(columns), n, at_.x, n, columns, transposed},
+                                            controls.row_floor);
+      resident = refine_resident(*factors_->resident(), controls, resident_improved_);
+      if (resident.backward_error <= controls.tolerance) return resident;
+      tried = &resident;
+    }
+    matrix_ = factors_->matrix();
+    const bool begun = tried && resident_improved_;
+    if (begun) factors_->resident()->bring_solution(at_.x);
+    SolveOutcome outcome = climb(columns, transposed, controls, begun);
+    outcome.refinement_steps += resident.refinement_steps;
+    outcome.time_ladder += resident.time_ladder;
+    return outcome;
+  }
+
+  ResidentSolve solve_resident(const SolveBlock<Value>& block, const SolveControls& controls, void* stream,
+                               SolveOutcome& outcome) override {
+    if (status_.perturbed > 0) return ResidentSolve::refused;
+    factors_->resident()->start(block, controls.row_floor, stream);
+    outcome = refine_resident(*factors_->resident(), controls, resident_improved_);
+    // A b that is not finite leaves no finite error.
+    return outcome.backward_error <= controls.tolerance ? ResidentSolve::solved : ResidentSolve::missed;
+  }
+
+  double condition_estimate(const TransposedPattern& transposed) override {
+    matrix_ = factors_->matrix();
+    return estimate_condition(transposed);
+  }
+
+  bool determinant(Value& phase, double& log_abs) override {
+    matrix_ = factors_->matrix();
+    return find_determinant(phase, log_abs);
+  }
+
+  Vertex pivot_row(Vertex position) const override {
+    const auto front = std::upper_bound(plan_->pivot_begin.begin(), plan_->pivot_begin.end(), position) - 1;
+    return plan_->row_of[*front + factors_->local_row(position)];
+  }
+
+  std::vector<char> failed_fronts() const override {
+    std::vector<char> failed(static_cast<std::size_t>(plan_->num_fronts), 0);
+    for (Vertex f = 0; f < plan_->num_fronts; ++f) {
+      for (Vertex p = plan_->pivot_begin[f]; p < plan_->pivot_begin[f + 1]; ++p) {
+        if (factors_->pivot_shift(p) != Value(0)) failed[f] = 1;
+      }
+    }
+    return failed;
+  }
+
+  Offset bytes() const override {
+    if (factors_->memory() == MemorySpace::device) return factors_->bytes();
+    std::size_t extra = krylov_space_.size() * sizeof(Value);
+    for (const auto& correction : correction_) extra += correction ? correction->bytes() : 0;
+    const LadderLayout own(plan_->n, sizeof(Value), columns_);
+    return factors_->bytes() + own.ends.total() + own.work.total() + static_cast<Offset>(extra);
+  }
+
+ private:
+  // From the factors on, or where vectors.x holds a solution that has been begun, from there.
+  SolveOutcome climb(Vertex columns, const TransposedPattern* transposed, const SolveControls& controls,
+                     bool begun) {
     const blas::SequentialScope sequential;
     SolveOutcome outcome;
     // Whether A is singular is settled before any right-hand side is: one that happens to be consistent would
     // hide it.
     if (!regular_by_correction(transposed, outcome)) return outcome;
     if (!regular_by_probe(columns, outcome)) return outcome;
-    refine(columns, transposed, controls, outcome);
+    refine(columns, transposed, controls, outcome, begun);
     return outcome;
   }
 
-  double condition_estimate(const TransposedPattern& transposed) override {
+  double estimate_condition(const TransposedPattern& transposed) {
     const blas::SequentialScope sequential;
     for (const bool flip : {false, true}) {
       make_correction(flip ? &transposed : nullptr);
@@ -89,13 +170,13 @@ class AccuracyLadder : public Factorization<Value> {
                                                            : std::numeric_limits<double>::infinity();
   }
 
-  bool determinant(Value& phase, double& log_abs) override {
+  bool find_determinant(Value& phase, double& log_abs) {
     const blas::SequentialScope sequential;
     const Vertex n = plan_->n;
     std::complex<double> product = permutation_sign();
     log_abs = 0;
     std::vector<std::complex<double>> pivots(static_cast<std::size_t>(n));
-    diagonal_pivots(pivots.data());
+    factors_->diagonal_pivots(pivots.data());
     for (const std::complex<double>& pivot : pivots) {
       log_abs += std::log(std::abs(pivot));
       product *= pivot / std::abs(pivot);
@@ -118,78 +199,26 @@ class AccuracyLadder : public Factorization<Value> {
     return true;
   }
 
-  Vertex pivot_row(Vertex position) const override {
-    const auto front = std::upper_bound(plan_->pivot_begin.begin(), plan_->pivot_begin.end(), position) - 1;
-    return plan_->row_of[*front + local_row(position)];
-  }
-
-  /// Of what the ladder holds; derived classes add theirs.
-  Offset bytes() const override {
-    std::size_t extra = krylov_space_.size() * sizeof(Value);
-    for (const auto& correction : correction_) extra += correction ? correction->bytes() : 0;
-    return ends_->bytes() + work_->bytes() + static_cast<Offset>(extra);
-  }
-
- protected:
-  /// The matrix in the memory of the host: values by slot of the pattern, scales by row and column of A.
-  struct Matrix {
-    Value* values = nullptr;
-    double* row_scale = nullptr;
-    double* column_scale = nullptr;
-  };
-
-  AccuracyLadder(std::shared_ptr<const SymbolicPlan> plan, std::shared_ptr<const Pattern> pattern)
-      : plan_(std::move(plan)), pattern_(std::move(pattern)) {
-    take_vectors(1);
-  }
-  /// Called once, by the constructor of the derived class, which holds that memory.
-  void hold_matrix(const Matrix& matrix) { matrix_ = matrix; }
-
-  /// To be called by factor(): before it changes the factors, and when they are made.
-  void forget_factors() {
-    for (auto& correction : correction_) correction.reset();
-    probed_.reset();
-  }
-  void note_factors(const FactorStatus& status, double largest_scaled_entry) {
-    status_ = status;
-    largest_ = largest_scaled_entry;
-  }
-
-  /// to = approximately A^-1 from (A^-T with `transposed`), scaling and permutation included: n x columns in
-  /// the memory of the host and in the caller's numbering. They may be the same array.
-  virtual void apply_inverse(const Value* from, Value* to, Vertex columns, bool transposed) = 0;
-  /// Makes room for what apply_inverse needs for so many columns; before the ladder does so for its own.
-  virtual void make_room(Vertex columns) = 0;
-  /// The row of its pivot block that came to this position, counted from the block's first.
-  virtual Vertex local_row(Vertex position) const = 0;
-  /// pivots[0 ... n-1] = the pivots by position, as they are in the factors.
-  virtual void diagonal_pivots(std::complex<double>* pivots) const = 0;
-
-  const SymbolicPlan& plan() const { return *plan_; }
-  const Pattern& pattern() const { return *pattern_; }
-  const Exec& exec() const { return exec_; }
-  const FactorStatus& status() const { return status_; }
-  const RefinementVectors<Value>& vectors() const { return at_; }
-
- private:
   // What is in the right-hand sides stays.
   void take_vectors(Vertex columns) {
     const LadderLayout layout(plan_->n, sizeof(Value), columns);
-    auto ends = std::make_unique<Memory>(layout.ends.total());
+    const std::shared_ptr<char> ends = factors_->host_vectors(layout.ends.total());
     work_ = std::make_unique<HostArena>(layout.work.total());
-    if (ends_) {
-      std::copy(at_.b, at_.b + static_cast<Offset>(plan_->n) * columns_, ends->template at<Value>(layout.b));
-    }
-    ends_ = std::move(ends);
+    const auto in_ends = [&](Offset place) { return reinterpret_cast<Value*>(ends.get() + place); };
+    if (ends_) std::copy(at_.b, at_.b + static_cast<Offset>(plan_->n) * columns_, in_ends(layout.b));
+    ends_ = ends;
     columns_ = columns;
-    at_ = {ends_->template at<Value>(layout.b),    ends_->template at<Value>(layout.x),
-           work_->template at<Value>(layout.best), work_->template at<Value>(layout.r),
-           work_->template at<Value>(layout.d),    work_->template at<double>(layout.size)};
+    at_ = {in_ends(layout.b),
+           in_ends(layout.x),
+           work_->template at<Value>(layout.best),
+           work_->template at<Value>(layout.r),
+           work_->template at<Value>(layout.d),
+           work_->template at<double>(layout.size)};
   }
 
   // The inverse corrected for perturbed pivots, where that has been made.
   void apply_best_inverse(const Value* from, Value* to, Vertex columns, bool transposed) {
-    apply_inverse(from, to, columns, transposed);
+    factors_->apply_inverse(from, to, columns, transposed);
     Correction<Value>* correction = correction_[transposed].get();
     if (!correction || correction->nullity() > 0) return;
     for (Vertex j = 0; j < columns; ++j) correction->apply(to + static_cast<Offset>(j) * plan_->n);
@@ -231,7 +260,7 @@ class AccuracyLadder : public Factorization<Value> {
   }
 
   void refine(Vertex columns, const TransposedPattern* transposed, const SolveControls& controls,
-              SolveOutcome& outcome) {
+              SolveOutcome& outcome, bool begun) {
     const auto inverse = [&](const Value* from, Value* to, Vertex count) {
       apply_best_inverse(from, to, count, transposed != nullptr);
     };
@@ -247,7 +276,7 @@ class AccuracyLadder : public Factorization<Value> {
     };
     Refinement<Exec, Value, decltype(inverse), decltype(residual), decltype(doubled)> refinement(
         exec_, plan_->n, columns, controls, at_, inverse, residual, doubled);
-    refinement.run(krylov_space_, outcome);
+    refinement.run(krylov_space_, outcome, begun);
   }
 
   RowFloor row_floor(double part, const Value* x, bool transposed) const {
@@ -282,7 +311,7 @@ class AccuracyLadder : public Factorization<Value> {
     const Value *b = at_.b, *x = at_.x;
     probing_vector(plan_->n, in_scale, at_.b);
     SolveOutcome outcome;
-    refine(1, transposed, probing_controls<Value>(), outcome);
+    refine(1, transposed, probing_controls<Value>(), outcome, false);
     double error = 0;
     mfs::residual(exec_, plan_->n, matrix_rows(transposed), b, x, at_.r, &error);
     return null_direction(plan_->n, in_scale, at_.r, out_scale, x, largest_);
@@ -293,7 +322,7 @@ class AccuracyLadder : public Factorization<Value> {
   Vertex dependent_pivots() const {
     Vertex count = 0;
     for (Vertex position = 0; position < plan_->n; ++position)
-      count += std::abs(this->pivot_shift(position)) >= 0.5 * largest_;
+      count += std::abs(factors_->pivot_shift(position)) >= 0.5 * largest_;
     return std::max(count, Vertex(1));
   }
 
@@ -301,7 +330,7 @@ class AccuracyLadder : public Factorization<Value> {
   std::vector<Perturbation<Value>> perturbed_entries(bool transposed) const {
     std::vector<Perturbation<Value>> entries;
     for (Vertex position = 0; position < plan_->n && entries.size() <= most_corrected(*plan_); ++position) {
-      const Value shift = this->pivot_shift(position);
+      const Value shift = factors_->pivot_shift(position);
       if (shift == Value(0)) continue;
       const Vertex row = pivot_row(position), column = plan_->column_of[position];
       const double scale = matrix_.row_scale[row] * matrix_.column_scale[column];
@@ -319,13 +348,14 @@ class AccuracyLadder : public Factorization<Value> {
     if (status_.perturbed == 0) return false;
     std::vector<Perturbation<Value>> perturbations = perturbed_entries(flip);
     if (perturbations.empty() || perturbations.size() > most_corrected(*plan_)) return false;
-    rhs(this->columns_at_once());  // room for the vectors of a full block
-    const auto inverse = [&](Value* x, Vertex count) { apply_inverse(x, x, count, flip); };
-    const auto inverse_of_transposed = [&](Value* x) { apply_inverse(x, x, 1, !flip); };
+    rhs(factors_->columns_at_once());  // room for the vectors of a full block
+    const auto inverse = [&](Value* x, Vertex count) { factors_->apply_inverse(x, x, count, flip); };
+    const auto inverse_of_transposed = [&](Value* x) { factors_->apply_inverse(x, x, 1, !flip); };
     const ScaledRows<Value> rows{matrix_rows(transposed), flip ? matrix_.column_scale : matrix_.row_scale,
                                  flip ? matrix_.row_scale : matrix_.column_scale};
-    correction_[flip] = std::make_unique<Correction<Value>>(
-        plan_->n, std::move(perturbations), rows, this->columns_at_once(), inverse, inverse_of_transposed);
+    correction_[flip] =
+        std::make_unique<Correction<Value>>(plan_->n, std::move(perturbations), rows,
+                                            factors_->columns_at_once(), inverse, inverse_of_transposed);
     if (!correction_[flip]->usable()) correction_[flip].reset();
     return correction_[flip] != nullptr;
   }
@@ -369,7 +399,7 @@ class AccuracyLadder : public Factorization<Value> {
     const bool by = correction_[transposed]->nullity() > 0 ? transposed : !transposed;
     Value* null_vector = at_.d;
     correction_[by]->left_null_source(null_vector);
-    apply_inverse(null_vector, null_vector, 1, !by);
+    factors_->apply_inverse(null_vector, null_vector, 1, !by);
     const Vertex own = correction_[by]->dependent_unknown();
     const Vertex other =
         largest_unknown(plan_->n, null_vector, by ? matrix_.column_scale : matrix_.row_scale);
@@ -383,15 +413,17 @@ class AccuracyLadder : public Factorization<Value> {
     return {transposed->offsets.data(), transposed->columns.data(), transposed->slots.data(), matrix_.values};
   }
 
+  std::unique_ptr<Factors<Value>> factors_;
   std::shared_ptr<const SymbolicPlan> plan_;
   std::shared_ptr<const Pattern> pattern_;
-  Matrix matrix_;
+  HostMatrix<Value> matrix_;
   FactorStatus status_{};
   double largest_ = 0;  // scaled entry of the matrix that is factored
-  std::unique_ptr<Memory> ends_;
+  std::shared_ptr<char> ends_;
   std::unique_ptr<HostArena> work_;
   RefinementVectors<Value> at_{};
   Vertex columns_ = 0;
+  bool resident_improved_ = false;   // whether the last steps where the factors lie are worth going on from
   std::vector<Value> krylov_space_;  // taken when FGMRES is first needed
   struct Probed {
     bool regular = false;

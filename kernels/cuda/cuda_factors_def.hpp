@@ -1,9 +1,7 @@
-// Definition of factors.hpp, for the files that instantiate it.
+// Definition of factors_of_scalars.hpp, for the files that instantiate it.
 //
-// Solve, residuals and a few steps of refinement run on the device: enough for most matrices. The vectors of
-// a solve lie where contribution blocks were, if they fit there. Where that misses the tolerance, or pivots
-// were perturbed, the rungs of the ladder (kernels/ladder.hpp) follow with vectors on the host, and only the
-// substitutions run on the device.
+// Substitutions, residuals and corrections run on the device. The vectors of a solve lie where contribution
+// blocks were, if they fit there.
 #pragma once
 
 #include <algorithm>
@@ -12,9 +10,8 @@
 #include "kernels/cuda/detour.hpp"
 #include "kernels/cuda/device_stages_def.hpp"
 #include "kernels/cuda/diagonal.hpp"
-#include "kernels/cuda/factors.hpp"
+#include "kernels/cuda/factors_of_scalars.hpp"
 #include "kernels/cuda/solve_vectors.hpp"
-#include "kernels/ladder.hpp"
 
 namespace mfs::cuda {
 
@@ -36,27 +33,26 @@ constexpr bool fits_shared_memory() {
 }
 
 template <class Value, class Scalar>
-class CudaFactorization final : public AccuracyLadder<HostThreads, PinnedArena, Value>,
-                                public DeviceFactors<Value> {
-  using Ladder = AccuracyLadder<HostThreads, PinnedArena, Value>;
-  using Ladder::plan;
+class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   using S = DeviceScalar<Scalar>;
   using V = DeviceScalar<Value>;
   static_assert(fits_shared_memory<S>());
 
  public:
-  CudaFactorization(std::shared_ptr<const SymbolicPlan> plan_of, std::shared_ptr<const Pattern> pattern_of)
-      : Ladder(std::move(plan_of), std::move(pattern_of)),
+  CudaFactors(std::shared_ptr<const SymbolicPlan> plan_of, std::shared_ptr<const Pattern> pattern)
+      : plan_(std::move(plan_of)),
+        pattern_(std::move(pattern)),
         exec_(stream_.get()),
-        stages_(plan(), this->pattern(), stream_) {
+        stages_(plan(), *pattern_, stream_) {
     const Offset n = plan().n;
     ArenaLayout layout;
     const Offset values = layout.add(plan().nnz * sizeof(Value)), row_scale = layout.add(n * sizeof(double)),
                  column_scale = layout.add(n * sizeof(double)), error = layout.add(sizeof(double)),
                  status = layout.add(sizeof(DeviceStatus));
     host_ = std::make_unique<PinnedArena>(layout.total());
-    this->hold_matrix({host_->template at<Value>(values), host_->template at<double>(row_scale),
-                       host_->template at<double>(column_scale)});
+    values_ = host_->template at<Value>(values);
+    row_scale_ = host_->template at<double>(row_scale);
+    column_scale_ = host_->template at<double>(column_scale);
     error_ = host_->template at<double>(error);
     status_ = host_->template at<DeviceStatus>(status);
     make_room(1);
@@ -68,19 +64,22 @@ class CudaFactorization final : public AccuracyLadder<HostThreads, PinnedArena, 
   Value* matrix_values() override {
     bring_values();
     values_sent_ = false;
-    return Ladder::matrix_values();
+    return values_;
   }
   double* row_scale() override {
     scales_sent_ = false;
-    return Ladder::row_scale();
+    return row_scale_;
   }
   double* column_scale() override {
     scales_sent_ = false;
-    return Ladder::column_scale();
+    return column_scale_;
+  }
+  HostMatrix<Value> matrix() override {
+    bring_values();
+    return {values_, row_scale_, column_scale_};
   }
 
-  FactorStatus factor(double tolerance, const std::function<void(double)>& progress) override {
-    this->forget_factors();
+  Factored factor(double tolerance, const std::function<void(double)>& progress) override {
     pivots_read_ = false;
     send_matrix();
     find_factors(tolerance);
@@ -88,38 +87,11 @@ class CudaFactorization final : public AccuracyLadder<HostThreads, PinnedArena, 
     status.getrf = plan().flops.getrf;
     status.trsm = plan().flops.trsm;
     status.gemm = plan().flops.gemm;
-    this->note_factors(status, status_->largest);
     if (progress) progress(1.0);
-    return status;
+    return {status, status_->largest};
   }
 
-  SolveOutcome solve(Vertex columns, const TransposedPattern* transposed,
-                     const SolveControls& controls) override {
-    SolveOutcome on_device;
-    if (this->status().perturbed == 0) {
-      const Offset bytes = static_cast<Offset>(plan().n) * columns * static_cast<Offset>(sizeof(Value));
-      stream_.to_device(b_, this->rhs(columns), bytes);
-      on_device = solve_on_device({b_, plan().n, columns}, {b_, plan().n, columns}, this->vectors().x,
-                                  transposed, controls);
-      if (on_device.backward_error <= controls.tolerance) return on_device;
-    }
-    bring_values();
-    SolveOutcome outcome = Ladder::solve(columns, transposed, controls);
-    outcome.refinement_steps += on_device.refinement_steps;
-    outcome.time_ladder += on_device.time_ladder;
-    return outcome;
-  }
-
-  double condition_estimate(const TransposedPattern& transposed) override {
-    bring_values();
-    return Ladder::condition_estimate(transposed);
-  }
-  bool determinant(Value& phase, double& log_abs) override {
-    bring_values();
-    return Ladder::determinant(phase, log_abs);
-  }
-
-  DeviceFactors<Value>* device() override { return this; }
+  ResidentFactors<Value>* resident() override { return this; }
 
   bool take_values(const Value* values, void* stream) override {
     follow(stream);
@@ -129,17 +101,30 @@ class CudaFactorization final : public AccuracyLadder<HostThreads, PinnedArena, 
     return finite(plan().nnz, stages_.matrix_values());
   }
 
-  bool solve_resident(const Value* b, Offset ldb, Value* x, Offset ldx, Vertex columns,
-                      const TransposedPattern* transposed, const SolveControls& controls, void* stream,
-                      SolveOutcome& outcome) override {
-    if (this->status().perturbed > 0) return false;
-    make_vectors(solve_width(columns));
+  void start(const SolveBlock<Value>& block, double row_floor, void* stream) override {
+    make_vectors(solve_width(block.columns));
     follow(stream);
-    outcome = solve_on_device({reinterpret_cast<const V*>(b), ldb, columns},
-                              {reinterpret_cast<V*>(x), ldx, columns}, nullptr, transposed, controls);
-    // A b that is not finite leaves no finite error.
-    return outcome.backward_error <= controls.tolerance;
+    begin({reinterpret_cast<const V*>(block.b), block.ldb, block.columns},
+          {reinterpret_cast<V*>(block.x), block.ldx, block.columns}, nullptr, block.transposed, row_floor);
   }
+  void start_from_host(const SolveBlock<Value>& block, double row_floor) override {
+    const Offset n = plan().n;
+    stream_.to_device(b_, block.b, bytes_of(block.columns));
+    begin({b_, n, block.columns}, {b_, n, block.columns}, block.x, block.transposed, row_floor);
+  }
+  // What is on the way to the host has come when the error has: one wait for the device does for both.
+  double backward_error(double bound) override {
+    const Columns<V>& x = solve_.x;
+    measure(solve_.b, solve_.transposed, solve_.row_floor, nullptr);
+    write_solution(x, bound);
+    if (solve_.on_host) stream_.to_host(solve_.on_host, x.data, bytes_of(x.count));
+    return read_error();
+  }
+  void correct() override {
+    measure(solve_.b, solve_.transposed, solve_.row_floor, substitution_.v);
+    substitute(solve_.b.count, solve_.transposed != nullptr, true);
+  }
+  void bring_solution(Value* x) override { send_solution(x, solve_.b.count); }
 
   void download(const Value* from, Offset ld, Offset rows, Vertex columns, Value* to, void* stream) override {
     follow(stream);
@@ -155,12 +140,43 @@ class CudaFactorization final : public AccuracyLadder<HostThreads, PinnedArena, 
   }
 
   Vertex columns_at_once() const override { return columns_at_once_; }
+  std::shared_ptr<char> host_vectors(Offset bytes) const override {
+    const auto arena = std::make_shared<PinnedArena>(bytes);
+    return {arena, arena->template at<char>(0)};
+  }
+
+  void apply_inverse(const Value* from, Value* to, Vertex columns, bool transposed) override {
+    stream_.to_device(b_, from, bytes_of(columns));
+    enter({b_, plan().n, columns}, transposed);
+    substitute(columns, transposed, false);
+    send_solution(to, columns);
+  }
+
+  // Right-hand sides that come from the host have room of their own.
+  void make_room(Vertex columns) override {
+    make_vectors(solve_width(columns));
+    rhs_ = std::make_unique<DeviceArena>(bytes_of(columns));
+    b_ = rhs_->template at<V>(0);
+  }
+
+  Vertex local_row(Vertex position) const override {
+    read_pivots();
+    return local_row_[position];
+  }
 
   Value pivot_shift(Vertex position) const override {
     read_pivots();
     return static_cast<Value>(shift_[position]);
   }
-  /// Of device memory.
+  void diagonal_pivots(std::complex<double>* pivots) const override {
+    std::vector<Scalar> inverse(static_cast<std::size_t>(plan().n));
+    gather_diagonal(exec_, stages_.store().fronts, plan().num_fronts, substitution_.v);
+    stream_.to_host(inverse.data(), substitution_.v, plan().n * sizeof(Scalar));
+    stream_.synchronize();
+    for (const Scalar& entry : inverse) *pivots++ = 1.0 / std::complex<double>(entry);
+  }
+
+  MemorySpace memory() const override { return MemorySpace::device; }
   Offset bytes() const override {
     Offset bytes = stages_.bytes() + rhs_->bytes();
     for (const auto& arena : {&vectors_, &transposed_}) bytes += *arena ? (*arena)->bytes() : 0;
@@ -168,15 +184,21 @@ class CudaFactorization final : public AccuracyLadder<HostThreads, PinnedArena, 
   }
 
  private:
+  const SymbolicPlan& plan() const { return *plan_; }
+  /// Of so many columns of right-hand sides or solutions.
+  Offset bytes_of(Vertex columns) const {
+    return static_cast<Offset>(plan().n) * columns * static_cast<Offset>(sizeof(Value));
+  }
+
   void send_matrix() {
     const Offset n = plan().n;
     if (!scales_sent_) {
-      stream_.to_device(stages_.row_scale(), Ladder::row_scale(), n * sizeof(double));
-      stream_.to_device(stages_.column_scale(), Ladder::column_scale(), n * sizeof(double));
+      stream_.to_device(stages_.row_scale(), row_scale_, n * sizeof(double));
+      stream_.to_device(stages_.column_scale(), column_scale_, n * sizeof(double));
       scales_sent_ = true;
     }
     if (!values_sent_) {
-      stream_.to_device(stages_.matrix_values(), Ladder::matrix_values(), plan().nnz * sizeof(Value));
+      stream_.to_device(stages_.matrix_values(), values_, plan().nnz * sizeof(Value));
       values_sent_ = true;
     }
   }
@@ -184,7 +206,7 @@ class CudaFactorization final : public AccuracyLadder<HostThreads, PinnedArena, 
   // The values on the host, where they came from the device.
   void bring_values() {
     if (values_here_) return;
-    stream_.to_host(Ladder::matrix_values(), stages_.matrix_values(), plan().nnz * sizeof(Value));
+    stream_.to_host(values_, stages_.matrix_values(), plan().nnz * sizeof(Value));
     stream_.synchronize();
     values_here_ = true;
   }
@@ -248,44 +270,27 @@ class CudaFactorization final : public AccuracyLadder<HostThreads, PinnedArena, 
     return *error_;
   }
 
-  // Solution and error for b, refined while that halves the error. x, which may be b, is written once the
-  // error is small enough; what it holds then is sent on to `on_host` (if any), n rows for each column. One
-  // wait for the device does for all that.
-  SolveOutcome solve_on_device(const Columns<const V>& b, const Columns<V>& x, Value* on_host,
-                               const TransposedPattern* transposed, const SolveControls& controls) {
-    const bool flip = transposed != nullptr;
-    SolveOutcome outcome;
-    const auto judge = [&] {
-      measure(b, transposed, controls.row_floor, nullptr);
-      write_solution(x, controls.tolerance);
-      if (on_host) stream_.to_host(on_host, x.data, static_cast<Offset>(sizeof(Value)) * plan().n * x.count);
-      outcome.backward_error = read_error();
-    };
-    enter(b, flip);
-    substitute(b.count, flip, false);
-    judge();
-    const Stopwatch refining;
-    double before = std::numeric_limits<double>::max();  // a first step for every finite error
-    while (outcome.backward_error > controls.tolerance && outcome.backward_error <= before / 2 &&
-           outcome.refinement_steps < controls.max_steps) {
-      measure(b, transposed, controls.row_floor, substitution_.v);
-      substitute(b.count, flip, true);
-      before = outcome.backward_error;
-      judge();
-      ++outcome.refinement_steps;
-    }
-    if (outcome.refinement_steps > 0) outcome.time_ladder = refining.seconds();
-    return outcome;
+  // A solve that is under way: x, which may be b, is written once its error is small enough; what it holds
+  // then is sent on to `on_host` (if any), n rows for each column.
+  struct Solve {
+    Columns<const V> b{};
+    Columns<V> x{};
+    Value* on_host = nullptr;
+    const TransposedPattern* transposed = nullptr;
+    double row_floor = 0;
+  };
+  void begin(const Columns<const V>& b, const Columns<V>& x, Value* on_host,
+             const TransposedPattern* transposed, double row_floor) {
+    solve_ = {b, x, on_host, transposed, row_floor};
+    enter(b, transposed != nullptr);
+    substitute(b.count, transposed != nullptr, false);
   }
 
-  void apply_inverse(const Value* from, Value* to, Vertex columns, bool transposed) override {
-    const Offset bytes = static_cast<Offset>(plan().n) * columns * static_cast<Offset>(sizeof(Value));
-    stream_.to_device(b_, from, bytes);
-    enter({b_, plan().n, columns}, transposed);
-    substitute(columns, transposed, false);
+  // x_ to the host, whatever its error, by way of b_.
+  void send_solution(Value* to, Vertex columns) {
     stream_.clear(device_error_, sizeof(double));
     write_solution({b_, plan().n, columns}, 0);
-    stream_.to_host(to, b_, bytes);
+    stream_.to_host(to, b_, bytes_of(columns));
     stream_.synchronize();
   }
 
@@ -349,14 +354,6 @@ class CudaFactorization final : public AccuracyLadder<HostThreads, PinnedArena, 
           n, static_cast<const V*>(x_), to, static_cast<const double*>(device_error_), bound);
     });
     check_launch("solution");
-  }
-
-  // Right-hand sides that come from the host have room of their own.
-  void make_room(Vertex columns) override {
-    make_vectors(solve_width(columns));
-    rhs_ = std::make_unique<DeviceArena>(static_cast<Offset>(plan().n) * columns *
-                                         static_cast<Offset>(sizeof(V)));
-    b_ = rhs_->template at<V>(0);
   }
 
   // The vectors of a solve lie where contribution blocks were, as many as there is room for, and the others
@@ -429,11 +426,6 @@ class CudaFactorization final : public AccuracyLadder<HostThreads, PinnedArena, 
     return transposed_rows_;
   }
 
-  Vertex local_row(Vertex position) const override {
-    read_pivots();
-    return local_row_[position];
-  }
-
   // Once per factorization that is asked about its pivots.
   void read_pivots() const {
     if (pivots_read_) return;
@@ -447,18 +439,14 @@ class CudaFactorization final : public AccuracyLadder<HostThreads, PinnedArena, 
     pivots_read_ = true;
   }
 
-  void diagonal_pivots(std::complex<double>* pivots) const override {
-    std::vector<Scalar> inverse(static_cast<std::size_t>(plan().n));
-    gather_diagonal(exec_, stages_.store().fronts, plan().num_fronts, substitution_.v);
-    stream_.to_host(inverse.data(), substitution_.v, plan().n * sizeof(Scalar));
-    stream_.synchronize();
-    for (const Scalar& entry : inverse) *pivots++ = 1.0 / std::complex<double>(entry);
-  }
-
+  std::shared_ptr<const SymbolicPlan> plan_;
+  std::shared_ptr<const Pattern> pattern_;
   Stream stream_;
   Kokkos::Cuda exec_;
   DeviceStages<S, V> stages_;
   std::unique_ptr<PinnedArena> host_;
+  Value* values_;
+  double *row_scale_, *column_scale_;
   double* error_;
   DeviceStatus* status_;
   bool scales_sent_ = false, values_sent_ = false, values_here_ = true, warm_ = false;
@@ -474,15 +462,16 @@ class CudaFactorization final : public AccuracyLadder<HostThreads, PinnedArena, 
   V *b_, *x_;
   double* device_error_;  // and what the rows of each column count at least
   typename DeviceStages<S, V>::Vectors substitution_{};
+  Solve solve_;
   mutable bool pivots_read_ = false;
   mutable std::vector<Vertex> local_row_;
   mutable std::vector<Scalar> shift_;
 };
 
 template <class Value, class Scalar>
-std::unique_ptr<Factorization<Value>> make_factors(std::shared_ptr<const SymbolicPlan> plan,
-                                                   std::shared_ptr<const Pattern> pattern) {
-  return std::make_unique<CudaFactorization<Value, Scalar>>(std::move(plan), std::move(pattern));
+std::unique_ptr<Factors<Value>> make_factors(std::shared_ptr<const SymbolicPlan> plan,
+                                             std::shared_ptr<const Pattern> pattern) {
+  return std::make_unique<CudaFactors<Value, Scalar>>(std::move(plan), std::move(pattern));
 }
 
 }  // namespace mfs::cuda

@@ -4,13 +4,13 @@
 
 #include <memory>
 
-#include "kernels/factorization.hpp"
+#include "kernels/factors.hpp"
 
 namespace mfs::cuda {
 
 /// Factors of Scalar, on the device, for matrices and vectors of Value. Throws OutOfMemory, BackendError.
 template <class Value, class Scalar>
-std::unique_ptr<Factorization<Value>> make_factors(std::shared_ptr<const SymbolicPlan> plan,
-                                                   std::shared_ptr<const Pattern> pattern);
+std::unique_ptr<Factors<Value>> make_factors(std::shared_ptr<const SymbolicPlan> plan,
+                                             std::shared_ptr<const Pattern> pattern);
 
 }  // namespace mfs::cuda

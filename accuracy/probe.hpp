@@ -1,5 +1,5 @@
 // Whether A is singular, by one solution for a right-hand side that is as good as random: where the exact
-// correction (kernels/correction.hpp) would be too large.
+// correction (accuracy/correction.hpp) would be too large.
 //
 // If l^T A = 0, then l^T (b - A x) = l^T b for every x: no x makes the residual small beside b, unless b
 // happens to be orthogonal to l. Refinement and FGMRES then let x grow along a null vector of A until the
@@ -11,7 +11,8 @@
 #include <cstdint>
 #include <limits>
 
-#include "kernels/factorization.hpp"
+#include "accuracy/solve_controls.hpp"
+#include "kernels/front_store.hpp"
 
 namespace mfs {
 

@@ -24,9 +24,9 @@
 #include <limits>
 #include <vector>
 
+#include "accuracy/null_vectors.hpp"
 #include "kernels/blas.hpp"
-#include "kernels/factorization.hpp"
-#include "kernels/null_vectors.hpp"
+#include "kernels/factors.hpp"
 
 namespace mfs {
 

@@ -1,4 +1,4 @@
-#include "kernels/cuda/cuda_factorization.hpp"
+#include "kernels/cuda/cuda_factors.hpp"
 
 #include <mfs/error.hpp>
 
@@ -9,7 +9,7 @@
 #include "kernels/cuda/device_blas.hpp"
 #include "kernels/cuda/device_lapack.hpp"
 #include "kernels/cuda/device_scalar.hpp"
-#include "kernels/cuda/factors.hpp"
+#include "kernels/cuda/factors_of_scalars.hpp"
 #include "kernels/engine.hpp"
 
 namespace mfs::cuda {
@@ -17,8 +17,8 @@ namespace mfs::cuda {
 namespace {
 
 template <class Value, class Scalar>
-std::unique_ptr<Factorization<Value>> make(std::shared_ptr<const SymbolicPlan> plan,
-                                           std::shared_ptr<const Pattern> pattern) {
+std::unique_ptr<Factors<Value>> make(std::shared_ptr<const SymbolicPlan> plan,
+                                     std::shared_ptr<const Pattern> pattern) {
   Engine::use_cuda();
   return make_factors<Value, Scalar>(std::move(plan), std::move(pattern));
 }
@@ -96,16 +96,16 @@ std::future<void> load_library(bool single_precision, const Pattern& pattern) {
 }
 
 template <class Value>
-std::unique_ptr<Factorization<Value>> make_cuda_factorization(bool single_precision,
-                                                              std::shared_ptr<const SymbolicPlan> plan,
-                                                              std::shared_ptr<const Pattern> pattern) {
+std::unique_ptr<Factors<Value>> make_cuda_factors(bool single_precision,
+                                                  std::shared_ptr<const SymbolicPlan> plan,
+                                                  std::shared_ptr<const Pattern> pattern) {
   if (single_precision) return make<Value, Narrow<Value>>(std::move(plan), std::move(pattern));
   return make<Value, Value>(std::move(plan), std::move(pattern));
 }
 
-#define MFS_INSTANTIATE(Value)                                                   \
-  template std::future<void> load_library<Value>(bool, const Pattern&);          \
-  template std::unique_ptr<Factorization<Value>> make_cuda_factorization<Value>( \
+#define MFS_INSTANTIATE(Value)                                          \
+  template std::future<void> load_library<Value>(bool, const Pattern&); \
+  template std::unique_ptr<Factors<Value>> make_cuda_factors<Value>(    \
       bool, std::shared_ptr<const SymbolicPlan>, std::shared_ptr<const Pattern>);
 MFS_INSTANTIATE(float)
 MFS_INSTANTIATE(double)

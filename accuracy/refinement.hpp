@@ -23,7 +23,8 @@
 #include <cmath>
 #include <vector>
 
-#include "kernels/factorization.hpp"
+#include "accuracy/solve_controls.hpp"
+#include "kernels/factors.hpp"
 #include "kernels/residual.hpp"
 #include "kernels/vector_ops.hpp"
 #include "ordering/stopwatch.hpp"
@@ -62,9 +63,10 @@ class Refinement {
         residual_(residual),
         doubled_(doubled) {}
 
-  /// Leaves the best solution found in vectors.x; adds to `outcome` what it took.
-  void run(std::vector<Scalar>& krylov_space, SolveOutcome& outcome) {
-    inverse_(at_.b, at_.x, columns_);
+  /// Leaves the best solution found in vectors.x; adds to `outcome` what it took. Goes on from what is in
+  /// vectors.x where that has been `begun`.
+  void run(std::vector<Scalar>& krylov_space, SolveOutcome& outcome, bool begun = false) {
+    if (!begun) inverse_(at_.b, at_.x, columns_);
     for (Vertex j = 0; j < columns_; ++j) {
       error_[j] = measure(j);
       open_[j] = error_[j] > controls_.tolerance;

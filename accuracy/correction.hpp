@@ -25,7 +25,7 @@
 #include <vector>
 
 #include "accuracy/null_vectors.hpp"
-#include "kernels/blas.hpp"
+#include "kernels/dense/blas.hpp"
 #include "kernels/factors.hpp"
 
 namespace mfs {

@@ -25,7 +25,7 @@
 #include "accuracy/probe.hpp"
 #include "accuracy/refinement.hpp"
 #include "accuracy/resident_refinement.hpp"
-#include "kernels/arena.hpp"
+#include "kernels/runtime/arena.hpp"
 
 namespace mfs {
 

@@ -8,8 +8,8 @@
 #include <type_traits>
 #include <vector>
 
-#include "kernels/residual.hpp"
-#include "kernels/vector_ops.hpp"
+#include "kernels/stages/residual.hpp"
+#include "kernels/stages/vector_ops.hpp"
 
 namespace mfs {
 

@@ -12,7 +12,7 @@
 #include <limits>
 
 #include "accuracy/solve_controls.hpp"
-#include "kernels/front_store.hpp"
+#include "kernels/runtime/scalars.hpp"
 
 namespace mfs {
 

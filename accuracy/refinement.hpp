@@ -25,8 +25,8 @@
 
 #include "accuracy/solve_controls.hpp"
 #include "kernels/factors.hpp"
-#include "kernels/residual.hpp"
-#include "kernels/vector_ops.hpp"
+#include "kernels/stages/residual.hpp"
+#include "kernels/stages/vector_ops.hpp"
 #include "ordering/stopwatch.hpp"
 
 namespace mfs {

@@ -8,7 +8,7 @@
 
 #include <mfs/error.hpp>
 
-#include "kernels/front_store.hpp"
+#include "kernels/factor_status.hpp"
 #include "ordering/transpose.hpp"
 #include "plan/symbolic_plan.hpp"
 

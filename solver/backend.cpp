@@ -2,7 +2,8 @@
 
 #include <mfs/error.hpp>
 
-#include "kernels/blas.hpp"
+#include "kernels/dense/blas.hpp"
+#include "kernels/runtime/scalars.hpp"
 #include "kernels/cuda/cuda_factors.hpp"
 #include "plan/device_plan.hpp"
 #include "solver/memory_limit.hpp"

@@ -6,7 +6,7 @@
 #include <mfs/error.hpp>
 #include <mfs/threads.hpp>
 
-#include "kernels/engine.hpp"
+#include "kernels/runtime/engine.hpp"
 #include "solver/backend.hpp"
 
 namespace mfs {

@@ -6,7 +6,7 @@
 
 #include <mfs/options.hpp>
 
-#include "kernels/front_store.hpp"
+#include "kernels/runtime/scalars.hpp"
 
 namespace mfs {
 

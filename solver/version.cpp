@@ -5,7 +5,7 @@
 
 #include <Kokkos_Core.hpp>
 
-#include "kernels/blas.hpp"
+#include "kernels/dense/blas.hpp"
 #include "kernels/cuda/cuda_factors.hpp"
 
 namespace mfs {

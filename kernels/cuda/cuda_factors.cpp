@@ -5,12 +5,12 @@
 #include <atomic>
 #include <system_error>
 
-#include "kernels/cuda/device.hpp"
-#include "kernels/cuda/device_blas.hpp"
-#include "kernels/cuda/device_lapack.hpp"
-#include "kernels/cuda/device_scalar.hpp"
 #include "kernels/cuda/factors_of_scalars.hpp"
-#include "kernels/engine.hpp"
+#include "kernels/cuda/runtime/device.hpp"
+#include "kernels/cuda/runtime/device_scalar.hpp"
+#include "kernels/dense/device_blas.hpp"
+#include "kernels/dense/device_lapack.hpp"
+#include "kernels/runtime/engine.hpp"
 
 namespace mfs::cuda {
 

@@ -1,6 +1,6 @@
 // The factors on a CUDA device. A first factorization launches its stages one by one; further ones
 // replay them from a graph. The host waits once per factorization, for the status. Nothing here names CUDA
-// itself: in a build without it, kernels/no_cuda.cpp stands in.
+// itself: in a build without it, kernels/cuda/no_cuda.cpp stands in.
 #pragma once
 
 #include <cstddef>

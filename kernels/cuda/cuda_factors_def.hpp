@@ -9,9 +9,9 @@
 
 #include "kernels/cuda/detour.hpp"
 #include "kernels/cuda/device_stages_def.hpp"
-#include "kernels/cuda/diagonal.hpp"
+#include "kernels/cuda/factor/diagonal.hpp"
 #include "kernels/cuda/factors_of_scalars.hpp"
-#include "kernels/cuda/solve_vectors.hpp"
+#include "kernels/cuda/solve/solve_vectors.hpp"
 
 namespace mfs::cuda {
 

@@ -6,10 +6,10 @@
 #include <optional>
 #include <type_traits>
 
-#include "kernels/cuda/device.hpp"
-#include "kernels/cuda/device_blas.hpp"
-#include "kernels/cuda/device_lapack.hpp"
-#include "kernels/cuda/device_store.hpp"
+#include "kernels/cuda/factor/device_store.hpp"
+#include "kernels/cuda/runtime/device.hpp"
+#include "kernels/dense/device_blas.hpp"
+#include "kernels/dense/device_lapack.hpp"
 #include "kernels/factors.hpp"
 #include "plan/device_plan.hpp"
 #include "plan/symbolic_plan.hpp"

@@ -1,17 +1,17 @@
 // Definitions of device_stages.hpp, for the files that instantiate it.
 #pragma once
 
-#include "kernels/cuda/assembly.hpp"
-#include "kernels/cuda/block_lu.hpp"
 #include "kernels/cuda/device_stages.hpp"
-#include "kernels/cuda/products.hpp"
-#include "kernels/cuda/reductions.hpp"
-#include "kernels/cuda/small_fronts.hpp"
-#include "kernels/cuda/strips.hpp"
-#include "kernels/cuda/substitution.hpp"
-#include "kernels/cuda/tile_inverses.hpp"
-#include "kernels/cuda/tiny_substitution.hpp"
-#include "kernels/cuda/unpivoted_roots.hpp"
+#include "kernels/cuda/factor/assembly.hpp"
+#include "kernels/cuda/factor/block_lu.hpp"
+#include "kernels/cuda/factor/products.hpp"
+#include "kernels/cuda/factor/reductions.hpp"
+#include "kernels/cuda/factor/small_fronts.hpp"
+#include "kernels/cuda/factor/strips.hpp"
+#include "kernels/cuda/factor/unpivoted_roots.hpp"
+#include "kernels/cuda/solve/substitution.hpp"
+#include "kernels/cuda/solve/tile_inverses.hpp"
+#include "kernels/cuda/solve/tiny_substitution.hpp"
 
 namespace mfs::cuda {
 

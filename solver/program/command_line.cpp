@@ -12,7 +12,7 @@
 
 #include <mfs/version.hpp>
 
-#include "kernels/engine.hpp"
+#include "kernels/runtime/engine.hpp"
 #include "solver/program/openblas_start.hpp"
 
 namespace mfs::program {

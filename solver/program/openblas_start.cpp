@@ -9,7 +9,7 @@
 #include <cstring>
 #include <vector>
 
-#include "kernels/openblas_buffer.hpp"
+#include "kernels/runtime/openblas_buffer.hpp"
 #include "solver/program/exit_code.hpp"
 
 namespace mfs::program {

@@ -8,7 +8,7 @@
 
 #include <mfs/version.hpp>
 
-#include "solver/program/comma_list.hpp"
+#include "parts/comma_list.hpp"
 
 namespace mfs::program {
 namespace {

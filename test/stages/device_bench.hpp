@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "kernels/cuda/device.hpp"
+#include "kernels/cuda/runtime/device.hpp"
 #include "kernels/cuda/device_stages.hpp"
 #include "test/stages/factored_fronts.hpp"
 #include "test/stages/inverted_blocks.hpp"

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "kernels/cuda/cuda_factors.hpp"
-#include "kernels/cuda/device.hpp"
+#include "kernels/cuda/runtime/device.hpp"
 #include "kernels/cuda/device_stages.hpp"
 #include "test/stages/device_checks.hpp"
 #include "test/stages/in_engine.hpp"
@@ -364,7 +364,7 @@ TYPED_TEST(DeviceStagesTest, KeepsPivotsOnTheDiagonalUnlessMultipliersGrow) {
   });
 }
 
-// Just below and just above 1000, kMostGrowth of kernels/cuda/block_lu.hpp.
+// Just below and just above 1000, kMostGrowth of kernels/cuda/factor/block_lu.hpp.
 TYPED_TEST(DeviceStagesTest, SearchesFurtherOnlyWhereMultipliersGrowTooMuch) {
   this->on_device([&] {
     for (const auto& [growth, strict] : {std::pair<double, int>{999, 0}, {1001, 1}}) {
@@ -408,7 +408,7 @@ TYPED_TEST(DeviceStagesTest, TheLibraryFactorsRoots) {
   });
 }
 
-// A multiplier just below and just above 100, kMostUnpivoted of kernels/cuda/unpivoted_roots.hpp, in the
+// A multiplier just below and just above 100, kMostUnpivoted of kernels/cuda/factor/unpivoted_roots.hpp, in the
 // pivot's own tile and below it; a pivot of zero, one just below and just above the tolerance; no number.
 // Above, tiles factor the root as they do without the library.
 TYPED_TEST(DeviceStagesTest, TilesFactorRootsThatNeedPivots) {

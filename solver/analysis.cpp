@@ -55,7 +55,7 @@ Analysis analyze_matrix(const CsrView<Scalar>& matrix, const AnalysisOptions& op
                         const AssemblyTurns& turns, int threads, const PhaseProgress& progress,
                         const std::function<void(const Pattern&)>& checked) {
   Analysis analysis;
-  const Stopwatch door_watch;
+  const Stopwatch check_watch;
   progress("matching", 0.0);
   analysis.pattern = std::make_shared<Pattern>(check_pattern(matrix, threads));
   keep_caller_order(matrix, *analysis.pattern, analysis);
@@ -70,9 +70,9 @@ Analysis analyze_matrix(const CsrView<Scalar>& matrix, const AnalysisOptions& op
     }
   }
   checked(*analysis.pattern);
-  const double time_door = door_watch.seconds();
+  const double time_check = check_watch.seconds();
   reanalyze(analysis, slot_values, options, turns, threads, progress);
-  analysis.time_order += time_door;
+  analysis.time_order += time_check;
   return analysis;
 }
 

@@ -152,7 +152,7 @@ template <class Scalar>
 void BlockSolve<Scalar>::climb_until_solved(const Columns<Scalar>& part, const SolveOutcome* tried) {
   SolveOutcome outcome = solve_with_factors(part, tried);
   report_.time_ladder += outcome.time_ladder;
-  if (reached(outcome)) return give(part, factors_.numeric("solve").solution(), outcome);
+  if (reached(outcome)) return write_solution(part, factors_.numeric("solve").solution(), outcome);
   const Stopwatch other_factors;
   while (!reached(outcome) && factors_.climb(outcome.dependent_rows > 0)) outcome = solve_with_factors(part);
   const Scalar* found = factors_.numeric("solve").solution();
@@ -160,7 +160,7 @@ void BlockSolve<Scalar>::climb_until_solved(const Columns<Scalar>& part, const S
   if (!reached(outcome) && outcome.dependent_rows == 0) outcome = solve_rescaled(part, solution.data());
   report_.time_ladder += other_factors.seconds();
   if (!reached(outcome)) refuse(outcome);
-  give(part, solution.data(), outcome);
+  write_solution(part, solution.data(), outcome);
 }
 
 // Each column by factors of its own, with rows scaled for it.
@@ -182,8 +182,8 @@ SolveOutcome BlockSolve<Scalar>::solve_rescaled(const Columns<Scalar>& part, Sca
 }
 
 template <class Scalar>
-void BlockSolve<Scalar>::give(const Columns<Scalar>& part, const Scalar* solution,
-                              const SolveOutcome& outcome) {
+void BlockSolve<Scalar>::write_solution(const Columns<Scalar>& part, const Scalar* solution,
+                                        const SolveOutcome& outcome) {
   report_.bytes_used = factors_.numeric("solve").bytes();
   report_.backward_error = std::max(report_.backward_error, outcome.backward_error);
   for (Offset j = 0; j < part.count; ++j)

@@ -44,7 +44,7 @@ class BlockSolve {
   bool reached(const SolveOutcome& outcome) const { return outcome.backward_error <= controls_.tolerance; }
   void climb_until_solved(const Columns<Scalar>& part, const SolveOutcome* tried);
   SolveOutcome solve_rescaled(const Columns<Scalar>& part, Scalar* solution);
-  void give(const Columns<Scalar>& part, const Scalar* solution, const SolveOutcome& outcome);
+  void write_solution(const Columns<Scalar>& part, const Scalar* solution, const SolveOutcome& outcome);
   SolveOutcome solve_with_factors(const Columns<Scalar>& part, const SolveOutcome* tried = nullptr);
   const TransposedPattern* pattern_for(const Columns<Scalar>& part);
   void note_outcome(const SolveOutcome& outcome);

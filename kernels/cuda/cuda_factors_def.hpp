@@ -7,10 +7,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "kernels/cuda/detour.hpp"
 #include "kernels/cuda/device_stages_def.hpp"
 #include "kernels/cuda/factor/diagonal.hpp"
 #include "kernels/cuda/factors_of_scalars.hpp"
+#include "kernels/cuda/fallback.hpp"
 #include "kernels/cuda/solve/solve_vectors.hpp"
 
 namespace mfs::cuda {
@@ -225,14 +225,14 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   void find_factors(double tolerance) {
     strict_.begin();
     pivoted_roots_.begin();
-    if (!strict_.taken()) stages_.forget_strict_fronts();
+    if (!strict_.active()) stages_.forget_strict_fronts();
     for (bool found = false; !found;) {
       const DeviceStatus& status = launch_factor(tolerance);
       found = status.found_strict == 0 && status.pivots_needed == 0;
       if (status.found_strict > 0) {
-        strict_.take();
+        strict_.activate();
       } else if (!found) {
-        pivoted_roots_.take();
+        pivoted_roots_.activate();
       }
     }
     strict_.end();
@@ -240,9 +240,9 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   }
 
   PivotSearch search() const {
-    return strict_.taken()                                          ? PivotSearch::strict
-           : pivoted_roots_.taken() || !stages_.has_library_roots() ? PivotSearch::tiles
-                                                                    : PivotSearch::not_in_roots;
+    return strict_.active()                                          ? PivotSearch::strict
+           : pivoted_roots_.active() || !stages_.has_library_roots() ? PivotSearch::tiles
+                                                                     : PivotSearch::not_in_roots;
   }
 
   const DeviceStatus& launch_factor(double tolerance) {
@@ -450,8 +450,8 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   double* error_;
   DeviceStatus* status_;
   bool scales_sent_ = false, values_sent_ = false, values_here_ = true, warm_ = false;
-  Detour strict_;         // some front is, else none
-  Detour pivoted_roots_;  // those that the library could have are factored by tiles
+  Fallback strict_;         // some front is, else none
+  Fallback pivoted_roots_;  // those that the vendor's LAPACK could have are factored by tiles
   Event foreign_;
   Graph graph_[3], solve_graph_[2][3];  // by PivotSearch; by transposed, by width
   double graph_tolerance_ = 0;

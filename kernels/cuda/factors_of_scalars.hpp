@@ -1,4 +1,4 @@
-// The door between what chooses a pair of scalars and the files that compile the device code for it, one pair
+// The seam between what chooses a pair of scalars and the files that compile the device code for it, one pair
 // each: factors_<scalars>.cpp.
 #pragma once
 

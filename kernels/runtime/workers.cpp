@@ -4,7 +4,7 @@
 
 namespace mfs {
 
-void Patience::wait() {
+void Backoff::wait() {
   // Up to about 50 us of looking, more than what a tile's end or the next depth usually takes to come.
   constexpr int kSpins = 1000;
   if (looks_ < kSpins) {

@@ -27,7 +27,7 @@
 namespace mfs {
 
 /// Lets time pass for somebody who waits: longer from call to call.
-class Patience {
+class Backoff {
  public:
   void wait();
 
@@ -53,8 +53,8 @@ class alignas(64) PublishedLoop {
     ticket_.store(number << 32 | static_cast<std::uint32_t>(count), std::memory_order_release);
     while (take_tile()) {
     }
-    Patience patience;
-    while (left_.load(std::memory_order_acquire) > 0) patience.wait();
+    Backoff backoff;
+    while (left_.load(std::memory_order_acquire) > 0) backoff.wait();
   }
 
   /// Does one tile; false where none is left to take.
@@ -136,22 +136,22 @@ class Workers {
   template <class Item>
   void work_on(std::size_t me, std::size_t list, const WorkList& size, const Item& item) {
     ListState& state = lists_[list];
-    Patience patience;
+    Backoff backoff;
     while (state.left.load(std::memory_order_acquire) > 0) {
       Vertex i = 0;
       if (take(state.shared, size.shared, i)) {
         item(Worker(loops_[me]), list, i);
       } else if (help(me)) {
-        patience = Patience();
+        backoff = Backoff();
         continue;
       } else if (take(state.single, size.single, i)) {
         item(Worker(loops_[me]), list, size.shared + i);
       } else {
-        patience.wait();
+        backoff.wait();
         continue;
       }
       state.left.fetch_sub(1, std::memory_order_acq_rel);
-      patience = Patience();
+      backoff = Backoff();
     }
   }
 

@@ -11,14 +11,13 @@
 #include "ordering/matrix_check.hpp"
 #include "ordering/size_scaling.hpp"
 #include "plan/merge_fronts.hpp"
-#include "solver/backend.hpp"
 #include "solver/option_checks.hpp"
 
 namespace mfs {
 
 template <class Scalar>
 MatrixFactors<Scalar>::MatrixFactors(const Options& options, Phases& phases, Report& report)
-    : options_(options), phases_(phases), report_(report) {
+    : options_(options), backend_(backend_for<Scalar>(options.backend)), phases_(phases), report_(report) {
   reset_report();
 }
 
@@ -27,11 +26,11 @@ void MatrixFactors<Scalar>::analyze(const CsrView<Scalar>& a) {
   forget();
   std::future<void> loading;
   const auto begin_loading = [&](const Pattern& pattern) {
-    loading = load_beside<Scalar>(options_.backend, report_.single_precision, pattern);
+    loading = backend_.load_beside(report_.single_precision, pattern);
   };
   phases_.run_analysis("matching", [&] {
-    analysis_ = analyze_matrix(a, options_.analysis, assembly_turns(options_.backend),
-                               phases_.analysis_threads(), progress(), begin_loading);
+    analysis_ = analyze_matrix(a, options_.analysis, backend_.assembly_turns(), phases_.analysis_threads(),
+                               progress(), begin_loading);
   });
   analyzed_with_values_ = a.values != nullptr;
   report_analysis();
@@ -177,8 +176,7 @@ template <class Scalar>
 void MatrixFactors<Scalar>::make_numeric() {
   std::unique_ptr<Factorization<Scalar>> made;
   phases_.run("factor", [&] {
-    made = make_numeric_factorization<Scalar>(options_.backend, report_.single_precision, analysis_->plan,
-                                              analysis_->pattern, phases_.threads());
+    made = backend_.make(report_.single_precision, analysis_->plan, analysis_->pattern, phases_.threads());
   });
   numeric_ = std::move(made);
   use_scales(analysis_->matched.row_scale, analysis_->matched.column_scale);
@@ -314,16 +312,18 @@ void MatrixFactors<Scalar>::enlarge_pivot_blocks() {
 template <class Scalar>
 bool MatrixFactors<Scalar>::merge_failed_fronts(double allowed_flops) {
   std::shared_ptr<const SymbolicPlan> plan;
-  std::size_t available = 0;
+  bool fits = false;
   phases_.run("symbolic", [&] {
     const SeparatorTree tree = merge_into_parents(*analysis_->plan, numeric_->failed_fronts());
-    plan = std::make_shared<SymbolicPlan>(make_symbolic_plan(
-        *analysis_->pattern, analysis_->matched.row_order, tree, options_.analysis.max_block_size,
-        phases_.threads(), assembly_turns(options_.backend)));
-    available = available_memory(options_.backend);
+    plan = std::make_shared<SymbolicPlan>(
+        make_symbolic_plan(*analysis_->pattern, analysis_->matched.row_order, tree,
+                           options_.analysis.max_block_size, phases_.threads(), backend_.assembly_turns()));
+    const bool cheap =
+        plan->num_fronts != analysis_->plan->num_fronts && plan->flops.total() <= allowed_flops;
+    fits = cheap && static_cast<std::size_t>(backend_.bytes_needed(
+                        report_.single_precision, *plan, *analysis_->pattern)) <= backend_.available_memory();
   });
-  if (plan->num_fronts == analysis_->plan->num_fronts || plan->flops.total() > allowed_flops) return false;
-  if (static_cast<std::size_t>(factor_bytes(*plan).total()) > available) return false;
+  if (!fits) return false;
   analysis_->plan = std::move(plan);
   ++report_.reanalyses;
   return true;
@@ -371,8 +371,8 @@ void MatrixFactors<Scalar>::rematch() {
   refactored_ = drifted_ = false;
   ++rematches_;
   phases_.run_analysis("ordering", [&] {
-    reanalyze(*analysis_, numeric_->factors().matrix().values, options_.analysis,
-              assembly_turns(options_.backend), phases_.analysis_threads(), progress());
+    reanalyze(*analysis_, numeric_->factors().matrix().values, options_.analysis, backend_.assembly_turns(),
+              phases_.analysis_threads(), progress());
   });
   ++report_.reanalyses;
   replace_numeric();

@@ -14,6 +14,7 @@
 #include "accuracy/factorization.hpp"
 #include "ordering/stopwatch.hpp"
 #include "solver/analysis.hpp"
+#include "solver/backend.hpp"
 #include "solver/phases.hpp"
 
 namespace mfs {
@@ -91,6 +92,7 @@ class MatrixFactors {
   void rematch();
 
   const Options& options_;
+  const BackendFor<Scalar>& backend_;
   Phases& phases_;
   Report& report_;
   std::optional<Analysis> analysis_;

@@ -103,9 +103,16 @@ std::unique_ptr<Factors<Value>> make_cuda_factors(bool single_precision,
   return make<Value, Value>(std::move(plan), std::move(pattern));
 }
 
-#define MFS_INSTANTIATE(Value)                                          \
-  template std::future<void> load_library<Value>(bool, const Pattern&); \
-  template std::unique_ptr<Factors<Value>> make_cuda_factors<Value>(    \
+template <class Value>
+Offset device_bytes(bool single_precision, const SymbolicPlan& plan, const Pattern& pattern) {
+  return single_precision ? bytes_of_factors<Value, Narrow<Value>>(plan, pattern)
+                          : bytes_of_factors<Value, Value>(plan, pattern);
+}
+
+#define MFS_INSTANTIATE(Value)                                                    \
+  template Offset device_bytes<Value>(bool, const SymbolicPlan&, const Pattern&); \
+  template std::future<void> load_library<Value>(bool, const Pattern&);           \
+  template std::unique_ptr<Factors<Value>> make_cuda_factors<Value>(              \
       bool, std::shared_ptr<const SymbolicPlan>, std::shared_ptr<const Pattern>);
 MFS_INSTANTIATE(float)
 MFS_INSTANTIATE(double)

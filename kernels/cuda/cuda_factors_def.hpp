@@ -469,6 +469,13 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
 };
 
 template <class Value, class Scalar>
+Offset bytes_of_factors(const SymbolicPlan& plan, const Pattern& pattern) {
+  using V = DeviceScalar<Value>;
+  return DeviceStages<DeviceScalar<Scalar>, V>::bytes_for(plan, pattern) +
+         plan.n * static_cast<Offset>(sizeof(V));  // a right-hand side
+}
+
+template <class Value, class Scalar>
 std::unique_ptr<Factors<Value>> make_factors(std::shared_ptr<const SymbolicPlan> plan,
                                              std::shared_ptr<const Pattern> pattern) {
   return std::make_unique<CudaFactors<Value, Scalar>>(std::move(plan), std::move(pattern));

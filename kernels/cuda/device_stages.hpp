@@ -73,6 +73,9 @@ class DeviceStages {
   /// factors.
   DeviceStages(const SymbolicPlan& plan, const Pattern& pattern, const Stream& stream, Vertex least_root);
 
+  /// Of the memory that the stages of a plan will take, the libraries' left out.
+  static Offset bytes_for(const SymbolicPlan& plan, const Pattern& pattern);
+
   V* matrix_values() const { return store_.fronts.matrix_values; }
   double* row_scale() const { return store_.fronts.row_scale; }
   double* column_scale() const { return store_.fronts.column_scale; }

@@ -99,6 +99,12 @@ Vertex least_root_for(const SymbolicPlan& plan) {
 }
 
 template <class S, class V>
+Offset DeviceStages<S, V>::bytes_for(const SymbolicPlan& plan, const Pattern& pattern) {
+  const DevicePlan lists = make_device_plan(plan, device_limits<S>(least_root_for<S>(plan)));
+  return Layout(plan, pattern, lists).arena.total();
+}
+
+template <class S, class V>
 DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& pattern, const Stream& stream)
     : DeviceStages(plan, pattern, stream, least_root_for<S>(plan)) {}
 

@@ -5,5 +5,6 @@ namespace mfs::cuda {
 template class DeviceStages<float, float>;  // tested by itself
 template std::unique_ptr<Factors<float>> make_factors<float, float>(std::shared_ptr<const SymbolicPlan>,
                                                                     std::shared_ptr<const Pattern>);
+template Offset bytes_of_factors<float, float>(const SymbolicPlan&, const Pattern&);
 
 }  // namespace mfs::cuda

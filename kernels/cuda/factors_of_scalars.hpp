@@ -13,4 +13,8 @@ template <class Value, class Scalar>
 std::unique_ptr<Factors<Value>> make_factors(std::shared_ptr<const SymbolicPlan> plan,
                                              std::shared_ptr<const Pattern> pattern);
 
+/// Bytes of device memory that these will take, those of the vendor's libraries left out.
+template <class Value, class Scalar>
+Offset bytes_of_factors(const SymbolicPlan& plan, const Pattern& pattern);
+
 }  // namespace mfs::cuda

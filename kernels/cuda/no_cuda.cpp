@@ -27,9 +27,16 @@ std::unique_ptr<Factors<Value>> make_cuda_factors(bool, std::shared_ptr<const Sy
   return nullptr;
 }
 
-#define MFS_INSTANTIATE(Value)                                          \
-  template std::future<void> load_library<Value>(bool, const Pattern&); \
-  template std::unique_ptr<Factors<Value>> make_cuda_factors<Value>(    \
+template <class Value>
+Offset device_bytes(bool, const SymbolicPlan&, const Pattern&) {
+  require_device();
+  return 0;
+}
+
+#define MFS_INSTANTIATE(Value)                                                    \
+  template Offset device_bytes<Value>(bool, const SymbolicPlan&, const Pattern&); \
+  template std::future<void> load_library<Value>(bool, const Pattern&);           \
+  template std::unique_ptr<Factors<Value>> make_cuda_factors<Value>(              \
       bool, std::shared_ptr<const SymbolicPlan>, std::shared_ptr<const Pattern>);
 MFS_INSTANTIATE(float)
 MFS_INSTANTIATE(double)

@@ -17,8 +17,8 @@
 #include <mfs/version.hpp>
 
 #include "ordering/stopwatch.hpp"
+#include "parts/output_file.hpp"
 #include "solver/program/backward_error.hpp"
-#include "solver/program/output_file.hpp"
 #include "solver/program/summary.hpp"
 
 namespace mfs::program {

@@ -1,4 +1,4 @@
-#include "solver/program/command_line.hpp"
+#include "parts/command_line.hpp"
 
 #include <unistd.h>
 
@@ -13,7 +13,7 @@
 #include <mfs/version.hpp>
 
 #include "kernels/runtime/engine.hpp"
-#include "solver/program/openblas_start.hpp"
+#include "parts/openblas_start.hpp"
 
 namespace mfs::program {
 namespace {

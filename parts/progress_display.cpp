@@ -1,4 +1,4 @@
-#include "solver/program/progress_display.hpp"
+#include "parts/progress_display.hpp"
 
 #include <unistd.h>
 

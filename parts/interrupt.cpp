@@ -1,4 +1,4 @@
-#include "solver/program/interrupt.hpp"
+#include "parts/interrupt.hpp"
 
 #include <csignal>
 #include <initializer_list>

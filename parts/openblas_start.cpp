@@ -1,4 +1,4 @@
-#include "solver/program/openblas_start.hpp"
+#include "parts/openblas_start.hpp"
 
 #include <dlfcn.h>
 #include <sys/auxv.h>
@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "kernels/runtime/openblas_buffer.hpp"
-#include "solver/program/exit_code.hpp"
+#include "parts/exit_code.hpp"
 
 namespace mfs::program {
 namespace {

@@ -1,4 +1,4 @@
-#include "solver/program/output_file.hpp"
+#include "parts/output_file.hpp"
 
 #include <sys/stat.h>
 #include <unistd.h>

@@ -1,4 +1,4 @@
-#include "solver/program/exit_code.hpp"
+#include "parts/exit_code.hpp"
 
 #include <algorithm>
 #include <csignal>
@@ -8,7 +8,7 @@
 
 #include <mfs/error.hpp>
 
-#include "solver/program/interrupt.hpp"
+#include "parts/interrupt.hpp"
 
 namespace mfs::program {
 namespace {

@@ -3,7 +3,8 @@
 // Its constructor takes a buffer of address space for each of its threads, in newer versions for the caller,
 // too. Where there is no room it asks again without end (0.3.29) or ends the process (0.3.34). Nothing of
 // main's runs that early, but functions in .preinit_array do: the loader calls those of a program when all
-// libraries are mapped and bound and none has been started; of the C library the environment is not there yet.
+// libraries are mapped and bound and none has been started; of the C library the environment is not there
+// yet.
 #pragma once
 
 namespace mfs::program {

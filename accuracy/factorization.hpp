@@ -34,9 +34,9 @@ class Factorization {
   /// solve_resident has just left of the same right-hand sides, from where this goes on.
   virtual SolveOutcome solve(Vertex columns, const TransposedPattern* transposed,
                              const SolveControls& controls, const SolveOutcome* tried = nullptr) = 0;
-  /// Solves for arrays in the memory of resident factors by what they can do there alone. False, and nothing
-  /// is written, where that misses the tolerance: where b is not finite, pivots were perturbed, or the ladder
-  /// must be climbed. `outcome` then is what solve() goes on from, unless nothing was tried (refused below).
+  /// Solves for arrays in the memory of resident factors by what they can do there alone. Nothing is written
+  /// unless that reaches the tolerance. Where it is missed, because b is not finite or the ladder must be
+  /// climbed, solve() can go on from `outcome`; where pivots were perturbed, it is refused without a try.
   virtual ResidentSolve solve_resident(const SolveBlock<Value>& block, const SolveControls& controls,
                                        void* stream, SolveOutcome& outcome) = 0;
 

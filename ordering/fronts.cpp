@@ -252,46 +252,7 @@ NodeList unknowns_of(const FrontTree& fronts, const EliminationTree& tree, const
   return nodes;
 }
 
-// Of the last node of `nodes`: how many unknowns at its end have to leave it, 0 if none can.
-Vertex unknowns_to_move(const NodeList& nodes, const std::vector<Vertex>& pair) {
-  const auto end = static_cast<Vertex>(nodes.order.size()), begin = nodes.node_begin.back();
-  const auto closed = [&](Vertex moved) {
-    const auto last = nodes.order.end(), first = last - moved;
-    return pair.empty() || std::all_of(first, last, [&](Vertex i) {
-             return pair[i] == i || std::find(first, last, pair[i]) != last;
-           });
-  };
-  for (Vertex moved = (end - begin) % kAlignment; moved <= kMostMoved; moved += kAlignment) {
-    if (closed(moved)) return moved;
-  }
-  return 0;
-}
-
 }  // namespace
-
-NodeList align_nodes(const NodeList& nodes, const std::vector<Vertex>& pair) {
-  const auto count = static_cast<Vertex>(nodes.parent.size());
-  NodeList aligned;
-  aligned.order.reserve(nodes.order.size());
-  aligned.node_begin.push_back(0);
-  aligned.parent = nodes.parent;
-  std::vector<std::vector<Vertex>> from_children(static_cast<std::size_t>(count));
-  for (Vertex f = 0; f < count; ++f) {
-    std::vector<Vertex>& order = aligned.order;
-    order.insert(order.end(), from_children[f].begin(), from_children[f].end());
-    order.insert(order.end(), nodes.order.begin() + nodes.node_begin[f],
-                 nodes.order.begin() + nodes.node_begin[f + 1]);
-    const auto size = static_cast<Vertex>(order.size()) - aligned.node_begin.back();
-    if (nodes.parent[f] >= 0 && size >= kAlignedUnknowns) {
-      const auto rest = order.end() - unknowns_to_move(aligned, pair);
-      std::vector<Vertex>& parent = from_children[nodes.parent[f]];
-      parent.insert(parent.end(), rest, order.end());
-      order.erase(rest, order.end());
-    }
-    aligned.node_begin.push_back(static_cast<Vertex>(order.size()));
-  }
-  return aligned;
-}
 
 SeparatorTree breadth_first(const NodeList& nodes) {
   const auto count = static_cast<Vertex>(nodes.parent.size());

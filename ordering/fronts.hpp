@@ -23,14 +23,6 @@ struct NodeList {
   std::vector<Vertex> parent;      // nodes, -1 for a root
 };
 
-/// Nodes with at least kAlignedUnknowns get a multiple of kAlignment of them, roots excepted: the last few
-/// move to the parent, which leaves the order of elimination as it is. Then the blocks of a front begin at
-/// multiples of 128 bytes, which is worth more than the few zeros that are stored for it
-/// (ordering/symbolic_plan.hpp). `pair` (MatchedScaling::pair): pairs stay together; a node for which that
-/// would take more than kMostMoved moves stays as it is.
-constexpr Vertex kAlignedUnknowns = 256, kMostMoved = 4 * kAlignment;
-NodeList align_nodes(const NodeList& nodes, const std::vector<Vertex>& pair);
-
 /// Renumbers the nodes breadth first: deepest depth first, siblings together, roots last.
 SeparatorTree breadth_first(const NodeList& nodes);
 

@@ -1,4 +1,4 @@
-// The door: the caller's matrix is checked here once, and nowhere else.
+// Check of the input: the caller's matrix is checked here once, and nowhere else.
 //
 // What comes in: compressed rows with 32-bit or 64-bit indices, rows sorted or not, entries repeated or not,
 // explicit zeros or not. What goes out: a Pattern, sorted and unique, in which every entry of the caller has

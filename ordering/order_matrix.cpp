@@ -21,6 +21,10 @@ void check_options(const AnalysisOptions& options) {
   if (!(options.dense_row > 0)) throw InvalidInput("dense_row", "not positive");
 }
 
+bool brings_tree(const AnalysisOptions& options) {
+  return !options.tree.parent.empty() || !options.tree.offsets.empty();
+}
+
 /// Where more than this share of the vertices had to move, an order that keeps all pairs together is tried as
 /// well. Measured 2026-11: kkt:24 moves 0.03 of them, kkt_UBH1 0.0001; kkt_CVXQP1_L 0.30, and moving costs
 /// 0.71 of the flops of pairing; kkt_CONT_201 0.42, and 2.03.
@@ -76,18 +80,20 @@ OrderedGraph dissect(const Pattern& pattern, const MatchedScaling& matched, cons
 
 }  // namespace
 
+bool brings_order(const AnalysisOptions& options) {
+  return brings_tree(options) || !options.permutation.empty();
+}
+
 SeparatorTree order_matrix(const Pattern& pattern, const MatchedScaling& matched,
                            const AnalysisOptions& options, int threads, const OrderingProgress& progress) {
   check_options(options);
-  const bool user_tree = !options.tree.parent.empty() || !options.tree.offsets.empty();
-  if (user_tree) return tree_of_caller(paired_graph(pattern, matched, threads), options);
+  if (brings_tree(options)) return tree_of_caller(paired_graph(pattern, matched, threads), options);
   if (!options.permutation.empty())
     return tree_of_permutation(paired_graph(pattern, matched, threads), options, threads);
 
   const OrderedGraph ordered = dissect(pattern, matched, options, threads, progress);
-  const NodeList fronts =
-      fronts_of_order(ordered.compressed.graph, ordered.compressed.partition, ordered.order, threads);
-  return breadth_first(align_nodes(fronts, matched.pair));
+  return breadth_first(
+      fronts_of_order(ordered.compressed.graph, ordered.compressed.partition, ordered.order, threads));
 }
 
 }  // namespace mfs

@@ -12,6 +12,9 @@ namespace mfs {
 /// Receives the fraction of the ordering that is done (0 to 1, increasing), in the thread that called.
 using OrderingProgress = std::function<void(double)>;
 
+/// Whether the caller gives the elimination order or the tree: both are kept as they are.
+bool brings_order(const AnalysisOptions& options);
+
 /// Graph of Ahat + Ahat^T, compression, nested dissection (or the caller's permutation or tree),
 /// amalgamation. The tree is the same for any number of threads. Unknowns joined by `matched.pair` share a
 /// tree node; those in `matched.weak` may instead come later than a partner of their own. Throws InvalidInput

@@ -80,9 +80,6 @@ struct MatchedScaling {
   bool beyond_range = false;
 };
 
-/// What large blocks of the factors begin at multiples of, in entries.
-constexpr Vertex kAlignment = 16;
-
 /// A tree of pivot sets over the unknowns, breadth first: nodes of the deepest depth come first, siblings lie
 /// together, children before parents.
 ///

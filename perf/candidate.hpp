@@ -7,9 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "perf/families.hpp"
+#include "cases/families.hpp"
 
 namespace mfs::perf {
+
+using cases::FamilyMatrix;
 
 /// Right-hand sides of the larger solve.
 constexpr int kColumns = 16;

@@ -11,10 +11,10 @@
 #include <string>
 #include <vector>
 
-#include "kernels/cuda/device.hpp"
+#include "kernels/cuda/runtime/device.hpp"
 #include "kernels/cuda/device_stages.hpp"
-#include "kernels/engine.hpp"
-#include "perf/families.hpp"
+#include "kernels/runtime/engine.hpp"
+#include "cases/families.hpp"
 #include "solver/analysis.hpp"
 
 namespace {
@@ -76,10 +76,10 @@ void print_depths(const std::string& name, const mfs::SymbolicPlan& plan,
 
 void measure(const std::string& name) {
   const auto colon = name.find(':');
-  const mfs::perf::FamilyMatrix a =
-      mfs::perf::make_family(name.substr(0, colon), std::stoll(name.substr(colon + 1)));
+  const mfs::cases::FamilyMatrix a =
+      mfs::cases::make_family(name.substr(0, colon), std::stoll(name.substr(colon + 1)));
   const mfs::CsrView<double> view{a.n, a.n, a.offsets.data(), a.column_indices.data(), a.values.data()};
-  const mfs::Analysis analysis = mfs::analyze_matrix(view, mfs::AnalysisOptions(), mfs::cuda::kAssemblyTurns,
+  const mfs::Analysis analysis = mfs::analyze_matrix(view, mfs::AnalysisOptions(), mfs::kAssemblyTurns,
                                                      mfs::available_threads(), [](const char*, double) {});
   const mfs::cuda::Stream stream;
   mfs::cuda::DeviceStages<double, double> stages(*analysis.plan, *analysis.pattern, stream);

@@ -14,7 +14,7 @@
 
 #include <mfs/mfs.hpp>
 
-#include "perf/families.hpp"
+#include "cases/families.hpp"
 
 namespace {
 
@@ -25,7 +25,7 @@ struct Fill {
 
 /// The pattern of A + A^T as CHOLMOD wants it: the families hold both triangles of a nearly symmetric
 /// pattern.
-Fill cholmod_metis(const mfs::perf::FamilyMatrix& a) {
+Fill cholmod_metis(const mfs::cases::FamilyMatrix& a) {
   cholmod_common common;
   cholmod_l_start(&common);
   common.nmethods = 1;
@@ -53,7 +53,7 @@ Fill cholmod_metis(const mfs::perf::FamilyMatrix& a) {
   return fill;
 }
 
-Fill mfs_plan(const mfs::perf::FamilyMatrix& a) {
+Fill mfs_plan(const mfs::cases::FamilyMatrix& a) {
   mfs::Solver solver;
   solver.analyze({a.n, a.n, a.offsets.data(), a.column_indices.data(), a.values.data()});
   return {static_cast<double>(solver.report().nnz_factor), solver.report().flops.total()};
@@ -66,8 +66,8 @@ int main(int argc, char** argv) try {
     const std::string name = argv[k];
     const std::size_t colon = name.find(':');
     if (colon == std::string::npos) throw mfs::InvalidInput(name, "FAMILY:SIZE expected");
-    const mfs::perf::FamilyMatrix a =
-        mfs::perf::make_family(name.substr(0, colon), std::stoll(name.substr(colon + 1)));
+    const mfs::cases::FamilyMatrix a =
+        mfs::cases::make_family(name.substr(0, colon), std::stoll(name.substr(colon + 1)));
     const Fill ours = mfs_plan(a), theirs = cholmod_metis(a);
     fmt::print(
         "{{\"name\":\"{}\",\"n\":{},\"mfs_entries\":{},\"cholmod_metis_entries\":{},\"entries_ratio\":{:.3f},"

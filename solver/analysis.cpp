@@ -36,12 +36,13 @@ void reanalyze(Analysis& analysis, const Scalar* slot_values, const AnalysisOpti
   const int awake = ordering_threads(pattern.n, threads);
   MatchedScaling matched = match_and_scale(pattern, slot_values, options, awake);
   progress("ordering", 0.0);
-  const SeparatorTree tree = order_matrix(pattern, matched, options, awake,
-                                          [&](double fraction) { progress("ordering", fraction); });
+  SeparatorTree tree = order_matrix(pattern, matched, options, awake,
+                                    [&](double fraction) { progress("ordering", fraction); });
   const double time_order = order_watch.seconds();
 
   const Stopwatch symbolic_watch;
   progress("symbolic", 0.0);
+  if (!brings_order(options)) tree = align_nodes(tree, matched.pair);
   analysis.plan = std::make_shared<SymbolicPlan>(
       make_symbolic_plan(pattern, matched.row_order, tree, options.max_block_size, awake, turns));
   analysis.matched = std::move(matched);
@@ -54,7 +55,7 @@ Analysis analyze_matrix(const CsrView<Scalar>& matrix, const AnalysisOptions& op
                         const AssemblyTurns& turns, int threads, const PhaseProgress& progress,
                         const std::function<void(const Pattern&)>& checked) {
   Analysis analysis;
-  const Stopwatch door_watch;
+  const Stopwatch check_watch;
   progress("matching", 0.0);
   analysis.pattern = std::make_shared<Pattern>(check_pattern(matrix, threads));
   keep_caller_order(matrix, *analysis.pattern, analysis);
@@ -69,9 +70,9 @@ Analysis analyze_matrix(const CsrView<Scalar>& matrix, const AnalysisOptions& op
     }
   }
   checked(*analysis.pattern);
-  const double time_door = door_watch.seconds();
+  const double time_check = check_watch.seconds();
   reanalyze(analysis, slot_values, options, turns, threads, progress);
-  analysis.time_order += time_door;
+  analysis.time_order += time_check;
   return analysis;
 }
 

@@ -7,7 +7,7 @@
 #include <mfs/analysis_options.hpp>
 #include <mfs/csr_view.hpp>
 
-#include "ordering/symbolic_plan.hpp"
+#include "plan/symbolic_plan.hpp"
 
 namespace mfs {
 
@@ -33,8 +33,8 @@ struct Analysis {
 /// Receives the name of a phase and the fraction of it that is done.
 using PhaseProgress = std::function<void(const char*, double)>;
 
-/// Check at the door, matching and scaling, ordering, symbolic plan, for a backend that assembles in such
-/// turns. `checked` is called behind the door. Throws as BasicSolver::analyze does.
+/// Check of the input, matching and scaling, ordering, symbolic plan, for a backend that assembles in such
+/// turns. `checked` is called once the input is known to be good. Throws as BasicSolver::analyze does.
 template <class Scalar>
 Analysis analyze_matrix(
     const CsrView<Scalar>& matrix, const AnalysisOptions& options, const AssemblyTurns& turns, int threads,

@@ -1,70 +1,138 @@
 #include "solver/backend.hpp"
 
+#include <complex>
+#include <string>
+#include <utility>
+
 #include <mfs/error.hpp>
 
-#include "kernels/blas.hpp"
-#include "kernels/cuda/cuda_factorization.hpp"
-#include "kernels/cuda/device_plan.hpp"
+#include "kernels/cuda/cuda_factors.hpp"
+#include "kernels/dense/blas.hpp"
+#include "kernels/runtime/scalars.hpp"
+#include "plan/device_plan.hpp"
 #include "solver/memory_limit.hpp"
 
 namespace mfs {
 
+void BackendRules::check(const Options&) const {}
+
+std::size_t BackendRules::available_memory() const {
+  return available_host_memory();
+}
+
+template <class Scalar>
+std::future<void> BackendFor<Scalar>::load_beside(bool, const Pattern&) const {
+  return {};
+}
+
+template <class Scalar>
+Offset BackendFor<Scalar>::bytes_needed(bool single_precision, const SymbolicPlan& plan,
+                                        const Pattern&) const {
+  return numeric_bytes(plan, single_precision ? sizeof(Narrow<Scalar>) : sizeof(Scalar), sizeof(Scalar))
+      .total();
+}
+
 namespace {
 
-// Below about a millisecond of work, waking other threads costs more than they save; with a BLAS that only
-// one thread may call, they would do harm.
-HostSpace host_space(Backend backend, const SymbolicPlan& plan) {
-  constexpr double kSerialFlops = 2e7;
-  const bool serial =
-      backend == Backend::serial || plan.flops.total() < kSerialFlops || !blas::many_callers();
-  return serial ? HostSpace::serial : HostSpace::openmp;
+template <class Scalar>
+std::unique_ptr<Factorization<Scalar>> make_on_host(const BackendFor<Scalar>& host, HostSpace space,
+                                                    bool single_precision,
+                                                    std::shared_ptr<const SymbolicPlan> plan,
+                                                    std::shared_ptr<const Pattern> pattern, int threads) {
+  const auto needed = static_cast<std::size_t>(host.bytes_needed(single_precision, *plan, *pattern));
+  const std::size_t available = host.available_memory();
+  if (needed > available) throw OutOfMemory(MemorySpace::host, needed, available);
+  auto factors = make_host_factors<Scalar>(space, single_precision, plan, pattern, threads);
+  return make_factorization<Scalar>(space, std::move(factors), std::move(plan), std::move(pattern));
 }
 
-void check_host_memory(const SymbolicPlan& plan, Offset scalar_bytes, Offset value_bytes) {
-  const auto needed = static_cast<std::size_t>(numeric_bytes(plan, scalar_bytes, value_bytes).total());
-  const std::size_t available = available_host_memory();
-  if (needed > available) throw OutOfMemory(MemorySpace::host, needed, available);
-}
+class SerialRules : public virtual BackendRules {
+ public:
+  bool one_thread() const override { return true; }
+};
+
+template <class Scalar>
+class SerialBackend final : public SerialRules, public BackendFor<Scalar> {
+ public:
+  std::unique_ptr<Factorization<Scalar>> make(bool single_precision, std::shared_ptr<const SymbolicPlan> plan,
+                                              std::shared_ptr<const Pattern> pattern,
+                                              int threads) const override {
+    return make_on_host<Scalar>(*this, HostSpace::serial, single_precision, std::move(plan),
+                                std::move(pattern), threads);
+  }
+};
+
+template <class Scalar>
+class OpenMPBackend final : public BackendFor<Scalar> {
+ public:
+  std::unique_ptr<Factorization<Scalar>> make(bool single_precision, std::shared_ptr<const SymbolicPlan> plan,
+                                              std::shared_ptr<const Pattern> pattern,
+                                              int threads) const override {
+    // Below about a millisecond of work, waking other threads costs more than they save; with a BLAS that
+    // only one thread may call, they would do harm.
+    constexpr double kSerialFlops = 2e7;
+    const bool serial = plan->flops.total() < kSerialFlops || !blas::many_callers();
+    return make_on_host<Scalar>(*this, serial ? HostSpace::serial : HostSpace::openmp, single_precision,
+                                std::move(plan), std::move(pattern), threads);
+  }
+};
+
+class CudaRules : public virtual BackendRules {
+ public:
+  bool present() const override { return cuda::device_found(); }
+  void check(const Options& options) const override {
+    if (options.analysis.max_block_size != AnalysisOptions().max_block_size)
+      throw InvalidInput("max_block_size", "the blocks of backend cuda are its own: leave it at " +
+                                               std::to_string(AnalysisOptions().max_block_size));
+    cuda::require_device();
+  }
+  AssemblyTurns assembly_turns() const override { return kAssemblyTurns; }
+  std::size_t available_memory() const override { return cuda::available_device_memory(); }
+};
+
+template <class Scalar>
+class CudaBackend final : public CudaRules, public BackendFor<Scalar> {
+ public:
+  std::future<void> load_beside(bool single_precision, const Pattern& pattern) const override {
+    return cuda::load_library<Scalar>(single_precision, pattern);
+  }
+  Offset bytes_needed(bool single_precision, const SymbolicPlan& plan,
+                      const Pattern& pattern) const override {
+    return cuda::device_bytes<Scalar>(single_precision, plan, pattern);
+  }
+  std::unique_ptr<Factorization<Scalar>> make(bool single_precision, std::shared_ptr<const SymbolicPlan> plan,
+                                              std::shared_ptr<const Pattern> pattern, int) const override {
+    auto factors = cuda::make_cuda_factors<Scalar>(single_precision, plan, pattern);
+    return make_factorization<Scalar>(HostSpace::openmp, std::move(factors), std::move(plan),
+                                      std::move(pattern));
+  }
+};
 
 }  // namespace
 
-void check_backend(Backend backend) {
-  if (backend == Backend::cuda) cuda::require_device();
-}
-
-AssemblyTurns assembly_turns(Backend backend) {
-  return backend == Backend::cuda ? cuda::kAssemblyTurns : AssemblyTurns();
-}
-
-std::size_t available_memory(Backend backend) {
-  return backend == Backend::cuda ? cuda::available_device_memory() : available_host_memory();
-}
-
 template <class Scalar>
-std::future<void> load_beside(Backend backend, bool single_precision, const Pattern& pattern) {
-  if (backend != Backend::cuda) return {};
-  return cuda::load_library<Scalar>(single_precision, pattern);
+const BackendFor<Scalar>& backend_for(Backend backend) {
+  static const SerialBackend<Scalar> serial;
+  static const OpenMPBackend<Scalar> openmp;
+  static const CudaBackend<Scalar> cuda;
+  switch (backend) {
+    case Backend::serial:
+      return serial;
+    case Backend::openmp:
+      return openmp;
+    case Backend::cuda:
+      return cuda;
+  }
+  throw InvalidInput("backend", "no such backend");
 }
 
-template <class Scalar>
-std::unique_ptr<Factorization<Scalar>> make_numeric_factorization(Backend backend, bool single_precision,
-                                                                  std::shared_ptr<const SymbolicPlan> plan,
-                                                                  std::shared_ptr<const Pattern> pattern,
-                                                                  int threads) {
-  if (backend == Backend::cuda)
-    return cuda::make_cuda_factorization<Scalar>(single_precision, std::move(plan), std::move(pattern));
-  check_host_memory(*plan, single_precision ? sizeof(Narrow<Scalar>) : sizeof(Scalar), sizeof(Scalar));
-  const HostSpace space = host_space(backend, *plan);
-  return make_factorization<Scalar>(space, single_precision, std::move(plan), std::move(pattern), threads);
+const BackendRules& rules_of(Backend backend) {
+  return backend_for<double>(backend);
 }
 
-#define MFS_INSTANTIATE(Scalar)                                                       \
-  template std::future<void> load_beside<Scalar>(Backend, bool, const Pattern&);      \
-  template std::unique_ptr<Factorization<Scalar>> make_numeric_factorization<Scalar>( \
-      Backend, bool, std::shared_ptr<const SymbolicPlan>, std::shared_ptr<const Pattern>, int);
-MFS_INSTANTIATE(float)
-MFS_INSTANTIATE(double)
-MFS_INSTANTIATE(std::complex<float>)
-MFS_INSTANTIATE(std::complex<double>)
+template const BackendFor<float>& backend_for<float>(Backend);
+template const BackendFor<double>& backend_for<double>(Backend);
+template const BackendFor<std::complex<float>>& backend_for<std::complex<float>>(Backend);
+template const BackendFor<std::complex<double>>& backend_for<std::complex<double>>(Backend);
 
 }  // namespace mfs

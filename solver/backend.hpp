@@ -1,35 +1,51 @@
-// Which factorization a backend means, whether it is there, and whether it has room.
+// Backends as objects: which options each obeys, what its plans are made for, where its factors lie and
+// whether there is room, and how they are made. Nothing else in the solver asks which backend it is.
 #pragma once
 
+#include <cstddef>
 #include <future>
 #include <memory>
 
 #include <mfs/options.hpp>
 
-#include "kernels/factorization.hpp"
+#include "accuracy/factorization.hpp"
 
 namespace mfs {
 
-/// Throws BackendError where this build or this machine lacks it.
-void check_backend(Backend backend);
+/// What does not depend on the kind of numbers.
+class BackendRules {
+ public:
+  virtual ~BackendRules() = default;
+  /// Whether this build and this machine have it.
+  virtual bool present() const { return true; }
+  /// Throws InvalidInput for an option that it cannot obey, BackendError unless it is present.
+  virtual void check(const Options& options) const;
+  /// Whether every phase has one thread, whatever is asked for.
+  virtual bool one_thread() const { return false; }
+  /// How its plans assemble contribution blocks.
+  virtual AssemblyTurns assembly_turns() const { return {}; }
+  /// Bytes left where its factors lie; inside Engine::run.
+  virtual std::size_t available_memory() const;
+};
 
-/// What its plans are made for.
-AssemblyTurns assembly_turns(Backend backend);
+const BackendRules& rules_of(Backend backend);
 
-/// Bytes left where the factors lie; inside Engine::run.
-std::size_t available_memory(Backend backend);
-
-/// What the backend may load beside the analysis of a matrix with this pattern. The future ends when that
-/// has.
 template <class Scalar>
-std::future<void> load_beside(Backend backend, bool single_precision, const Pattern& pattern);
+class BackendFor : public virtual BackendRules {
+ public:
+  /// What it may load beside the analysis of a matrix with this pattern. The future ends when that has.
+  virtual std::future<void> load_beside(bool single_precision, const Pattern& pattern) const;
+  /// Bytes that make() will take where the factors lie; inside Engine::run.
+  virtual Offset bytes_needed(bool single_precision, const SymbolicPlan& plan, const Pattern& pattern) const;
+  /// The factors of a plan and the ladder over them. Throws OutOfMemory before it takes what is not there.
+  /// Inside Engine::run, with `threads` the number given there.
+  virtual std::unique_ptr<Factorization<Scalar>> make(bool single_precision,
+                                                      std::shared_ptr<const SymbolicPlan> plan,
+                                                      std::shared_ptr<const Pattern> pattern,
+                                                      int threads) const = 0;
+};
 
-/// The factorization that `backend` means. Throws OutOfMemory before it takes what is not there. Inside
-/// Engine::run, with `threads` the number given there.
 template <class Scalar>
-std::unique_ptr<Factorization<Scalar>> make_numeric_factorization(Backend backend, bool single_precision,
-                                                                  std::shared_ptr<const SymbolicPlan> plan,
-                                                                  std::shared_ptr<const Pattern> pattern,
-                                                                  int threads);
+const BackendFor<Scalar>& backend_for(Backend backend);
 
 }  // namespace mfs

@@ -54,7 +54,8 @@ void BlockSolve<Scalar>::solve(Columns<Scalar> all) {
 
 template <class Scalar>
 void BlockSolve<Scalar>::solve_device(Columns<Scalar> all, void* stream) {
-  factors_.device("solve_device");
+  factors_.numeric("solve_device");
+  factors_.resident("solve_device");
   solve_parts(checked(all), [&](const Columns<Scalar>& part) { solve_part_on_device(part, stream); });
 }
 
@@ -93,7 +94,7 @@ void BlockSolve<Scalar>::solve_parts(const Columns<Scalar>& all, const SolvePart
   report_.krylov_steps = 0;
   report_.corrected_pivots = 0;
   report_.backward_error = 0;
-  const Offset block = factors_.numeric().columns_at_once();
+  const Offset block = factors_.numeric().factors().columns_at_once();
   for (Offset first = 0; first < all.count; first += block) {
     Columns<Scalar> part = all;
     part.b += first * all.ldb;
@@ -108,26 +109,26 @@ void BlockSolve<Scalar>::solve_parts(const Columns<Scalar>& all, const SolvePart
 
 // A failing block is left with its own right-hand sides: those before it may lie under their solutions.
 template <class Scalar>
-void BlockSolve<Scalar>::solve_part(const Columns<Scalar>& part) {
+void BlockSolve<Scalar>::solve_part(const Columns<Scalar>& part, const SolveOutcome* tried) {
   run_phase(
-      options_.dump_prefix, [&] { climb_until_solved(part); },
+      options_.dump_prefix, [&] { climb_until_solved(part, tried); },
       [&] {
         return System<Scalar>{factors_.factored_matrix(), part.b, part.count, part.ldb, part.transposed};
       });
 }
 
-// On the device, or where that is not enough by way of the host.
+// On the device, or where that is not enough by way of the host, which goes on from what the device has
+// found.
 template <class Scalar>
 void BlockSolve<Scalar>::solve_part_on_device(const Columns<Scalar>& part, void* stream) {
   const Vertex columns = static_cast<Vertex>(part.count);
   SolveOutcome outcome;
-  bool solved = false;
+  ResidentSolve found = ResidentSolve::refused;
   phases_.run("solve", [&] {
-    solved = factors_.device("solve_device")
-                 .solve_resident(part.b, part.ldb, part.x, part.ldx, columns, pattern_for(part), controls_,
-                                 stream, outcome);
+    const SolveBlock<Scalar> block{part.b, part.ldb, part.x, part.ldx, columns, pattern_for(part)};
+    found = factors_.numeric("solve_device").solve_resident(block, controls_, stream, outcome);
   });
-  if (solved) {
+  if (found == ResidentSolve::solved) {
     note_outcome(outcome);
     report_.bytes_used = factors_.numeric("solve_device").bytes();
     report_.time_ladder += outcome.time_ladder;
@@ -138,20 +139,20 @@ void BlockSolve<Scalar>::solve_part_on_device(const Columns<Scalar>& part, void*
   std::vector<Scalar> held(static_cast<std::size_t>(n) * columns);
   const Columns<Scalar> on_host{held.data(), held.data(), part.count, n, n, part.transposed};
   phases_.run("solve", [&] {
-    factors_.device("solve_device").download(part.b, part.ldb, n, columns, held.data(), stream);
+    factors_.resident("solve_device").download(part.b, part.ldb, n, columns, held.data(), stream);
   });
   check_finite(on_host);
-  solve_part(on_host);
+  solve_part(on_host, found == ResidentSolve::missed ? &outcome : nullptr);
   phases_.run("solve", [&] {
-    factors_.device("solve_device").upload(held.data(), n, columns, part.x, part.ldx, stream);
+    factors_.resident("solve_device").upload(held.data(), n, columns, part.x, part.ldx, stream);
   });
 }
 
 template <class Scalar>
-void BlockSolve<Scalar>::climb_until_solved(const Columns<Scalar>& part) {
-  SolveOutcome outcome = solve_with_factors(part);
+void BlockSolve<Scalar>::climb_until_solved(const Columns<Scalar>& part, const SolveOutcome* tried) {
+  SolveOutcome outcome = solve_with_factors(part, tried);
   report_.time_ladder += outcome.time_ladder;
-  if (reached(outcome)) return give(part, factors_.numeric("solve").solution(), outcome);
+  if (reached(outcome)) return write_solution(part, factors_.numeric("solve").solution(), outcome);
   const Stopwatch other_factors;
   while (!reached(outcome) && factors_.climb(outcome.dependent_rows > 0)) outcome = solve_with_factors(part);
   const Scalar* found = factors_.numeric("solve").solution();
@@ -159,7 +160,7 @@ void BlockSolve<Scalar>::climb_until_solved(const Columns<Scalar>& part) {
   if (!reached(outcome) && outcome.dependent_rows == 0) outcome = solve_rescaled(part, solution.data());
   report_.time_ladder += other_factors.seconds();
   if (!reached(outcome)) refuse(outcome);
-  give(part, solution.data(), outcome);
+  write_solution(part, solution.data(), outcome);
 }
 
 // Each column by factors of its own, with rows scaled for it.
@@ -181,17 +182,18 @@ SolveOutcome BlockSolve<Scalar>::solve_rescaled(const Columns<Scalar>& part, Sca
 }
 
 template <class Scalar>
-void BlockSolve<Scalar>::give(const Columns<Scalar>& part, const Scalar* solution,
-                              const SolveOutcome& outcome) {
+void BlockSolve<Scalar>::write_solution(const Columns<Scalar>& part, const Scalar* solution,
+                                        const SolveOutcome& outcome) {
   report_.bytes_used = factors_.numeric("solve").bytes();
   report_.backward_error = std::max(report_.backward_error, outcome.backward_error);
   for (Offset j = 0; j < part.count; ++j)
     std::copy(solution + j * rows(), solution + (j + 1) * rows(), part.x + j * part.ldx);
 }
 
-// One pass over the present factors, and what can be made of it with them.
+// One pass over the present factors, and what can be made of it with them; `tried`: what solve_resident left
+// of it.
 template <class Scalar>
-SolveOutcome BlockSolve<Scalar>::solve_with_factors(const Columns<Scalar>& part) {
+SolveOutcome BlockSolve<Scalar>::solve_with_factors(const Columns<Scalar>& part, const SolveOutcome* tried) {
   const Vertex columns = static_cast<Vertex>(part.count);
   Factorization<Scalar>& numeric = factors_.numeric("solve");
   SolveOutcome outcome;
@@ -200,7 +202,7 @@ SolveOutcome BlockSolve<Scalar>::solve_with_factors(const Columns<Scalar>& part)
     Scalar* rhs = numeric.rhs(columns);
     for (Offset j = 0; j < part.count; ++j)
       std::copy(part.b + j * part.ldb, part.b + j * part.ldb + rows(), rhs + j * rows());
-    outcome = numeric.solve(columns, pattern, controls_);
+    outcome = numeric.solve(columns, pattern, controls_, tried);
   });
   note_outcome(outcome);
   return outcome;

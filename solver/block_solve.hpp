@@ -39,13 +39,13 @@ class BlockSolve {
   template <class SolvePart>
   void solve_parts(const Columns<Scalar>& all, const SolvePart& solve_part);
 
-  void solve_part(const Columns<Scalar>& part);
+  void solve_part(const Columns<Scalar>& part, const SolveOutcome* tried = nullptr);
   void solve_part_on_device(const Columns<Scalar>& part, void* stream);
   bool reached(const SolveOutcome& outcome) const { return outcome.backward_error <= controls_.tolerance; }
-  void climb_until_solved(const Columns<Scalar>& part);
+  void climb_until_solved(const Columns<Scalar>& part, const SolveOutcome* tried);
   SolveOutcome solve_rescaled(const Columns<Scalar>& part, Scalar* solution);
-  void give(const Columns<Scalar>& part, const Scalar* solution, const SolveOutcome& outcome);
-  SolveOutcome solve_with_factors(const Columns<Scalar>& part);
+  void write_solution(const Columns<Scalar>& part, const Scalar* solution, const SolveOutcome& outcome);
+  SolveOutcome solve_with_factors(const Columns<Scalar>& part, const SolveOutcome* tried = nullptr);
   const TransposedPattern* pattern_for(const Columns<Scalar>& part);
   void note_outcome(const SolveOutcome& outcome);
   [[noreturn]] void refuse(const SolveOutcome& outcome) const;

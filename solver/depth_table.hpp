@@ -5,7 +5,7 @@
 
 #include <mfs/report.hpp>
 
-#include "ordering/symbolic_plan.hpp"
+#include "plan/symbolic_plan.hpp"
 
 namespace mfs {
 

@@ -9,16 +9,15 @@
 #include <mfs/error.hpp>
 
 #include "ordering/matrix_check.hpp"
-#include "ordering/merge_fronts.hpp"
 #include "ordering/size_scaling.hpp"
-#include "solver/backend.hpp"
+#include "plan/merge_fronts.hpp"
 #include "solver/option_checks.hpp"
 
 namespace mfs {
 
 template <class Scalar>
 MatrixFactors<Scalar>::MatrixFactors(const Options& options, Phases& phases, Report& report)
-    : options_(options), phases_(phases), report_(report) {
+    : options_(options), backend_(backend_for<Scalar>(options.backend)), phases_(phases), report_(report) {
   reset_report();
 }
 
@@ -27,11 +26,11 @@ void MatrixFactors<Scalar>::analyze(const CsrView<Scalar>& a) {
   forget();
   std::future<void> loading;
   const auto begin_loading = [&](const Pattern& pattern) {
-    loading = load_beside<Scalar>(options_.backend, report_.single_precision, pattern);
+    loading = backend_.load_beside(report_.single_precision, pattern);
   };
   phases_.run_analysis("matching", [&] {
-    analysis_ = analyze_matrix(a, options_.analysis, assembly_turns(options_.backend),
-                               phases_.analysis_threads(), progress(), begin_loading);
+    analysis_ = analyze_matrix(a, options_.analysis, backend_.assembly_turns(), phases_.analysis_threads(),
+                               progress(), begin_loading);
   });
   analyzed_with_values_ = a.values != nullptr;
   report_analysis();
@@ -69,7 +68,7 @@ void MatrixFactors<Scalar>::refactor(const CsrView<Scalar>& a) {
 template <class Scalar>
 void MatrixFactors<Scalar>::refactor_device(const Scalar* values, void* stream) {
   known("refactor_device");
-  DeviceFactors<Scalar>& on_device = device("refactor_device");
+  ResidentFactors<Scalar>& on_device = resident("refactor_device");
   if (!values) throw InvalidInput("values", "null pointer");
   const Stopwatch watch;
   // Sums of repeated entries, a new matching, and what is wrong with the values are left to the host.
@@ -101,7 +100,8 @@ template <class Scalar>
 CsrView<Scalar> MatrixFactors<Scalar>::factored_matrix() const {
   if (!numeric_) throw StateError("its values are not held any more");
   const Pattern& pattern = *analysis_->pattern;
-  return {pattern.n, pattern.n, pattern.offsets.data(), pattern.columns.data(), numeric_->matrix_values()};
+  return {pattern.n, pattern.n, pattern.offsets.data(), pattern.columns.data(),
+          numeric_->factors().matrix().values};
 }
 
 // The analysis of a matrix that has been factored; not necessarily for the present values.
@@ -118,10 +118,10 @@ Factorization<Scalar>& MatrixFactors<Scalar>::numeric(const char* call) const {
 }
 
 template <class Scalar>
-DeviceFactors<Scalar>& MatrixFactors<Scalar>::device(const char* call) const {
-  DeviceFactors<Scalar>* device = numeric_->device();
-  if (!device) throw StateError(std::string(call) + ": the factors are not on a device");
-  return *device;
+ResidentFactors<Scalar>& MatrixFactors<Scalar>::resident(const char* call) const {
+  ResidentFactors<Scalar>* resident = numeric_->factors().resident();
+  if (!resident) throw StateError(std::string(call) + ": the factors are not on a device");
+  return *resident;
 }
 
 template <class Scalar>
@@ -176,8 +176,7 @@ template <class Scalar>
 void MatrixFactors<Scalar>::make_numeric() {
   std::unique_ptr<Factorization<Scalar>> made;
   phases_.run("factor", [&] {
-    made = make_numeric_factorization<Scalar>(options_.backend, report_.single_precision, analysis_->plan,
-                                              analysis_->pattern, phases_.threads());
+    made = backend_.make(report_.single_precision, analysis_->plan, analysis_->pattern, phases_.threads());
   });
   numeric_ = std::move(made);
   use_scales(analysis_->matched.row_scale, analysis_->matched.column_scale);
@@ -185,16 +184,16 @@ void MatrixFactors<Scalar>::make_numeric() {
 
 template <class Scalar>
 void MatrixFactors<Scalar>::use_scales(const std::vector<double>& row, const std::vector<double>& column) {
-  std::copy(row.begin(), row.end(), numeric_->row_scale());
-  std::copy(column.begin(), column.end(), numeric_->column_scale());
+  std::copy(row.begin(), row.end(), numeric_->factors().row_scale());
+  std::copy(column.begin(), column.end(), numeric_->factors().column_scale());
 }
 
 template <class Scalar>
 void MatrixFactors<Scalar>::rescale(const Scalar* b, bool transposed) {
   report_.rung = Rung::rescaling;
   phases_.run("factor", [&] {
-    const PowerScaling scaling =
-        scaling_by_size(*analysis_->pattern, numeric_->matrix_values(), b, transposed, phases_.threads());
+    const PowerScaling scaling = scaling_by_size(*analysis_->pattern, numeric_->factors().matrix().values, b,
+                                                 transposed, phases_.threads());
     use_scales(powers_of_two(scaling.row), powers_of_two(scaling.column));
   });
   rescaled_ = true;
@@ -242,8 +241,9 @@ void MatrixFactors<Scalar>::begin_values() {
 template <class Scalar>
 void MatrixFactors<Scalar>::take_values(const CsrView<Scalar>& a) {
   begin_values();
-  phases_.run("factor",
-              [&] { sum_into_slots(*analysis_->pattern, a, numeric_->matrix_values(), phases_.threads()); });
+  phases_.run("factor", [&] {
+    sum_into_slots(*analysis_->pattern, a, numeric_->factors().matrix_values(), phases_.threads());
+  });
 }
 
 template <class Scalar>
@@ -312,17 +312,18 @@ void MatrixFactors<Scalar>::enlarge_pivot_blocks() {
 template <class Scalar>
 bool MatrixFactors<Scalar>::merge_failed_fronts(double allowed_flops) {
   std::shared_ptr<const SymbolicPlan> plan;
-  std::size_t available = 0;
+  bool fits = false;
   phases_.run("symbolic", [&] {
-    const SeparatorTree tree =
-        merge_into_parents(*analysis_->plan, numeric_->failed_fronts(*analysis_->plan));
-    plan = std::make_shared<SymbolicPlan>(make_symbolic_plan(
-        *analysis_->pattern, analysis_->matched.row_order, tree, options_.analysis.max_block_size,
-        phases_.threads(), assembly_turns(options_.backend)));
-    available = available_memory(options_.backend);
+    const SeparatorTree tree = merge_into_parents(*analysis_->plan, numeric_->failed_fronts());
+    plan = std::make_shared<SymbolicPlan>(
+        make_symbolic_plan(*analysis_->pattern, analysis_->matched.row_order, tree,
+                           options_.analysis.max_block_size, phases_.threads(), backend_.assembly_turns()));
+    const bool cheap =
+        plan->num_fronts != analysis_->plan->num_fronts && plan->flops.total() <= allowed_flops;
+    fits = cheap && static_cast<std::size_t>(backend_.bytes_needed(
+                        report_.single_precision, *plan, *analysis_->pattern)) <= backend_.available_memory();
   });
-  if (plan->num_fronts == analysis_->plan->num_fronts || plan->flops.total() > allowed_flops) return false;
-  if (static_cast<std::size_t>(factor_bytes(*plan).total()) > available) return false;
+  if (!fits) return false;
   analysis_->plan = std::move(plan);
   ++report_.reanalyses;
   return true;
@@ -354,12 +355,13 @@ void MatrixFactors<Scalar>::replace_numeric() {
   factored_ = false;
   std::vector<Scalar> values;
   phases_.run("factor", [&] {
-    values.assign(old->matrix_values(), old->matrix_values() + analysis_->plan->nnz);
+    const Scalar* held = old->factors().matrix().values;
+    values.assign(held, held + analysis_->pattern->nnz());
     old.reset();
   });
   report_analysis();
   make_numeric();
-  std::copy(values.begin(), values.end(), numeric_->matrix_values());
+  std::copy(values.begin(), values.end(), numeric_->factors().matrix_values());
   factor_values();
 }
 
@@ -369,7 +371,7 @@ void MatrixFactors<Scalar>::rematch() {
   refactored_ = drifted_ = false;
   ++rematches_;
   phases_.run_analysis("ordering", [&] {
-    reanalyze(*analysis_, numeric_->matrix_values(), options_.analysis, assembly_turns(options_.backend),
+    reanalyze(*analysis_, numeric_->factors().matrix().values, options_.analysis, backend_.assembly_turns(),
               phases_.analysis_threads(), progress());
   });
   ++report_.reanalyses;

@@ -1,7 +1,7 @@
 // One matrix and its factors over the life of a solver: analysed once per pattern, factored for one set of
 // values after another, and made anew with another plan, matching or precision where the present factors do
 // not do (the upper rungs of the accuracy ladder; the lower ones use the factors as they are,
-// kernels/ladder.hpp). Right-hand sides are the business of solver/block_solve.hpp.
+// accuracy/ladder.hpp). Right-hand sides are the business of solver/block_solve.hpp.
 #pragma once
 
 #include <memory>
@@ -11,9 +11,10 @@
 #include <mfs/options.hpp>
 #include <mfs/report.hpp>
 
-#include "kernels/factorization.hpp"
+#include "accuracy/factorization.hpp"
 #include "ordering/stopwatch.hpp"
 #include "solver/analysis.hpp"
+#include "solver/backend.hpp"
 #include "solver/phases.hpp"
 
 namespace mfs {
@@ -45,8 +46,8 @@ class MatrixFactors {
   CsrView<Scalar> factored_matrix() const;
   /// The factors, for what `call` does with them. Throws StateError in its name unless they are there.
   Factorization<Scalar>& numeric(const char* call) const;
-  /// The same for factors that must be on a device.
-  DeviceFactors<Scalar>& device(const char* call) const;
+  /// Those that must be on a device. Throws StateError in the name of `call` where they are not.
+  ResidentFactors<Scalar>& resident(const char* call) const;
 
   /// The next rung after all that can be done with the present factors: full precision, then a new matching
   /// and tree for values that have changed since the analysis, then larger pivot blocks wherever the factors
@@ -91,6 +92,7 @@ class MatrixFactors {
   void rematch();
 
   const Options& options_;
+  const BackendFor<Scalar>& backend_;
   Phases& phases_;
   Report& report_;
   std::optional<Analysis> analysis_;

@@ -6,7 +6,7 @@
 #include <mfs/error.hpp>
 #include <mfs/threads.hpp>
 
-#include "kernels/engine.hpp"
+#include "kernels/runtime/engine.hpp"
 #include "solver/backend.hpp"
 
 namespace mfs {
@@ -31,16 +31,16 @@ void check_options(const Options& options) {
   if (!(options.solve.row_floor >= 0 && options.solve.row_floor <= 1))
     refuse("row_floor", "must be in [0, 1]");
   if (options.solve.max_refinement_steps < 0) refuse("max_refinement_steps", "must not be negative");
-  check_backend(options.backend);
+  rules_of(options.backend).check(options);
 }
 
 int threads_of(const Options& options) {
-  if (options.backend == Backend::serial) return 1;
+  if (rules_of(options.backend).one_thread()) return 1;
   return options.threads ? options.threads : default_threads();
 }
 
 int analysis_threads_of(const Options& options) {
-  const bool own = options.analysis.threads > 0 && options.backend != Backend::serial;
+  const bool own = options.analysis.threads > 0 && !rules_of(options.backend).one_thread();
   return own ? options.analysis.threads : threads_of(options);
 }
 

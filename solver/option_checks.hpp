@@ -6,12 +6,12 @@
 
 #include <mfs/options.hpp>
 
-#include "kernels/factorization.hpp"
+#include "kernels/runtime/scalars.hpp"
 
 namespace mfs {
 
-/// Throws InvalidInput with the name of the first option that makes no sense, BackendError for a backend that
-/// is not there.
+/// Throws InvalidInput with the name of the first option that makes no sense or that the backend cannot obey,
+/// BackendError for a backend that is not there.
 void check_options(const Options& options);
 
 /// Number of threads of every phase but the analysis.

@@ -5,7 +5,7 @@
 
 #include <mfs/error.hpp>
 
-#include "kernels/engine.hpp"
+#include "kernels/runtime/engine.hpp"
 #include "solver/memory_limit.hpp"
 
 namespace mfs {

@@ -5,8 +5,8 @@
 
 #include <Kokkos_Core.hpp>
 
-#include "kernels/blas.hpp"
-#include "kernels/cuda/cuda_factorization.hpp"
+#include "kernels/dense/blas.hpp"
+#include "solver/backend.hpp"
 
 namespace mfs {
 
@@ -23,8 +23,11 @@ const char* version() {
 }
 
 std::vector<Backend> backends() {
-  if (cuda::device_found()) return {Backend::serial, Backend::openmp, Backend::cuda};
-  return {Backend::serial, Backend::openmp};
+  std::vector<Backend> present;
+  for (const Backend backend : {Backend::serial, Backend::openmp, Backend::cuda}) {
+    if (rules_of(backend).present()) present.push_back(backend);
+  }
+  return present;
 }
 
 std::string better_blas_kernels() {

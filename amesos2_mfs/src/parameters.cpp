@@ -82,7 +82,7 @@ Teuchos::RCP<ParameterList> valid_parameters() {
              "When rows are matched to columns so that large entries come to the diagonal");
   list->set("Scaling", defaults.analysis.scaling, "Whether rows and columns are scaled");
   list->set("MaxBlockSize", defaults.analysis.max_block_size,
-            "Widest block into which a pivot block is divided");
+            "Widest block into which a pivot block is divided; backend cuda has blocks of its own");
   list->set("LeafSize", defaults.analysis.leaf_size,
             "Sub-graphs of at most this many unknowns are not dissected further");
   set_choice(*list, "Precision", defaults.factor.precision, kPrecisions,

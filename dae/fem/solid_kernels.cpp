@@ -2,7 +2,7 @@
 
 #include "dae/fem/row_product.hpp"
 #include "dae/fem/solid_tangent.hpp"
-#include "kernels/simd_clones.hpp"
+#include "kernels/runtime/simd_clones.hpp"
 
 namespace mfs::dae {
 

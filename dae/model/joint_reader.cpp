@@ -7,7 +7,7 @@
 #include "dae/mechanics/motions.hpp"
 #include "dae/mechanics/rigid_interface.hpp"
 #include "dae/model/model_parts.hpp"
-#include "solver/program/comma_list.hpp"
+#include "parts/comma_list.hpp"
 
 namespace mfs::dae {
 namespace {

@@ -13,7 +13,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "solver/program/comma_list.hpp"
+#include "parts/comma_list.hpp"
 
 namespace mfs::dae {
 

@@ -6,7 +6,7 @@
 
 #include <mfs/error.hpp>
 
-#include "solver/program/comma_list.hpp"
+#include "parts/comma_list.hpp"
 
 namespace mfs::dae {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "solver/program/output_file.hpp"
+#include "parts/output_file.hpp"
 
 namespace mfs::dae {
 

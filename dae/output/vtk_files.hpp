@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "dae/fem/mesh.hpp"
-#include "solver/program/output_file.hpp"
+#include "parts/output_file.hpp"
 
 namespace mfs::dae {
 

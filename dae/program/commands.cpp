@@ -18,9 +18,9 @@
 #include "dae/program/result_files.hpp"
 #include "dae/program/run_report.hpp"
 #include "ordering/stopwatch.hpp"
-#include "solver/program/interrupt.hpp"
-#include "solver/program/output_file.hpp"
-#include "solver/program/summary.hpp"
+#include "parts/interrupt.hpp"
+#include "parts/output_file.hpp"
+#include "parts/report_text.hpp"
 
 namespace mfs::dae {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "dae/model/model.hpp"
 #include "dae/output/plots.hpp"
-#include "solver/program/exit_code.hpp"
+#include "parts/exit_code.hpp"
 
 namespace mfs::dae {
 

@@ -3,7 +3,7 @@
 #include <CLI/CLI.hpp>
 
 #include "dae/program/commands.hpp"
-#include "solver/program/command_line.hpp"
+#include "parts/command_line.hpp"
 
 namespace {
 

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "solver/program/interrupt.hpp"
+#include "parts/interrupt.hpp"
 
 namespace mfs::dae {
 namespace {

@@ -9,7 +9,7 @@
 #include "dae/output/output_thread.hpp"
 #include "dae/program/result_files.hpp"
 #include "ordering/stopwatch.hpp"
-#include "solver/program/progress_display.hpp"
+#include "parts/progress_display.hpp"
 
 namespace mfs::dae {
 

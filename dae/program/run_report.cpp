@@ -7,8 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "solver/program/json_report.hpp"
-#include "solver/program/summary.hpp"
+#include "parts/report_text.hpp"
 
 namespace mfs::dae {
 namespace {

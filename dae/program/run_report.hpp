@@ -8,7 +8,7 @@
 #include <mfs/options.hpp>
 
 #include "dae/integrator/integrator.hpp"
-#include "solver/program/exit_code.hpp"
+#include "parts/exit_code.hpp"
 
 namespace mfs::dae {
 

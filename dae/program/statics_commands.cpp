@@ -18,10 +18,9 @@
 #include "dae/statics/linearization.hpp"
 #include "dae/statics/modes.hpp"
 #include "ordering/stopwatch.hpp"
-#include "solver/program/interrupt.hpp"
-#include "solver/program/json_report.hpp"
-#include "solver/program/output_file.hpp"
-#include "solver/program/summary.hpp"
+#include "parts/interrupt.hpp"
+#include "parts/output_file.hpp"
+#include "parts/report_text.hpp"
 
 namespace mfs::dae {
 namespace {

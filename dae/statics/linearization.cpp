@@ -7,7 +7,7 @@
 #include <mfs/error.hpp>
 #include <mfs/matrix_market.hpp>
 
-#include "solver/program/output_file.hpp"
+#include "parts/output_file.hpp"
 
 namespace mfs::dae {
 namespace {

@@ -6,13 +6,13 @@
 #include <optional>
 #include <type_traits>
 
-#include "kernels/cuda/device.hpp"
-#include "kernels/cuda/device_blas.hpp"
-#include "kernels/cuda/device_lapack.hpp"
-#include "kernels/cuda/device_plan.hpp"
-#include "kernels/cuda/device_store.hpp"
-#include "kernels/factorization.hpp"
-#include "ordering/symbolic_plan.hpp"
+#include "kernels/cuda/factor/device_store.hpp"
+#include "kernels/cuda/runtime/device.hpp"
+#include "kernels/dense/device_blas.hpp"
+#include "kernels/dense/device_lapack.hpp"
+#include "kernels/factors.hpp"
+#include "plan/device_plan.hpp"
+#include "plan/symbolic_plan.hpp"
 
 namespace mfs::cuda {
 
@@ -72,6 +72,9 @@ class DeviceStages {
   /// With the library for roots of `least_root` pivots and more, however much its handle takes beside the
   /// factors.
   DeviceStages(const SymbolicPlan& plan, const Pattern& pattern, const Stream& stream, Vertex least_root);
+
+  /// Of the memory that the stages of a plan will take, the libraries' left out.
+  static Offset bytes_for(const SymbolicPlan& plan, const Pattern& pattern);
 
   V* matrix_values() const { return store_.fronts.matrix_values; }
   double* row_scale() const { return store_.fronts.row_scale; }

@@ -1,17 +1,17 @@
 // Definitions of device_stages.hpp, for the files that instantiate it.
 #pragma once
 
-#include "kernels/cuda/assembly.hpp"
-#include "kernels/cuda/block_lu.hpp"
 #include "kernels/cuda/device_stages.hpp"
-#include "kernels/cuda/products.hpp"
-#include "kernels/cuda/reductions.hpp"
-#include "kernels/cuda/small_fronts.hpp"
-#include "kernels/cuda/strips.hpp"
-#include "kernels/cuda/substitution.hpp"
-#include "kernels/cuda/tile_inverses.hpp"
-#include "kernels/cuda/tiny_substitution.hpp"
-#include "kernels/cuda/unpivoted_roots.hpp"
+#include "kernels/cuda/factor/assembly.hpp"
+#include "kernels/cuda/factor/block_lu.hpp"
+#include "kernels/cuda/factor/products.hpp"
+#include "kernels/cuda/factor/reductions.hpp"
+#include "kernels/cuda/factor/small_fronts.hpp"
+#include "kernels/cuda/factor/strips.hpp"
+#include "kernels/cuda/factor/unpivoted_roots.hpp"
+#include "kernels/cuda/solve/substitution.hpp"
+#include "kernels/cuda/solve/tile_inverses.hpp"
+#include "kernels/cuda/solve/tiny_substitution.hpp"
 
 namespace mfs::cuda {
 
@@ -80,21 +80,28 @@ struct DeviceStages<S, V>::Layout {
   }
 };
 
-/// The library's handle may take this part of the factors' memory.
+/// Roots of so many pivots go to cuSOLVER, whose handle may take this part of the factors' memory.
+constexpr Vertex kLeastRoot = 1024;
 constexpr Offset kHandleShare = 10;
 
+/// Of the current device, for kernels with the numbers S.
 template <class S>
-PlanCuts cuts_for_device(Vertex least_root) {
+DeviceLimits device_limits(Vertex least_root) {
   static_assert(kSmallRows<S> <= kAssemblyTurns.rows);
-  PlanCuts cuts{kTile<S>, kSmallRows<S>, kWideProducts<S>};
-  cuts.waiting_tiles = multiprocessors() - 1;
-  cuts.least_root = least_root;
-  return cuts;
+  DeviceLimits limits{kTile<S>, kSmallRows<S>, kWideProducts<S>, multiprocessors()};
+  limits.least_root = least_root;
+  return limits;
 }
 template <class S>
 Vertex least_root_for(const SymbolicPlan& plan) {
   const Offset factors = plan.factor_entries * static_cast<Offset>(sizeof(S));
   return DeviceLapack::kHandleBytes <= factors / kHandleShare ? kLeastRoot : kNoRoots;
+}
+
+template <class S, class V>
+Offset DeviceStages<S, V>::bytes_for(const SymbolicPlan& plan, const Pattern& pattern) {
+  const DevicePlan lists = make_device_plan(plan, device_limits<S>(least_root_for<S>(plan)));
+  return Layout(plan, pattern, lists).arena.total();
 }
 
 template <class S, class V>
@@ -104,7 +111,7 @@ DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& patter
 template <class S, class V>
 DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& pattern, const Stream& stream,
                                  Vertex least_root)
-    : DeviceStages(plan, pattern, stream, make_device_plan(plan, cuts_for_device<S>(least_root))) {}
+    : DeviceStages(plan, pattern, stream, make_device_plan(plan, device_limits<S>(least_root))) {}
 
 template <class S, class V>
 DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& pattern, const Stream& stream,
@@ -169,9 +176,9 @@ void DeviceStages<S, V>::open_libraries() {
   for (const DepthLaunches& depth : lists_.depths) {
     for (const auto* launches : {&depth.factor, &depth.update}) {
       for (const Launch& part : *launches) {
-        if (part.kind != Launch::Kind::library) continue;
+        if (part.kind != Launch::Kind::vendor_gemm) continue;
         if (!blas_) blas_.emplace(stream_);
-        if (part.order == Order::aside && !blas_ahead_) blas_ahead_.emplace(ahead_.stream());
+        if (part.order == Order::concurrent && !blas_ahead_) blas_ahead_.emplace(ahead_.stream());
       }
     }
   }
@@ -219,7 +226,7 @@ void DeviceStages<S, V>::launch(const Launch& what, const Stream& stream,
             store_, what.tasks.begin, count);
       }
       break;
-    case Launch::Kind::library: {
+    case Launch::Kind::vendor_gemm: {
       const ProductTask& task = lists_.products[what.tasks.begin];
       S* const storage = store_.fronts.storage;
       blas->template gemm_minus<S>(task.m, task.n, task.k, storage + task.a, task.lda, storage + task.b,
@@ -321,8 +328,8 @@ void DeviceStages<S, V>::launch_steps(const DepthLaunches& depth, bool look_ahea
     next(part.kind == Launch::Kind::diagonal ? Kernel::diagonal
          : part.kind == Launch::Kind::strips ? Kernel::strips
                                              : Kernel::products);
-    if (part.order == Order::joined) ahead_.join(stream_);
-    if (look_ahead && part.order == Order::aside) {
+    if (part.order == Order::join) ahead_.join(stream_);
+    if (look_ahead && part.order == Order::concurrent) {
       launch(part, ahead_.begin_after(stream_), blas_ahead_);
     } else {
       launch(part, stream_, blas_);

@@ -1,9 +1,11 @@
-#include "kernels/cuda/cuda_factorization_def.hpp"
+#include "kernels/cuda/cuda_factors_def.hpp"
 
 namespace mfs::cuda {
 
-template std::unique_ptr<Factorization<std::complex<double>>>
+template std::unique_ptr<Factors<std::complex<double>>>
     make_factors<std::complex<double>, std::complex<float>>(std::shared_ptr<const SymbolicPlan>,
                                                             std::shared_ptr<const Pattern>);
+template Offset bytes_of_factors<std::complex<double>, std::complex<float>>(const SymbolicPlan&,
+                                                                            const Pattern&);
 
 }  // namespace mfs::cuda

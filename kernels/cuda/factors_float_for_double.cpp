@@ -1,8 +1,9 @@
-#include "kernels/cuda/cuda_factorization_def.hpp"
+#include "kernels/cuda/cuda_factors_def.hpp"
 
 namespace mfs::cuda {
 
-template std::unique_ptr<Factorization<double>> make_factors<double, float>(
-    std::shared_ptr<const SymbolicPlan>, std::shared_ptr<const Pattern>);
+template std::unique_ptr<Factors<double>> make_factors<double, float>(std::shared_ptr<const SymbolicPlan>,
+                                                                      std::shared_ptr<const Pattern>);
+template Offset bytes_of_factors<double, float>(const SymbolicPlan&, const Pattern&);
 
 }  // namespace mfs::cuda

@@ -8,8 +8,8 @@
 
 #include <mfs/error.hpp>
 
-#include "perf/families.hpp"
-#include "solver/program/comma_list.hpp"
+#include "cases/families.hpp"
+#include "parts/comma_list.hpp"
 
 namespace mfs::io {
 namespace {
@@ -23,7 +23,7 @@ struct FamilyCase {
 std::optional<FamilyCase> parse_family(const std::string& name) {
   const std::size_t colon = name.find(':');
   FamilyCase wanted{name.substr(0, colon), 0};
-  const auto& names = perf::family_names();
+  const auto& names = cases::family_names();
   if (colon == std::string::npos || std::find(names.begin(), names.end(), wanted.family) == names.end())
     return {};
   const char* end = name.data() + name.size();
@@ -39,7 +39,7 @@ void check_bench_case(const std::string& name) {
   std::error_code error;
   if (parse_family(name) || name == "-" || std::filesystem::exists(name, error)) return;
   throw InvalidInput(name,
-                     "neither a file nor FAMILY:SIZE with a family of: " + comma_list(perf::family_names()));
+                     "neither a file nor FAMILY:SIZE with a family of: " + comma_list(cases::family_names()));
 }
 
 std::string bench_case_name(const std::string& name) {
@@ -54,7 +54,7 @@ std::string bench_case_name(const std::string& name) {
 SquareMatrix load_bench_case(const std::string& name, int threads) {
   const auto family = parse_family(name);
   if (!family) return read_square_matrix(name, threads);
-  perf::FamilyMatrix made = perf::make_family(family->family, family->size);
+  cases::FamilyMatrix made = cases::make_family(family->family, family->size);
   return CsrMatrix<double>{made.n, made.n, std::move(made.offsets), std::move(made.column_indices),
                            std::move(made.values)};
 }

@@ -10,7 +10,7 @@
 #include <mfs/options.hpp>
 #include <mfs/report.hpp>
 
-#include "solver/program/exit_code.hpp"
+#include "parts/exit_code.hpp"
 
 namespace mfs::program {
 

@@ -6,10 +6,10 @@
 
 #include <mfs/solver.hpp>
 
+#include "parts/output_file.hpp"
 #include "solver/program/bench_case.hpp"
 #include "solver/program/json_report.hpp"
 #include "solver/program/matrix_market.hpp"
-#include "solver/program/output_file.hpp"
 #include "solver/program/summary.hpp"
 
 namespace mfs::program {

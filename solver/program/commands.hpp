@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "solver/program/exit_code.hpp"
+#include "parts/exit_code.hpp"
 #include "solver/program/solve_case.hpp"
 
 namespace mfs::program {

@@ -2,6 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "parts/report_text.hpp"
+
 namespace mfs::program {
 
 std::string json_line(const CaseResult& result) {
@@ -50,11 +52,6 @@ std::string json_line(const CaseResult& result) {
   json["status"] = status_word(result.code);
   json["message"] = result.message;
   return one_line(json);
-}
-
-std::string one_line(const nlohmann::ordered_json& json) {
-  // A path need not be UTF-8; JSON must be.
-  return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
 }  // namespace mfs::program

@@ -3,8 +3,6 @@
 
 #include <string>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "solver/program/case_result.hpp"
 
 namespace mfs::program {
@@ -17,8 +15,5 @@ namespace mfs::program {
 /// backward_error is null where no x was returned, and where x is not finite; so are condition and
 /// determinant where they are not known, not asked for, or (condition, determinant_log_abs) not finite.
 std::string json_line(const CaseResult& result);
-
-/// The text of any object, without line breaks.
-std::string one_line(const nlohmann::ordered_json& json);
 
 }  // namespace mfs::program

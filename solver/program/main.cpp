@@ -5,8 +5,8 @@
 
 #include <mfs/error.hpp>
 
+#include "parts/command_line.hpp"
 #include "solver/program/bench_case.hpp"
-#include "solver/program/command_line.hpp"
 #include "solver/program/commands.hpp"
 
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "solver/program/comma_list.hpp"
+#include "parts/comma_list.hpp"
 #include "solver/program/line_scanner.hpp"
 
 namespace mfs::io {

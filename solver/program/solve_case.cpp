@@ -17,8 +17,8 @@
 #include <mfs/version.hpp>
 
 #include "ordering/stopwatch.hpp"
+#include "parts/output_file.hpp"
 #include "solver/program/backward_error.hpp"
-#include "solver/program/output_file.hpp"
 #include "solver/program/summary.hpp"
 
 namespace mfs::program {
@@ -64,7 +64,7 @@ class CaseRun {
     refactor(solver);
     examine(solver);
     solve(solver);
-    judge();
+    measure_accuracy();
     if (!request_.output.empty()) write();
   }
 
@@ -128,7 +128,7 @@ class CaseRun {
       solver.solve(b_.values.data(), x_.values.data(), b_.columns);
   }
 
-  void judge() {
+  void measure_accuracy() {
     const double error = backward_error(a_, request_.transpose, x_, b_);
     result_.backward_error = error;
     if (!(error <= request_.tolerance)) throw AccuracyNotReached(error, request_.tolerance);

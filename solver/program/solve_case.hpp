@@ -8,9 +8,9 @@
 
 #include <mfs/options.hpp>
 
+#include "parts/progress_display.hpp"
 #include "solver/program/case_result.hpp"
 #include "solver/program/matrix_market.hpp"
-#include "solver/program/progress_display.hpp"
 
 namespace mfs::program {
 

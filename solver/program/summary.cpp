@@ -8,7 +8,8 @@
 
 #include <mfs/version.hpp>
 
-#include "solver/program/comma_list.hpp"
+#include "parts/comma_list.hpp"
+#include "parts/report_text.hpp"
 
 namespace mfs::program {
 namespace {
@@ -83,18 +84,6 @@ void depth_table(Text& text, const std::vector<DepthSummary>& depths) {
 }
 
 }  // namespace
-
-std::string labelled(const std::string& label, const std::string& what) {
-  return fmt::format("{:<15} {}\n", label, what);
-}
-
-std::string with_unit(double value, const char* unit) {
-  static constexpr const char* prefixes[] = {"", "k", "M", "G", "T", "P", "E"};
-  std::size_t k = 0;
-  for (; value >= 999.5 && k + 1 < std::size(prefixes); ++k) value /= 1000;
-  const int digits = k == 0 || value >= 99.95 ? 0 : value >= 9.995 ? 1 : 2;
-  return fmt::format("{:.{}f} {}{}", value, digits, prefixes[k], unit);
-}
 
 std::string solve_summary(const CaseResult& r) {
   if (!r.report) return "";

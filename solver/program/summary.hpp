@@ -22,10 +22,4 @@ std::string usable_backends();
 /// What `mfs info` prints.
 std::string library_summary();
 
-/// A line of a summary: `label` in a column of its own, `what` beside it.
-std::string labelled(const std::string& label, const std::string& what);
-
-/// A number with its unit's prefix: 1234567, "flop" -> "1.23 Mflop".
-std::string with_unit(double value, const char* unit);
-
 }  // namespace mfs::program

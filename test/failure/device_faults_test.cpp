@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <limits>
 
-#include "kernels/cuda/device.hpp"
-#include "kernels/cuda/faults.hpp"
+#include "kernels/cuda/runtime/device.hpp"
+#include "kernels/cuda/runtime/faults.hpp"
 #include "test/failure/fresh_solver.hpp"
 #include "test/solver/on_device.hpp"
 #include "test/stages/device_bench.hpp"

@@ -40,6 +40,9 @@ void expect_not_factored(BasicSolver<Scalar>& solver, const BasicSparseMatrix<Sc
   failure_of<StateError>([&] { solver.solve_transpose(b.data(), x.data()); });
   failure_of<StateError>([&] { solver.refactor(a.view()); });
   failure_of<StateError>([&] { solver.refactor(a.values.data()); });
+  failure_of<StateError>([&] { solver.solve_device(b.data(), x.data()); });
+  failure_of<StateError>([&] { solver.solve_transpose_device(b.data(), x.data()); });
+  failure_of<StateError>([&] { solver.refactor_device(a.values.data()); });
   failure_of<StateError>([&] { solver.condition_estimate(); });
   failure_of<StateError>([&] { solver.determinant(); });
 }

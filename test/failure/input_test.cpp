@@ -207,6 +207,18 @@ TEST(Input, OptionsOutOfRange) {
   refused("max_refinement_steps", [](Options& o) { o.solve.max_refinement_steps = -1; });
 }
 
+// Whether it is there or not.
+TEST(Input, OptionsThatABackendCannotObey) {
+  Options options;
+  options.backend = Backend::cuda;
+  options.analysis.max_block_size = 512;
+  expect_invalid([&] { Solver solver(options); }, "max_block_size");
+  for (const Backend backend : {Backend::serial, Backend::openmp}) {
+    options.backend = backend;
+    EXPECT_NO_THROW(Solver solver(options));
+  }
+}
+
 TEST(Input, BackendThatIsNotThere) {
   for (const Backend backend : backends()) {
     if (backend == Backend::cuda) GTEST_SKIP() << "this build has CUDA";

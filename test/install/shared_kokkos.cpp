@@ -14,7 +14,7 @@
 #include <mfs/mfs.hpp>
 
 #include "expect.hpp"
-#include "kernels/engine.hpp"
+#include "kernels/runtime/engine.hpp"
 #include "test/kokkos_device.hpp"
 #include "tiny_system.hpp"
 

@@ -1,6 +1,6 @@
 // The benchmark families never change. The checksums are those of the families' definition, on which the
 // project's first measurements were made.
-#include "perf/families.hpp"
+#include "cases/families.hpp"
 
 #include <cstring>
 #include <ostream>
@@ -11,8 +11,8 @@
 
 namespace {
 
-using mfs::perf::FamilyMatrix;
-using mfs::perf::make_family;
+using mfs::cases::FamilyMatrix;
+using mfs::cases::make_family;
 
 struct Checksums {
   const char* family;
@@ -96,7 +96,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST(FamilyErrors, UnknownNameAndImpossibleSizes) {
   EXPECT_THROW(make_family("elas2d", 3), mfs::InvalidInput);
-  for (const std::string& name : mfs::perf::family_names()) {
+  for (const std::string& name : mfs::cases::family_names()) {
     EXPECT_THROW(make_family(name, 0), mfs::InvalidInput) << name;
     EXPECT_THROW(make_family(name, -1), mfs::InvalidInput) << name;
     EXPECT_THROW(make_family(name, std::int64_t{1} << 32), mfs::InvalidInput) << name;

@@ -13,9 +13,10 @@
 
 #include <mfs/error.hpp>
 
+#include "parts/exit_code.hpp"
+#include "parts/report_text.hpp"
 #include "solver/program/backward_error.hpp"
 #include "solver/program/bench_case.hpp"
-#include "solver/program/exit_code.hpp"
 #include "solver/program/json_report.hpp"
 #include "solver/program/summary.hpp"
 #include "test/program/temporary_folder.hpp"

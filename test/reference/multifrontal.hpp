@@ -16,7 +16,7 @@
 #include <cmath>
 #include <vector>
 
-#include "ordering/symbolic_plan.hpp"
+#include "plan/symbolic_plan.hpp"
 
 namespace mfs::test {
 

@@ -2,12 +2,13 @@
 // with values, scales and the factorization by the plain reference.
 #pragma once
 
+#include <algorithm>
 #include <complex>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "ordering/symbolic_plan.hpp"
+#include "plan/symbolic_plan.hpp"
 #include "test/reference/multifrontal.hpp"
 #include "test/reference/random.hpp"
 #include "test/reference/sparse.hpp"
@@ -30,6 +31,14 @@ struct StageProblem {
 
   ScaledMatrix<Scalar> scaled() const { return {*pattern, values, row_scale, column_scale}; }
 };
+
+/// Puts the matrix of a problem where `factors` (kernels/factors.hpp) want it.
+template <class Scalar, class Factors>
+void fill(const StageProblem<Scalar>& problem, Factors& factors) {
+  std::copy(problem.values.begin(), problem.values.end(), factors.matrix_values());
+  std::copy(problem.row_scale.begin(), problem.row_scale.end(), factors.row_scale());
+  std::copy(problem.column_scale.begin(), problem.column_scale.end(), factors.column_scale());
+}
 
 /// The same problem in another kind of number: entries keep their size, complex ones get a random phase.
 template <class Scalar>

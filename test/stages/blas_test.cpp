@@ -8,7 +8,7 @@
 #include <limits>
 #include <vector>
 
-#include "kernels/blas.hpp"
+#include "kernels/dense/blas.hpp"
 #include "test/reference/random.hpp"
 
 namespace mfs::test {

@@ -1,11 +1,11 @@
-// Runs whole factorizations and substitutions on the device as CudaFactorization does, and shows everything
+// Runs whole factorizations and substitutions on the device as CudaFactors does, and shows everything
 // that they left. Memory that the device must write itself holds NaN before.
 #pragma once
 
 #include <memory>
 #include <vector>
 
-#include "kernels/cuda/device.hpp"
+#include "kernels/cuda/runtime/device.hpp"
 #include "kernels/cuda/device_stages.hpp"
 #include "test/stages/factored_fronts.hpp"
 #include "test/stages/inverted_blocks.hpp"
@@ -27,7 +27,7 @@ class DeviceBench {
   using S = cuda::DeviceScalar<Scalar>;
 
   /// The library has roots of `least_root` pivots and more.
-  explicit DeviceBench(const StageProblem<Scalar>& problem, Vertex least_root = cuda::kNoRoots)
+  explicit DeviceBench(const StageProblem<Scalar>& problem, Vertex least_root = kNoRoots)
       : plan_(problem.plan), pattern_(problem.pattern), stages_(*plan_, *pattern_, stream_, least_root) {
     put_values(problem.values);
     put(stages_.row_scale(), problem.row_scale);
@@ -63,7 +63,7 @@ class DeviceBench {
     FactoredFronts<Scalar> result = as_left();
     for (Vertex f = 0; f < plan_->num_fronts; ++f) {
       const Vertex p = plan_->pivots(f);
-      invert_diagonal(result.fronts[f].lower, p, p + plan_->border_rows(f), cuda::kSolveTile);
+      invert_diagonal(result.fronts[f].lower, p, p + plan_->border_rows(f), kSolveTile);
     }
     return result;
   }

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "kernels/cuda/device_store.hpp"
+#include "kernels/cuda/factor/device_store.hpp"
 #include "test/stages/device_bench.hpp"
 #include "test/stages/followed_reference.hpp"
 

@@ -11,12 +11,59 @@ namespace {
 
 constexpr double kTolerance = 4000 * std::numeric_limits<double>::epsilon();
 
-using cuda::kPanelledRows;
-const std::vector<cuda::PlanCuts> kCuts{
-    {128, 160, true, 512, 2048, 1024, 1, 16, 0},                     // as for double
-    {64, 96, false, 512, 2048, 1024, 10, 1, 131, kPanelledRows, 0},  // as for complex<double>, tiles ahead
-    {16, 10, true, 32, 96, 64, 1, 2, 1, 0, 0, 0},  // slabs enough for look-ahead, tall tiles
-    {32, 0, false, 64, 64, 33, 1000, 3, 5, 200, 2}};
+DeviceLimits for_double() {
+  DeviceLimits limits;
+  limits.many_tiny = 1;
+  limits.waiting_tiles = 0;
+  return limits;
+}
+
+DeviceLimits for_complex_double_with_tiles_ahead() {
+  DeviceLimits limits{64, 96, false};
+  limits.ahead_tiles = 0;
+  limits.many_tiny = 10;
+  limits.solve_steps = 1;
+  return limits;
+}
+
+DeviceLimits with_slabs_and_tall_tiles() {
+  DeviceLimits limits{16, 10, true};
+  limits.panelled = 64;
+  limits.panelled_rows = 0;
+  limits.panel = 32;
+  limits.slab = 96;
+  limits.ahead_tiles = 0;
+  limits.many_tiny = 1;
+  limits.solve_steps = 2;
+  limits.waiting_tiles = 1;
+  limits.crowd = 0;
+  return limits;
+}
+
+DeviceLimits without_small_fronts() {
+  DeviceLimits limits{32, 0, false};
+  limits.panelled = 33;
+  limits.panelled_rows = 200;
+  limits.panel = limits.slab = 64;
+  limits.ahead_tiles = 2;
+  limits.many_tiny = 1000;
+  limits.solve_steps = 3;
+  limits.waiting_tiles = 5;
+  return limits;
+}
+
+DeviceLimits with_short_panels() {
+  DeviceLimits limits{64, 96, true};
+  limits.panelled = limits.panel = limits.slab = 256;
+  limits.panelled_rows = 0;
+  limits.many_tiny = 1;
+  limits.solve_steps = 4;
+  limits.waiting_tiles = 3;
+  return limits;
+}
+
+const std::vector<DeviceLimits> kLimits{for_double(), for_complex_double_with_tiles_ahead(),
+                                        with_slabs_and_tall_tiles(), without_small_fronts()};
 
 /// The same pattern with each diagonal entry larger than the rest of its column: pivots stay where they are.
 StageProblem<double> column_dominant(StageProblem<double> problem) {
@@ -39,10 +86,10 @@ StageProblem<double> column_dominant(StageProblem<double> problem) {
   return problem;
 }
 
-void check(const StageProblem<double>& problem, const cuda::PlanCuts& cut) {
+void check(const StageProblem<double>& problem, const DeviceLimits& limits) {
   const SymbolicPlan& plan = *problem.plan;
   const std::vector<ReferenceFront<double>> reference = factor(plan, problem.scaled(), ReferenceRule());
-  const cuda::DevicePlan lists = cuda::make_device_plan(plan, cut);
+  const DevicePlan lists = make_device_plan(plan, limits);
   ASSERT_EQ(lists.depths.size(), static_cast<std::size_t>(plan.num_depths));
   std::vector<double> expected = Random(3).vector(plan.n);
   const std::vector<double> right_hand_side = expected;
@@ -50,7 +97,7 @@ void check(const StageProblem<double>& problem, const cuda::PlanCuts& cut) {
   solve_backward(reference, false, expected);
   for (const auto aside : {ListInterpreter::Aside::at_once, ListInterpreter::Aside::late}) {
     SCOPED_TRACE(aside == ListInterpreter::Aside::late ? "late" : "at once");
-    ListInterpreter interpreter(problem, lists, aside, cut.waiting_tiles);
+    ListInterpreter interpreter(problem, lists, aside, limits.waiting_tiles);
     interpreter.factor([&](Vertex step) {
       for (Vertex f = plan.depth_begin[step]; f < plan.depth_begin[step + 1]; ++f) {
         SCOPED_TRACE("front " + std::to_string(f));
@@ -68,13 +115,13 @@ void check(const StageProblem<double>& problem, const cuda::PlanCuts& cut) {
 }
 
 TEST(DevicePlan, ListsGiveTheFactorsOfFrontsOfAllSizes) {
-  for (const cuda::PlanCuts& cut : kCuts) {
+  for (const DeviceLimits& limits : kLimits) {
     for (const Vertex p : {1, 2, 31, 32, 33, 65, 257}) {
       for (const Vertex b : {0, 1, 33, 65, 257}) {
         SCOPED_TRACE(std::to_string(p) + " pivots, border " + std::to_string(b) + ", tile " +
-                     std::to_string(cut.tile));
+                     std::to_string(limits.tile));
         check(column_dominant(artificial_problem(leaf_and_root(p, b), {static_cast<std::uint64_t>(p + b)})),
-              cut);
+              limits);
         if (HasFailure()) return;
       }
     }
@@ -82,22 +129,23 @@ TEST(DevicePlan, ListsGiveTheFactorsOfFrontsOfAllSizes) {
 }
 
 TEST(DevicePlan, ListsGiveTheFactorsOfTrees) {
-  for (const cuda::PlanCuts& cut : kCuts) {
+  for (const DeviceLimits& limits : kLimits) {
     for (const auto& shapes : {mixed_tree(), broom(), chain()}) {
-      SCOPED_TRACE("tile " + std::to_string(cut.tile));
-      check(column_dominant(artificial_problem(shapes, {4})), cut);
+      SCOPED_TRACE("tile " + std::to_string(limits.tile));
+      check(column_dominant(artificial_problem(shapes, {4})), limits);
     }
   }
 }
 
 TEST(DevicePlan, BlocksAreAssembledInTurns) {
-  const std::pair<cuda::PlanCuts, Vertex> cases[] = {{kCuts[0], 350}, {kCuts[2], 10}, {kCuts[2], 350}};
-  for (const auto& [cut, rows] : cases) {
-    SCOPED_TRACE("tile " + std::to_string(cut.tile) + ", more than " + std::to_string(rows) + " rows");
+  const std::pair<DeviceLimits, Vertex> cases[] = {
+      {for_double(), 350}, {with_slabs_and_tall_tiles(), 10}, {with_slabs_and_tall_tiles(), 350}};
+  for (const auto& [limits, rows] : cases) {
+    SCOPED_TRACE("tile " + std::to_string(limits.tile) + ", more than " + std::to_string(rows) + " rows");
     const StageProblem<double> problem =
         column_dominant(artificial_problem(fork(), {12, 1.0, 64, {4, rows}}));
     ASSERT_TRUE(problem.plan->has_turns());
-    check(problem, cut);
+    check(problem, limits);
   }
 }
 
@@ -106,21 +154,21 @@ TEST(DevicePlan, TilesOfOneStepAreTallWhereBordersAreCrowded) {
   const SymbolicPlan& plan = *problem.plan;
   Vertex tiles = 0;
   for (Vertex f = 0; f + 1 < plan.num_fronts; ++f)
-    tiles += (plan.border_rows(f) + cuda::kSolveTile - 1) / cuda::kSolveTile;
+    tiles += (plan.border_rows(f) + kSolveTile - 1) / kSolveTile;
   for (const Vertex room : {tiles - 1, tiles}) {
-    cuda::PlanCuts cut = kCuts[0];
-    cut.many_tiny = cuda::kManyTiny;
-    cut.crowd = room;
-    const cuda::DevicePlan lists = cuda::make_device_plan(plan, cut);
+    DeviceLimits limits = for_double();
+    limits.many_tiny = DeviceLimits().many_tiny;
+    limits.crowd = room;
+    const DevicePlan lists = make_device_plan(plan, limits);
     std::vector<Vertex> covered(static_cast<std::size_t>(plan.num_fronts), 0);
-    for (const cuda::SolveLaunch& launch : lists.forward) {
+    for (const SolveLaunch& launch : lists.forward) {
       for (Offset i = launch.tiles.begin; i < launch.tiles.end; ++i) {
-        const cuda::SolvePart& part = lists.solve[i];
+        const SolvePart& part = lists.solve[i];
         const Vertex p = plan.pivots(part.front);
         covered[part.front] += part.rows;
-        const bool tall = room < tiles && part.begin >= p && p <= cuda::kSolveTile;
+        const bool tall = room < tiles && part.begin >= p && p <= kSolveTile;
         const Vertex left = (part.begin < p ? p : p + plan.border_rows(part.front)) - part.begin;
-        EXPECT_EQ(part.rows, std::min(left, tall ? cuda::kTallTile : cuda::kSolveTile));
+        EXPECT_EQ(part.rows, std::min(left, tall ? kTallTile : kSolveTile));
       }
     }
     for (Vertex f = 0; f < plan.num_fronts; ++f) EXPECT_EQ(covered[f], plan.pivots(f) + plan.border_rows(f));
@@ -130,16 +178,16 @@ TEST(DevicePlan, TilesOfOneStepAreTallWhereBordersAreCrowded) {
 // Many enough for wide tiles, and deep enough for the library.
 TEST(DevicePlan, ListsGiveTheFactorsOfLargeFronts) {
   const StageProblem<double> problem = column_dominant(artificial_problem(leaf_and_root(270, 1030), {5}));
-  for (const cuda::PlanCuts& cut : {kCuts[0], cuda::PlanCuts{64, 96, true, 256, 256, 256, 1, 4, 3, 0}}) {
-    const cuda::DevicePlan lists = cuda::make_device_plan(*problem.plan, cut);
-    std::set<cuda::Launch::Kind> kinds;
+  for (const DeviceLimits& limits : {for_double(), with_short_panels()}) {
+    const DevicePlan lists = make_device_plan(*problem.plan, limits);
+    std::set<Launch::Kind> kinds;
     for (const auto& depth : lists.depths) {
       for (const auto* launches : {&depth.factor, &depth.update}) {
-        for (const cuda::Launch& launch : *launches) kinds.insert(launch.kind);
+        for (const Launch& launch : *launches) kinds.insert(launch.kind);
       }
     }
-    EXPECT_EQ(kinds.count(cuda::Launch::Kind::library), 1u);
-    check(problem, cut);
+    EXPECT_EQ(kinds.count(Launch::Kind::vendor_gemm), 1u);
+    check(problem, limits);
   }
 }
 
@@ -147,11 +195,11 @@ TEST(DevicePlan, CutsManyDeepProductsWide) {
   const auto kind = [&](Vertex pivots, bool wide) {
     const StageProblem<double> problem =
         artificial_problem({{pivots, 900, 3}, {pivots, 900, 3}, {pivots, 900, 3}, {1000, 0, -1}}, {5, 0.01});
-    return cuda::make_device_plan(*problem.plan, {128, 160, wide}).depths[0].update[0].kind;
+    return make_device_plan(*problem.plan, {128, 160, wide}).depths[0].update[0].kind;
   };
-  EXPECT_EQ(kind(260, true), cuda::Launch::Kind::wide_products);
-  EXPECT_EQ(kind(250, true), cuda::Launch::Kind::products);
-  EXPECT_EQ(kind(260, false), cuda::Launch::Kind::products);
+  EXPECT_EQ(kind(260, true), Launch::Kind::wide_products);
+  EXPECT_EQ(kind(250, true), Launch::Kind::products);
+  EXPECT_EQ(kind(260, false), Launch::Kind::products);
 }
 
 // What runs beside diagonal tiles: nothing in small steps, and nothing in fronts with panels, which have
@@ -159,13 +207,15 @@ TEST(DevicePlan, CutsManyDeepProductsWide) {
 TEST(DevicePlan, LooksAheadWhereStepsAreLargeAndThereAreNoPanels) {
   const StageProblem<double> problem = artificial_problem(leaf_and_root(200, 300), {5, 0.01});
   const auto asides = [&](Offset ahead_tiles, Vertex panelled_rows) {
-    cuda::PlanCuts cuts{64, 96, false, 128, 256, 128};
-    cuts.ahead_tiles = ahead_tiles;
-    cuts.panelled_rows = panelled_rows;
-    const cuda::DevicePlan lists = cuda::make_device_plan(*problem.plan, cuts);
+    DeviceLimits limits{64, 96, false};
+    limits.panelled = limits.panel = 128;
+    limits.slab = 256;
+    limits.ahead_tiles = ahead_tiles;
+    limits.panelled_rows = panelled_rows;
+    const DevicePlan lists = make_device_plan(*problem.plan, limits);
     const auto& launches = lists.depths[0].factor;
     return std::count_if(launches.begin(), launches.end(),
-                         [](const cuda::Launch& launch) { return launch.order == cuda::Order::aside; });
+                         [](const Launch& launch) { return launch.order == Order::concurrent; });
   };
   EXPECT_EQ(asides(0, 501), 3);  // all but the last of four steps
   // The steps have 8 x 8 - 5 x 5, 7 x 7 - 5 x 5 and 6 x 6 - 5 x 5 tiles, those of L and of U apart.
@@ -179,7 +229,7 @@ TEST(DevicePlan, ExchangesRowsOfEveryBlockLeftOfTheDiagonal) {
   const StageProblem<double> problem = artificial_problem(mixed_tree(), {6});
   const SymbolicPlan& plan = *problem.plan;
   constexpr Vertex kTile = 32, kSmall = 40;
-  const cuda::DevicePlan lists = cuda::make_device_plan(plan, {kTile, kSmall, true});
+  const DevicePlan lists = make_device_plan(plan, {kTile, kSmall, true});
   for (Vertex step = 0; step < plan.num_depths; ++step) {
     std::set<std::tuple<Vertex, Vertex, Vertex>> expected, listed;
     for (Vertex f = plan.depth_begin[step]; f < plan.depth_begin[step + 1]; ++f) {
@@ -188,7 +238,7 @@ TEST(DevicePlan, ExchangesRowsOfEveryBlockLeftOfTheDiagonal) {
         for (Vertex j = 0; j < i; j += kTile) expected.insert({f, i, j});
       }
     }
-    const cuda::Range& range = lists.depths[step].exchange;
+    const Range& range = lists.depths[step].exchange;
     for (Offset k = range.begin; k < range.end; ++k)
       listed.insert({lists.exchange[k].front, lists.exchange[k].begin, lists.exchange[k].column});
     EXPECT_EQ(listed, expected);
@@ -206,18 +256,15 @@ TEST(DevicePlan, TheLibraryHasRootsIfAllThatAreNotSmallHaveItsSize) {
     Vertex least, most;
     bool library;
   };
-  for (const auto& [least, most, library] : {Sizes{45, 77, true},
-                                             {1, 100, true},
-                                             {46, 77, false},
-                                             {45, 76, false},
-                                             {cuda::kNoRoots, 100, false}}) {
+  for (const auto& [least, most, library] :
+       {Sizes{45, 77, true}, {1, 100, true}, {46, 77, false}, {45, 76, false}, {kNoRoots, 100, false}}) {
     SCOPED_TRACE(std::to_string(least) + " to " + std::to_string(most));
-    cuda::PlanCuts cut = kCuts[2];
-    cut.least_root = least;
-    cut.most_root = most;
-    const cuda::DevicePlan lists = cuda::make_device_plan(plan, cut);
+    DeviceLimits limits = with_slabs_and_tall_tiles();
+    limits.least_root = least;
+    limits.most_root = most;
+    const DevicePlan lists = make_device_plan(plan, limits);
     std::vector<std::pair<Offset, Vertex>> roots, expected;
-    for (const cuda::RootTask& root : lists.roots) {
+    for (const RootTask& root : lists.roots) {
       roots.emplace_back(root.at, root.pivots);
       EXPECT_EQ(root.ld, plan.lower_ld(root.pivots == 45 ? 1 : 2));
     }
@@ -225,12 +272,12 @@ TEST(DevicePlan, TheLibraryHasRootsIfAllThatAreNotSmallHaveItsSize) {
     EXPECT_EQ(roots, expected);
     std::set<std::tuple<Vertex, Vertex, Vertex>> tiles, all;
     for (const Vertex f : {1, 2}) {
-      for (Vertex i = 0; library && i < plan.pivots(f); i += cut.tile)
-        for (Vertex j = 0; j <= i; j += cut.tile) all.emplace(f, i, j);
+      for (Vertex i = 0; library && i < plan.pivots(f); i += limits.tile)
+        for (Vertex j = 0; j <= i; j += limits.tile) all.emplace(f, i, j);
     }
-    const auto list = [&](const cuda::Range& range, bool on_diagonal) {
+    const auto list = [&](const Range& range, bool on_diagonal) {
       for (Offset i = range.begin; i < range.end; ++i) {
-        const cuda::FrontPart& part = lists.unpivoted[i];
+        const FrontPart& part = lists.unpivoted[i];
         EXPECT_EQ(part.begin == part.column, on_diagonal);
         EXPECT_TRUE(tiles.emplace(part.front, part.begin, part.column).second);
       }
@@ -246,16 +293,16 @@ TEST(DevicePlan, BordersOfALaunchAndTheNextHavePlacesOfTheirOwn) {
     const StageProblem<double> problem = artificial_problem(shapes, {7});
     const SymbolicPlan& plan = *problem.plan;
     for (const Vertex many_tiny : {1, std::numeric_limits<Vertex>::max()}) {
-      cuda::PlanCuts cuts{128, 160, true};
-      cuts.many_tiny = many_tiny;
-      const cuda::DevicePlan lists = cuda::make_device_plan(plan, cuts);
+      DeviceLimits limits{128, 160, true};
+      limits.many_tiny = many_tiny;
+      const DevicePlan lists = make_device_plan(plan, limits);
       Offset left = 0, most = 0;
       for (std::size_t i = 0; i < lists.forward.size(); ++i) {
-        const cuda::Range& own = lists.forward[i].border;
+        const Range& own = lists.forward[i].border;
         left += own.count();
         most = std::max(most, own.end);
         if (i > 0) {
-          const cuda::Range& before = lists.forward[i - 1].border;
+          const Range& before = lists.forward[i - 1].border;
           EXPECT_TRUE(own.end <= before.begin || before.end <= own.begin);
         }
         std::set<Offset> places;
@@ -275,16 +322,16 @@ TEST(DevicePlan, BordersOfALaunchAndTheNextHavePlacesOfTheirOwn) {
 // Depths follow each other in one launch, but those whose tiny fronts warps solve with.
 TEST(DevicePlan, SolvesDepthsWithoutTinyFrontsInOneLaunch) {
   const StageProblem<double> problem = artificial_problem(mixed_tree(), {8});
-  cuda::PlanCuts cuts{128, 160, true};
-  cuts.many_tiny = std::numeric_limits<Vertex>::max();
-  const cuda::DevicePlan merged = cuda::make_device_plan(*problem.plan, cuts);
+  DeviceLimits limits{128, 160, true};
+  limits.many_tiny = std::numeric_limits<Vertex>::max();
+  const DevicePlan merged = make_device_plan(*problem.plan, limits);
   EXPECT_EQ(merged.forward.size(), 1u);
   EXPECT_EQ(merged.backward.size(), 1u);
-  cuts.many_tiny = 1;
-  const cuda::DevicePlan parted = cuda::make_device_plan(*problem.plan, cuts);
+  limits.many_tiny = 1;
+  const DevicePlan parted = make_device_plan(*problem.plan, limits);
   for (const auto* launches : {&parted.forward, &parted.backward}) {
     bool before = true;
-    for (const cuda::SolveLaunch& launch : *launches) {
+    for (const SolveLaunch& launch : *launches) {
       const bool tiny = launch.tiny.count() > 0;
       EXPECT_TRUE(tiny || before) << "two launches that could be one";
       before = tiny;
@@ -303,7 +350,7 @@ TEST(DevicePlan, InvertsTilesOfMoreThanOneBlock) {
     }
   }
   ASSERT_FALSE(expected.empty());
-  for (const cuda::FrontPart& tile : cuda::make_device_plan(plan, {128, 160, true}).wide_tiles) {
+  for (const FrontPart& tile : make_device_plan(plan, {128, 160, true}).wide_tiles) {
     EXPECT_EQ(tile.begin, tile.column);
     EXPECT_TRUE(listed.insert({tile.front, tile.begin}).second) << "twice";
   }

@@ -3,8 +3,8 @@
 #include <numeric>
 #include <string>
 
-#include "kernels/cuda/cuda_factorization.hpp"
-#include "kernels/cuda/device.hpp"
+#include "kernels/cuda/cuda_factors.hpp"
+#include "kernels/cuda/runtime/device.hpp"
 #include "kernels/cuda/device_stages.hpp"
 #include "test/stages/device_checks.hpp"
 #include "test/stages/in_engine.hpp"
@@ -51,8 +51,9 @@ std::vector<FrontShape> many_fronts() {
 /// So many tiny fronts at one depth that a warp takes each.
 std::vector<FrontShape> many_tiny_fronts() {
   std::vector<FrontShape> shapes;
-  for (Vertex k = 0; k < cuda::kManyTiny; ++k) shapes.push_back({1 + k % 4, k % 30, cuda::kManyTiny});
-  shapes[7] = {32, 64, cuda::kManyTiny};
+  const Vertex many = DeviceLimits().many_tiny;
+  for (Vertex k = 0; k < many; ++k) shapes.push_back({1 + k % 4, k % 30, many});
+  shapes[7] = {32, 64, many};
   shapes.push_back({70, 0, -1});
   return shapes;
 }
@@ -64,7 +65,7 @@ std::vector<StageProblem<double>> trees() {
           artificial_problem(chain(), {4, 0.7}),
           artificial_problem(leaf_and_root(400, 450), {5}),
           artificial_problem(many_fronts(), {6, 0.3}),
-          artificial_problem(fork(), {12, 0.1, 64, cuda::kAssemblyTurns}),
+          artificial_problem(fork(), {12, 0.1, 64, kAssemblyTurns}),
           artificial_problem(crowd(), {13, 0.2}),
           artificial_problem(leaf_and_root(400, 450), {14, 1.0, 64, {}, 0.97}),
           artificial_problem(many_fronts(), {15, 0.3, 64, {}, 0.97})};
@@ -72,7 +73,7 @@ std::vector<StageProblem<double>> trees() {
 
 /// Fronts whose tiles are cut into parts by the solve, with and without a step that is left over.
 std::vector<StageProblem<double>> long_borders() {
-  constexpr Vertex kPart = cuda::kSolveTile * cuda::kSolveSteps;
+  const Vertex kPart = kSolveTile * DeviceLimits().solve_steps;
   return {artificial_problem(leaf_and_root(65, kPart), {10, 0.5}),
           artificial_problem(leaf_and_root(33, kPart + 70), {11, 0.5})};
 }
@@ -363,7 +364,7 @@ TYPED_TEST(DeviceStagesTest, KeepsPivotsOnTheDiagonalUnlessMultipliersGrow) {
   });
 }
 
-// Just below and just above 1000, kMostGrowth of kernels/cuda/block_lu.hpp.
+// Just below and just above 1000, kMostGrowth of kernels/cuda/factor/block_lu.hpp.
 TYPED_TEST(DeviceStagesTest, SearchesFurtherOnlyWhereMultipliersGrowTooMuch) {
   this->on_device([&] {
     for (const auto& [growth, strict] : {std::pair<double, int>{999, 0}, {1001, 1}}) {
@@ -407,7 +408,7 @@ TYPED_TEST(DeviceStagesTest, TheLibraryFactorsRoots) {
   });
 }
 
-// A multiplier just below and just above 100, kMostUnpivoted of kernels/cuda/unpivoted_roots.hpp, in the
+// A multiplier just below and just above 100, kMostUnpivoted of kernels/cuda/factor/unpivoted_roots.hpp, in the
 // pivot's own tile and below it; a pivot of zero, one just below and just above the tolerance; no number.
 // Above, tiles factor the root as they do without the library.
 TYPED_TEST(DeviceStagesTest, TilesFactorRootsThatNeedPivots) {
@@ -525,12 +526,14 @@ void check_large_front(Vertex pivots, Vertex border) {
   });
 }
 
+const DeviceLimits kSizes;
+
 TEST(DeviceStages, FactorsFrontsInSlabs) {
-  check_large_front(cuda::kSlab + 130, cuda::kPanelledRows - cuda::kSlab);
+  check_large_front(kSizes.slab + 130, kSizes.panelled_rows - kSizes.slab);
 }
 
 TEST(DeviceStages, FactorsLargeStepsBesideTheNextTile) {
-  check_large_front(cuda::kSlab + 130, 400);
+  check_large_front(kSizes.slab + 130, 400);
 }
 
 // Pieces of any size, some beyond the end of a half and of both; each changes as soon as it is taken.

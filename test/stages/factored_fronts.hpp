@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "kernels/front_store.hpp"
+#include "kernels/stages/front_store.hpp"
 #include "test/stages/front_blocks.hpp"
 
 namespace mfs::test {

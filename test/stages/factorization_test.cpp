@@ -1,10 +1,11 @@
-// Whole factorizations through kernels/factorization.hpp: the bytes and operations that the plan promised,
+// Whole factorizations through accuracy/factorization.hpp: the bytes and operations that the plan promised,
 // the same bits from run to run, solutions as good as the reference's.
 #include <cstring>
 #include <string>
 
 #include <mfs/analysis_options.hpp>
 
+#include "accuracy/factorization.hpp"
 #include "ordering/order_matrix.hpp"
 #include "test/reference/generators.hpp"
 #include "test/stages/stage_bench.hpp"
@@ -31,11 +32,9 @@ std::vector<StageProblem<double>> problems() {
 
 std::unique_ptr<Factorization<double>> factorization(const StageProblem<double>& problem, HostSpace space,
                                                      int threads, bool narrow = false) {
-  auto made = make_factorization<double>(space, narrow, problem.plan, problem.pattern, threads);
-  std::copy(problem.values.begin(), problem.values.end(), made->matrix_values());
-  std::copy(problem.row_scale.begin(), problem.row_scale.end(), made->row_scale());
-  std::copy(problem.column_scale.begin(), problem.column_scale.end(), made->column_scale());
-  return made;
+  auto factors = make_host_factors<double>(space, narrow, problem.plan, problem.pattern, threads);
+  fill(problem, *factors);
+  return make_factorization<double>(space, std::move(factors), problem.plan, problem.pattern);
 }
 
 /// Solutions with one and with five right-hand sides, plain and transposed, one after another.
@@ -202,9 +201,9 @@ TEST(Factorization, NamesRowsAndShiftsOfPivots) {
     EXPECT_EQ(numeric->pivot_row(0), 1);
     EXPECT_EQ(numeric->pivot_row(1), 0);
     EXPECT_EQ(numeric->pivot_row(2), 2);
-    EXPECT_EQ(numeric->pivot_shift(0), 0.0);
-    EXPECT_EQ(numeric->pivot_shift(1), 8.0);  // the largest entry: its column depends on the other
-    EXPECT_EQ(numeric->pivot_shift(2), 0.0);
+    EXPECT_EQ(numeric->factors().pivot_shift(0), 0.0);
+    EXPECT_EQ(numeric->factors().pivot_shift(1), 8.0);  // the largest entry: its column depends on the other
+    EXPECT_EQ(numeric->factors().pivot_shift(2), 0.0);
   });
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "kernels/engine.hpp"
+#include "kernels/runtime/engine.hpp"
 
 namespace mfs::test {
 

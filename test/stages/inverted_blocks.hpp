@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "kernels/front_store.hpp"
+#include "kernels/stages/front_store.hpp"
 
 namespace mfs::test {
 

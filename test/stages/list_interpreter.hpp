@@ -14,12 +14,12 @@
 
 #include <gtest/gtest.h>
 
-#include "kernels/cuda/device_plan.hpp"
+#include "plan/device_plan.hpp"
 #include "test/stages/front_blocks.hpp"
 
 namespace mfs::test {
 
-inline std::set<Vertex> fronts_of(const cuda::DevicePlan& lists, const cuda::SolveLaunch& launch) {
+inline std::set<Vertex> fronts_of(const DevicePlan& lists, const SolveLaunch& launch) {
   std::set<Vertex> fronts;
   for (Offset i = launch.tiny.begin; i < launch.tiny.end; ++i) fronts.insert(lists.tiny_fronts[i]);
   for (Offset i = launch.tiles.begin; i < launch.tiles.end; ++i) fronts.insert(lists.solve[i].front);
@@ -31,7 +31,7 @@ class ListInterpreter {
   /// When what may run beside other launches runs.
   enum class Aside { at_once, late };
 
-  ListInterpreter(const StageProblem<double>& problem, const cuda::DevicePlan& lists, Aside aside,
+  ListInterpreter(const StageProblem<double>& problem, const DevicePlan& lists, Aside aside,
                   Vertex waiting_tiles)
       : problem_(problem),
         plan_(*problem.plan),
@@ -45,7 +45,7 @@ class ListInterpreter {
   template <class After>
   void factor(const After& after_depth) {
     for (std::size_t step = 0; step < lists_.depths.size(); ++step) {
-      const cuda::DepthLaunches& depth = lists_.depths[step];
+      const DepthLaunches& depth = lists_.depths[step];
       if (aside_ == Aside::at_once) {
         factor_small(depth);
         assemble(depth.assemble_contribution.front());
@@ -55,14 +55,14 @@ class ListInterpreter {
         for (; turn < depth.assemble_contribution.size(); ++turn) assemble(depth.assemble_contribution[turn]);
       };
       if (aside_ == Aside::at_once) assemble_from(1);
-      std::vector<cuda::Launch> late;
+      std::vector<Launch> late;
       const auto join = [&] {
-        for (const cuda::Launch& launch : late) run(launch);
+        for (const Launch& launch : late) run(launch);
         late.clear();
       };
-      for (const cuda::Launch& launch : depth.factor) {
-        if (launch.order == cuda::Order::joined) join();
-        if (launch.order == cuda::Order::aside && aside_ == Aside::late) {
+      for (const Launch& launch : depth.factor) {
+        if (launch.order == Order::join) join();
+        if (launch.order == Order::concurrent && aside_ == Aside::late) {
           late.push_back(launch);
         } else {
           run(launch);
@@ -70,7 +70,7 @@ class ListInterpreter {
       }
       join();
       if (aside_ == Aside::late) assemble_from(0);
-      for (const cuda::Launch& launch : depth.update) run(launch);
+      for (const Launch& launch : depth.update) run(launch);
       if (aside_ == Aside::late) factor_small(depth);
       after_depth(static_cast<Vertex>(step));
     }
@@ -79,11 +79,11 @@ class ListInterpreter {
   FrontBlocks<double> front(Vertex f) const { return blocks_in(plan_, storage_.data(), f); }
 
   /// v := A^-1 v by position. Forward, a tile that needs what comes later in its list makes NaN of it;
-  /// backward it waits, as at most PlanCuts::waiting_tiles may.
+  /// backward it waits, as at most DeviceLimits::waiting_tiles may.
   void solve(std::vector<double>& v) const {
     std::vector<double> y(v.size(), kNothing);
     std::vector<double> border(static_cast<std::size_t>(lists_.border_places), kNothing);
-    for (const cuda::SolveLaunch& launch : lists_.forward) {
+    for (const SolveLaunch& launch : lists_.forward) {
       expect_one_depth(launch);
       for (Offset i = launch.tiny.begin; i < launch.tiny.end; ++i) {
         const Vertex f = lists_.tiny_fronts[i];
@@ -91,7 +91,7 @@ class ListInterpreter {
         forward(f, plan_.pivots(f), rows(f), v, y, border);
       }
       for (Offset i = launch.tiles.begin; i < launch.tiles.end; ++i) {
-        const cuda::SolvePart& part = lists_.solve[i];
+        const SolvePart& part = lists_.solve[i];
         EXPECT_TRUE(part.finishes && part.first_step == 0 && part.parts == 0) << "parts are for backward";
         expect_where(part);
         forward(part.front, part.begin, tile_end(part), v, y, border);
@@ -100,11 +100,11 @@ class ListInterpreter {
     }
     v.assign(v.size(), kNothing);
     std::vector<double> partial = no_sums();
-    for (const cuda::SolveLaunch& launch : lists_.backward) {
+    for (const SolveLaunch& launch : lists_.backward) {
       expect_one_depth(launch);
       for (Offset i = launch.tiny.begin; i < launch.tiny.end; ++i)
         backward(whole(lists_.tiny_fronts[i], 0), plan_.pivots(lists_.tiny_fronts[i]), y, v, partial);
-      std::vector<cuda::SolvePart> waiting;
+      std::vector<SolvePart> waiting;
       for (Offset i = launch.tiles.begin; i < launch.tiles.end; ++i) {
         expect_where(lists_.solve[i]);
         waiting.push_back(lists_.solve[i]);
@@ -127,9 +127,9 @@ class ListInterpreter {
   static constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
   Vertex rows(Vertex f) const { return plan_.pivots(f) + plan_.border_rows(f); }
   // Everything from row `begin` of a front on, in one part of no steps.
-  static cuda::SolvePart whole(Vertex f, Vertex begin) { return {f, begin, 0, 0, true, 0, 0, {}, 0}; }
+  static SolvePart whole(Vertex f, Vertex begin) { return {f, begin, 0, 0, true, 0, 0, {}, 0}; }
   // What warps solve with is waited for by launches, not by tiles.
-  void expect_one_depth(const cuda::SolveLaunch& launch) const {
+  void expect_one_depth(const SolveLaunch& launch) const {
     const auto& begin = plan_.depth_begin;
     std::set<Vertex> depths;
     for (const Vertex f : fronts_of(lists_, launch))
@@ -138,22 +138,22 @@ class ListInterpreter {
   }
   // Whether what a tile waits for is there: its parts and the tile before it. What comes from higher depths
   // is, or it makes NaN.
-  bool is_ready(const cuda::SolvePart& part, const std::vector<double>& v,
+  bool is_ready(const SolvePart& part, const std::vector<double>& v,
                 const std::vector<double>& partial) const {
     const Vertex end = tile_end(part);
     if (part.finishes && end < plan_.pivots(part.front) && std::isnan(v[plan_.pivot_begin[part.front] + end]))
       return false;
     for (Vertex k = 0; k < part.parts; ++k) {
-      if (std::isnan(partial[(part.place + k) * cuda::kSolveTile])) return false;
+      if (std::isnan(partial[(part.place + k) * kSolveTile])) return false;
     }
     return true;
   }
   std::vector<double> no_sums() const {
-    return std::vector<double>(static_cast<std::size_t>(lists_.solve_places) * cuda::kSolveTile, kNothing);
+    return std::vector<double>(static_cast<std::size_t>(lists_.solve_places) * kSolveTile, kNothing);
   }
-  void expect_where(const cuda::SolvePart& part) const {
+  void expect_where(const SolvePart& part) const {
     const Vertex f = part.front;
-    const cuda::SolveFront& at = part.where;
+    const SolveFront& at = part.where;
     EXPECT_EQ(
         std::tie(at.lower, at.upper, at.border_at, at.rows_at),
         std::tie(plan_.lower_begin[f], plan_.upper_begin[f], plan_.border_begin[f], lists_.row_begin[f]));
@@ -161,10 +161,10 @@ class ListInterpreter {
         std::make_tuple(at.pivots_at, at.pivots, at.border, at.ld),
         std::make_tuple(plan_.pivot_begin[f], plan_.pivots(f), plan_.border_rows(f), plan_.lower_ld(f)));
   }
-  Vertex tile_end(const cuda::SolvePart& part) const {
+  Vertex tile_end(const SolvePart& part) const {
     const Vertex p = plan_.pivots(part.front), left = (part.begin < p ? p : rows(part.front)) - part.begin;
-    const bool tall = part.begin >= p && part.last_step == 1 && part.rows > cuda::kSolveTile;
-    EXPECT_EQ(part.rows, std::min(left, tall ? cuda::kTallTile : cuda::kSolveTile));
+    const bool tall = part.begin >= p && part.last_step == 1 && part.rows > kSolveTile;
+    EXPECT_EQ(part.rows, std::min(left, tall ? kTallTile : kSolveTile));
     return part.begin + part.rows;
   }
 
@@ -208,9 +208,9 @@ class ListInterpreter {
   }
 
   // Small fronts need the plan alone.
-  void factor_small(const cuda::DepthLaunches& depth) {
-    EXPECT_LE(depth.small.size(), static_cast<std::size_t>(cuda::kMostSmallLaunches));
-    for (const cuda::SmallLaunch& launch : depth.small) {
+  void factor_small(const DepthLaunches& depth) {
+    EXPECT_LE(depth.small.size(), static_cast<std::size_t>(kMostSmallLaunches));
+    for (const SmallLaunch& launch : depth.small) {
       for (Offset k = launch.fronts.begin; k < launch.fronts.end; ++k) {
         const Vertex f = lists_.small_fronts[k];
         EXPECT_LE(rows(f), launch.rows);
@@ -234,7 +234,7 @@ class ListInterpreter {
     }
   }
 
-  void assemble(const cuda::AssemblyPart& part) {
+  void assemble(const AssemblyPart& part) {
     const Vertex f = part.front, p = plan_.pivots(f);
     EXPECT_TRUE(part.end <= p || (part.begin >= p && (part.last_row <= p || part.first_row >= p)));
     for (Vertex j = part.begin; j < part.end; ++j) {
@@ -250,13 +250,13 @@ class ListInterpreter {
     double* const first = &at(f, 0, part.begin);
     add_entries(part.first_entry, part.last_entry, [&](Vertex place) -> double& { return first[place]; });
   }
-  void assemble(const cuda::Range& parts) {
+  void assemble(const Range& parts) {
     for (Offset i = parts.begin; i < parts.end; ++i) assemble(lists_.assemble[i]);
   }
 
   // The task that a block belongs to, as the device finds it.
   template <class Task>
-  static const Task& task_of(const std::vector<Task>& tasks, const cuda::Range& range, Vertex Task::*first,
+  static const Task& task_of(const std::vector<Task>& tasks, const Range& range, Vertex Task::*first,
                              Vertex block) {
     Offset found = range.begin;
     for (Offset i = range.begin; i < range.end; ++i) {
@@ -265,12 +265,12 @@ class ListInterpreter {
     return tasks[found];
   }
 
-  void run(const cuda::Launch& launch) {
-    using Kind = cuda::Launch::Kind;
+  void run(const Launch& launch) {
+    using Kind = Launch::Kind;
     if (launch.kind == Kind::diagonal) {
       EXPECT_EQ(launch.blocks, launch.tasks.count());
       for (Offset i = launch.tasks.begin; i < launch.tasks.end; ++i) {
-        const cuda::StepTask& task = lists_.steps[i];
+        const StepTask& task = lists_.steps[i];
         const Vertex next = std::min(task.k + lists_.tile, plan_.pivots(task.front));
         EXPECT_LE(next - task.k, launch.width);
         eliminate(task.front, task.k, next, next);
@@ -278,7 +278,7 @@ class ListInterpreter {
       }
     } else if (launch.kind == Kind::strips) {
       for (Vertex block = 0; block < launch.blocks; ++block) {
-        const cuda::StepTask& task = task_of(lists_.steps, launch.tasks, &cuda::StepTask::first_strip, block);
+        const StepTask& task = task_of(lists_.steps, launch.tasks, &StepTask::first_strip, block);
         const auto seen = border_seen_.find(task.front);
         if (block == task.first_strip && seen != border_seen_.end()) {
           EXPECT_EQ(seen->second, border_below(task)) << "the last tile looks at what is not made yet";
@@ -290,9 +290,8 @@ class ListInterpreter {
       const std::vector<double> before = storage_;
       const Vertex height = launch.kind == Kind::wide_products ? 128 : 64;
       for (Vertex block = 0; block < launch.blocks; ++block) {
-        const cuda::ProductTask& task =
-            task_of(lists_.products, launch.tasks, &cuda::ProductTask::first_tile, block);
-        if (launch.kind == Kind::library) {
+        const ProductTask& task = task_of(lists_.products, launch.tasks, &ProductTask::first_tile, block);
+        if (launch.kind == Kind::vendor_gemm) {
           EXPECT_EQ(launch.tasks.count(), 1);
           subtract_product(task, {0, task.m}, {0, task.n}, before);
         } else {
@@ -307,7 +306,7 @@ class ListInterpreter {
   }
 
   // The border rows of the columns of a tile.
-  std::vector<double> border_below(const cuda::StepTask& task) const {
+  std::vector<double> border_below(const StepTask& task) const {
     const Vertex f = task.front, p = plan_.pivots(f);
     std::vector<double> border;
     for (Vertex j = task.k; j < std::min(task.k + lists_.tile, p); ++j) {
@@ -316,12 +315,11 @@ class ListInterpreter {
     return border;
   }
 
-  void solve_strip(const cuda::StepTask& task, Vertex strip) {
+  void solve_strip(const StepTask& task, Vertex strip) {
     const Vertex f = task.front, k = task.k, next = std::min(k + lists_.tile, plan_.pivots(f));
-    const Vertex length = rows(f) - next, strips = task.left ? (length + cuda::kStrip - 1) / cuda::kStrip : 0;
+    const Vertex length = rows(f) - next, strips = task.left ? (length + kStrip - 1) / kStrip : 0;
     if (strip < strips) {
-      for (Vertex i = next + strip * cuda::kStrip; i < std::min(next + (strip + 1) * cuda::kStrip, rows(f));
-           ++i) {
+      for (Vertex i = next + strip * kStrip; i < std::min(next + (strip + 1) * kStrip, rows(f)); ++i) {
         for (Vertex j = k; j < next; ++j) {
           for (Vertex t = k; t < j; ++t) at(f, i, j) -= at(f, i, t) * at(f, t, j);
           at(f, i, j) /= at(f, j, j);
@@ -329,16 +327,16 @@ class ListInterpreter {
       }
       return;
     }
-    const Vertex begin = task.begin + (strip - strips) * cuda::kStrip;
+    const Vertex begin = task.begin + (strip - strips) * kStrip;
     EXPECT_LT(begin, task.end) << "a block without work";
-    for (Vertex j = next + begin; j < next + std::min(begin + cuda::kStrip, task.end); ++j) {
+    for (Vertex j = next + begin; j < next + std::min(begin + kStrip, task.end); ++j) {
       for (Vertex i = k; i < next; ++i) {
         for (Vertex t = k; t < i; ++t) at(f, i, j) -= at(f, i, t) * at(f, t, j);
       }
     }
   }
 
-  void subtract_product(const cuda::ProductTask& task, std::pair<Vertex, Vertex> down,
+  void subtract_product(const ProductTask& task, std::pair<Vertex, Vertex> down,
                         std::pair<Vertex, Vertex> right, const std::vector<double>& before) {
     for (Offset j = right.first; j < right.second; ++j) {
       for (Offset i = down.first; i < down.second; ++i) {
@@ -358,7 +356,7 @@ class ListInterpreter {
   }
 
   // What a launch has read may be written again, and what it leaves stays.
-  static void forget_others(const cuda::Range& left, std::vector<double>& border) {
+  static void forget_others(const Range& left, std::vector<double>& border) {
     std::fill(border.begin(), border.begin() + left.begin, kNothing);
     std::fill(border.begin() + left.end, border.end(), kNothing);
   }
@@ -369,14 +367,13 @@ class ListInterpreter {
   void sum_columns(Vertex f, Vertex i, Vertex begin, Vertex end, const Value& value, double& sum) const {
     for (Vertex j = begin; j < end; ++j) sum += at(f, i, j) * value(j);
   }
-  double sums_before(const cuda::SolvePart& part, Vertex i, const std::vector<double>& partial) const {
+  double sums_before(const SolvePart& part, Vertex i, const std::vector<double>& partial) const {
     double sum = 0;
-    for (Vertex k = 0; k < part.parts; ++k)
-      sum += partial[(part.place + k) * cuda::kSolveTile + i - part.begin];
+    for (Vertex k = 0; k < part.parts; ++k) sum += partial[(part.place + k) * kSolveTile + i - part.begin];
     return sum;
   }
-  static void leave(const cuda::SolvePart& part, Vertex i, double sum, std::vector<double>& partial) {
-    double& to = partial[part.place * cuda::kSolveTile + i - part.begin];
+  static void leave(const SolvePart& part, Vertex i, double sum, std::vector<double>& partial) {
+    double& to = partial[part.place * kSolveTile + i - part.begin];
     EXPECT_TRUE(std::isnan(to)) << "done twice";
     to = sum;
   }
@@ -395,9 +392,9 @@ class ListInterpreter {
   }
 
   // Steps take what is right of the tile, last columns first: the border, then the pivot block.
-  void backward(const cuda::SolvePart& part, Vertex end, const std::vector<double>& y, std::vector<double>& v,
+  void backward(const SolvePart& part, Vertex end, const std::vector<double>& y, std::vector<double>& v,
                 std::vector<double>& partial) const {
-    constexpr Vertex kStep = cuda::kSolveTile;
+    constexpr Vertex kStep = kSolveTile;
     const Vertex f = part.front, p = plan_.pivots(f), first = plan_.pivot_begin[f];
     const Vertex of_border = (plan_.border_rows(f) + kStep - 1) / kStep;
     const Vertex steps = of_border + (p - end + kStep - 1) / kStep;
@@ -423,7 +420,7 @@ class ListInterpreter {
 
   const StageProblem<double>& problem_;
   const SymbolicPlan& plan_;
-  const cuda::DevicePlan& lists_;
+  const DevicePlan& lists_;
   std::vector<double> storage_;
   Aside aside_;
   std::map<Vertex, std::vector<double>> border_seen_;  // by the last tile of a front

@@ -1,5 +1,5 @@
 // Pivots that are too small: which are replaced, by what, and that the factors are then exactly those of the
-// matrix with the noted shifts added (rule in kernels/panel_lu.hpp).
+// matrix with the noted shifts added (rule in kernels/dense/panel_lu.hpp).
 #include <string>
 
 #include "test/stages/followed_reference.hpp"

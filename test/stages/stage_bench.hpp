@@ -11,8 +11,8 @@
 
 #include <gtest/gtest.h>
 
-#include "kernels/blas.hpp"
-#include "kernels/host_factorization.hpp"
+#include "kernels/dense/blas.hpp"
+#include "kernels/stages/host_factors.hpp"
 #include "test/stages/front_blocks.hpp"
 #include "test/stages/in_engine.hpp"
 

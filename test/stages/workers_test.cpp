@@ -1,4 +1,4 @@
-// The workers of the host (kernels/workers.hpp), on threads of the test's own: everything is done exactly
+// The workers of the host (kernels/runtime/workers.hpp), on threads of the test's own: everything is done exactly
 // once, lists one after another, tiles before the step after them, by any number of threads, of which some
 // may be late or never come.
 #include <chrono>
@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "kernels/workers.hpp"
+#include "kernels/runtime/workers.hpp"
 #include "test/stages/in_engine.hpp"
 
 namespace mfs::test {

@@ -230,50 +230,6 @@ TEST(Fronts, BreadthFirstNumbersFromTheDeepest) {
   EXPECT_THAT(tree.parent, ElementsAre(3, 4, 4, 5, 5, -1, -1));
 }
 
-// A chain of nodes with the given numbers of unknowns, in natural order.
-NodeList chain_of(const std::vector<Vertex>& sizes) {
-  NodeList nodes;
-  nodes.node_begin = {0};
-  for (std::size_t f = 0; f < sizes.size(); ++f) {
-    nodes.node_begin.push_back(nodes.node_begin.back() + sizes[f]);
-    nodes.parent.push_back(f + 1 < sizes.size() ? static_cast<Vertex>(f) + 1 : -1);
-  }
-  nodes.order = natural(nodes.node_begin.back());
-  return nodes;
-}
-std::vector<Vertex> sizes_of(const NodeList& nodes) {
-  std::vector<Vertex> sizes(nodes.node_begin.size());
-  std::adjacent_difference(nodes.node_begin.begin(), nodes.node_begin.end(), sizes.begin());
-  sizes.erase(sizes.begin());
-  return sizes;
-}
-
-TEST(Fronts, LargeNodesBecomeMultiplesOfTheAlignment) {
-  const NodeList nodes = chain_of({100, 261, 258, 300, 7}), aligned = align_nodes(nodes, {});
-  EXPECT_THAT(sizes_of(aligned), ElementsAre(100, 256, 256, 304, 10));
-  EXPECT_EQ(aligned.order, nodes.order) << "a chain is eliminated as before";
-  EXPECT_EQ(aligned.parent, nodes.parent);
-}
-
-TEST(Fronts, MovedUnknownsComeFirstInTheParent) {
-  NodeList nodes = chain_of({258, 259, 3});
-  nodes.parent = {2, 2, -1};
-  const NodeList aligned = align_nodes(nodes, {});
-  EXPECT_THAT(sizes_of(aligned), ElementsAre(256, 256, 8));
-  const std::vector<Vertex> root(aligned.order.end() - 8, aligned.order.end());
-  EXPECT_THAT(root, ElementsAre(256, 257, 514, 515, 516, 517, 518, 519));
-}
-
-TEST(Fronts, AlignmentKeepsPairsTogether) {
-  const NodeList nodes = chain_of({259, 5});
-  std::vector<Vertex> pair = natural(264);
-  std::swap(pair[255], pair[256]);  // three would part them
-  EXPECT_THAT(sizes_of(align_nodes(nodes, pair)), ElementsAre(240, 24));
-  pair = natural(264);
-  for (Vertex i = 0; i < 258; ++i) pair[i] = i < 129 ? i + 129 : i - 129;  // whatever moves is parted
-  EXPECT_THAT(sizes_of(align_nodes(nodes, pair)), ElementsAre(259, 5));
-}
-
 TEST(Fronts, RandomOrdersGiveValidTrees) {
   for (unsigned seed = 0; seed < 200; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));

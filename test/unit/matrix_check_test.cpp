@@ -1,4 +1,4 @@
-// The door: what is refused, with which place, and what a Pattern is.
+// Check of the input: what is refused, with which place, and what a Pattern is.
 #include "ordering/matrix_check.hpp"
 
 #include <gmock/gmock.h>

@@ -7,7 +7,7 @@
 
 #include "dae/fem/mesh.hpp"
 #include "dae/fem/solid_force.hpp"
-#include "kernels/arena.hpp"
+#include "kernels/runtime/arena.hpp"
 
 namespace mfs::dae {
 

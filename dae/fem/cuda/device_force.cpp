@@ -6,7 +6,7 @@
 #include "dae/fem/cuda/device_body.hpp"
 #include "dae/fem/cuda/device_tangent.hpp"
 #include "dae/vectors/cuda/cuda_queue.hpp"
-#include "kernels/cuda/device.hpp"
+#include "kernels/cuda/runtime/device.hpp"
 
 namespace mfs::dae {
 

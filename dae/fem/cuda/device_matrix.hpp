@@ -7,7 +7,7 @@
 
 #include "dae/fem/cuda/device_body.hpp"
 #include "dae/mechanics/constrained_system.hpp"
-#include "kernels/cuda/device.hpp"
+#include "kernels/cuda/runtime/device.hpp"
 
 namespace mfs::dae {
 

@@ -19,7 +19,7 @@
 #include "dae/fem/cuda/device_matrix.hpp"
 #include "dae/fem/device_force.hpp"
 #include "dae/fem/solid_tangent.hpp"
-#include "kernels/cuda/device.hpp"
+#include "kernels/cuda/runtime/device.hpp"
 #include "ordering/raw_vector.hpp"
 
 namespace mfs::dae {

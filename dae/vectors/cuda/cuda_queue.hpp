@@ -2,7 +2,7 @@
 #pragma once
 
 #include "dae/vectors/executor.hpp"
-#include "kernels/cuda/device.hpp"
+#include "kernels/cuda/runtime/device.hpp"
 
 namespace mfs::dae {
 

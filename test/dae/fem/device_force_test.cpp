@@ -10,7 +10,7 @@
 #include <new>
 #include <random>
 
-#include "kernels/cuda/faults.hpp"
+#include "kernels/cuda/runtime/faults.hpp"
 #include "test/dae/fem/element_fixtures.hpp"
 #include "test/solver/on_device.hpp"
 

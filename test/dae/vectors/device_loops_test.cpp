@@ -9,7 +9,7 @@
 #include <mfs/error.hpp>
 
 #include "dae/vectors/loops.hpp"
-#include "kernels/cuda/faults.hpp"
+#include "kernels/cuda/runtime/faults.hpp"
 #include "test/reference/random.hpp"
 #include "test/solver/on_device.hpp"
 

@@ -1,0 +1,70 @@
+// A numeric factorization as the solver sees it: factors in the memory of some executor (kernels/factors.hpp)
+// with the accuracy ladder over them. factor() allocates nothing, solve() only what its first use of several
+// right-hand sides or of FGMRES needs.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "accuracy/solve_controls.hpp"
+#include "kernels/factors.hpp"
+
+namespace mfs {
+
+/// What became of a solve where the factors lie.
+enum class ResidentSolve { solved, missed, refused };
+
+template <class Value>
+class Factorization {
+ public:
+  virtual ~Factorization() = default;
+
+  virtual Factors<Value>& factors() = 0;
+
+  /// As Factors::factor.
+  virtual FactorStatus factor(double tolerance, const std::function<void(double)>& progress) = 0;
+
+  /// Where the right-hand sides of a solve go and its solutions come out: n x columns, column-major, in the
+  /// caller's numbering. There is room for one column from the start; more are made room for when first asked
+  /// for (std::bad_alloc), and what was there stays. columns <= kSolveColumns.
+  virtual Value* rhs(Vertex columns) = 0;
+  virtual const Value* solution() const = 0;
+  /// Solves for `columns` columns of rhs(columns); with A^T where its pattern is given. `tried`: what
+  /// solve_resident has just left of the same right-hand sides, from where this goes on.
+  virtual SolveOutcome solve(Vertex columns, const TransposedPattern* transposed,
+                             const SolveControls& controls, const SolveOutcome* tried = nullptr) = 0;
+  /// Solves for arrays in the memory of resident factors by what they can do there alone. Nothing is written
+  /// unless that reaches the tolerance. Where it is missed, because b is not finite or the ladder must be
+  /// climbed, solve() can go on from `outcome`; where pivots were perturbed, it is refused without a try.
+  virtual ResidentSolve solve_resident(const SolveBlock<Value>& block, const SolveControls& controls,
+                                       void* stream, SolveOutcome& outcome) = 0;
+
+  /// Estimate of |A|_1 |A^-1|_1, infinite for a singular matrix, NaN if too many pivots were perturbed to
+  /// know it.
+  virtual double condition_estimate(const TransposedPattern& transposed) = 0;
+  /// The determinant of A as phase * exp(log_abs); false if too many pivots were perturbed to know it.
+  virtual bool determinant(Value& phase, double& log_abs) = 0;
+
+  /// The row of A that came to a position.
+  virtual Vertex pivot_row(Vertex position) const = 0;
+  /// By front of the plan: whether any of its pivots was perturbed.
+  virtual std::vector<char> failed_fronts() const = 0;
+
+  /// Of the memory where the factors lie.
+  virtual Offset bytes() const = 0;
+};
+
+/// Of factors in the memory of the host and the ladder over them (host_bytes has the arguments).
+NumericBytes numeric_bytes(const SymbolicPlan& plan, Offset scalar_bytes, Offset value_bytes,
+                           Vertex columns = 1);
+
+/// The ladder over `factors` of that plan and pattern; its own vector operations, on the host, run on
+/// `space`. Must be made and used inside Engine::run. Throws std::bad_alloc.
+template <class Value>
+std::unique_ptr<Factorization<Value>> make_factorization(HostSpace space,
+                                                         std::unique_ptr<Factors<Value>> factors,
+                                                         std::shared_ptr<const SymbolicPlan> plan,
+                                                         std::shared_ptr<const Pattern> pattern);
+
+}  // namespace mfs

@@ -1,0 +1,437 @@
+// The accuracy ladder of a solve, wherever the factors lie: from an approximate inverse to a solution whose
+// backward error is known, or to the proof that there is none. The rungs in their order:
+//
+//   correction   pivots that were perturbed are taken back exactly, or show that A is singular
+//                (accuracy/correction.hpp); if they are too many for that, a probe decides
+//                (accuracy/probe.hpp)
+//   refinement   iterative, in twice the precision, then FGMRES with the factors as preconditioner
+//   (accuracy/refinement.hpp)
+//
+// Where the factors lie in the memory of a device, the first steps of refinement are made there
+// (accuracy/resident_refinement.hpp), and the ladder goes on from what they leave. All else has its vectors
+// and the matrix on the host, where vector operations run on Exec. The same inverse gives the condition
+// estimate and the determinant.
+#pragma once
+
+#include <algorithm>
+#include <complex>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "accuracy/correction.hpp"
+#include "accuracy/factorization.hpp"
+#include "accuracy/probe.hpp"
+#include "accuracy/refinement.hpp"
+#include "accuracy/resident_refinement.hpp"
+#include "kernels/runtime/arena.hpp"
+
+namespace mfs {
+
+/// Where the vectors of the ladder lie: right-hand sides and solutions in one block of memory, work in
+/// another.
+struct LadderLayout {
+  LadderLayout(Vertex n, Offset value_bytes, Vertex columns) {
+    const Offset block = static_cast<Offset>(n) * columns * value_bytes;
+    for (Offset* vector : {&b, &x}) *vector = ends.add(block);
+    for (Offset* vector : {&best, &r, &d}) *vector = work.add(block);
+    size = work.add(n * static_cast<Offset>(sizeof(double)));
+  }
+  ArenaLayout ends, work;
+  Offset b, x, best, r, d, size;
+};
+
+template <class Exec, class Value>
+class AccuracyLadder final : public Factorization<Value> {
+ public:
+  AccuracyLadder(std::unique_ptr<Factors<Value>> factors, std::shared_ptr<const SymbolicPlan> plan,
+                 std::shared_ptr<const Pattern> pattern)
+      : factors_(std::move(factors)), plan_(std::move(plan)), pattern_(std::move(pattern)) {
+    take_vectors(1);
+  }
+
+  Factors<Value>& factors() override { return *factors_; }
+
+  FactorStatus factor(double tolerance, const std::function<void(double)>& progress) override {
+    for (auto& correction : correction_) correction.reset();
+    probed_.reset();
+    const Factored factored = factors_->factor(tolerance, progress);
+    status_ = factored.status;
+    largest_ = factored.largest;
+    return status_;
+  }
+
+  Value* rhs(Vertex columns) override {
+    if (columns > columns_) {
+      factors_->make_room(columns);
+      take_vectors(columns);
+    }
+    return at_.b;
+  }
+  const Value* solution() const override { return at_.x; }
+
+  SolveOutcome solve(Vertex columns, const TransposedPattern* transposed, const SolveControls& controls,
+                     const SolveOutcome* tried) override {
+    SolveOutcome resident;
+    if (tried) {
+      resident = *tried;
+    } else if (factors_->resident() && status_.perturbed == 0) {
+      const Offset n = plan_->n;
+      factors_->resident()->start_from_host({rhs(columns), n, at_.x, n, columns, transposed},
+                                            controls.row_floor);
+      resident = refine_resident(*factors_->resident(), controls, resident_improved_);
+      if (resident.backward_error <= controls.tolerance) return resident;
+      tried = &resident;
+    }
+    matrix_ = factors_->matrix();
+    const bool begun = tried && resident_improved_;
+    if (begun) factors_->resident()->bring_solution(at_.x);
+    SolveOutcome outcome = climb(columns, transposed, controls, begun);
+    outcome.refinement_steps += resident.refinement_steps;
+    outcome.time_ladder += resident.time_ladder;
+    return outcome;
+  }
+
+  ResidentSolve solve_resident(const SolveBlock<Value>& block, const SolveControls& controls, void* stream,
+                               SolveOutcome& outcome) override {
+    if (status_.perturbed > 0) return ResidentSolve::refused;
+    factors_->resident()->start(block, controls.row_floor, stream);
+    outcome = refine_resident(*factors_->resident(), controls, resident_improved_);
+    // A b that is not finite leaves no finite error.
+    return outcome.backward_error <= controls.tolerance ? ResidentSolve::solved : ResidentSolve::missed;
+  }
+
+  double condition_estimate(const TransposedPattern& transposed) override {
+    matrix_ = factors_->matrix();
+    return estimate_condition(transposed);
+  }
+
+  bool determinant(Value& phase, double& log_abs) override {
+    matrix_ = factors_->matrix();
+    return find_determinant(phase, log_abs);
+  }
+
+  Vertex pivot_row(Vertex position) const override {
+    const auto front = std::upper_bound(plan_->pivot_begin.begin(), plan_->pivot_begin.end(), position) - 1;
+    return plan_->row_of[*front + factors_->local_row(position)];
+  }
+
+  std::vector<char> failed_fronts() const override {
+    std::vector<char> failed(static_cast<std::size_t>(plan_->num_fronts), 0);
+    for (Vertex f = 0; f < plan_->num_fronts; ++f) {
+      for (Vertex p = plan_->pivot_begin[f]; p < plan_->pivot_begin[f + 1]; ++p) {
+        if (factors_->pivot_shift(p) != Value(0)) failed[f] = 1;
+      }
+    }
+    return failed;
+  }
+
+  Offset bytes() const override {
+    if (factors_->memory() == MemorySpace::device) return factors_->bytes();
+    std::size_t extra = krylov_space_.size() * sizeof(Value);
+    for (const auto& correction : correction_) extra += correction ? correction->bytes() : 0;
+    const LadderLayout own(plan_->n, sizeof(Value), columns_);
+    return factors_->bytes() + own.ends.total() + own.work.total() + static_cast<Offset>(extra);
+  }
+
+ private:
+  // From the factors on, or where vectors.x holds a solution that has been begun, from there.
+  SolveOutcome climb(Vertex columns, const TransposedPattern* transposed, const SolveControls& controls,
+                     bool begun) {
+    const blas::SequentialScope sequential;
+    SolveOutcome outcome;
+    // Whether A is singular is settled before any right-hand side is: one that happens to be consistent would
+    // hide it.
+    if (!regular_by_correction(transposed, outcome)) return outcome;
+    if (!regular_by_probe(columns, outcome)) return outcome;
+    refine(columns, transposed, controls, outcome, begun);
+    return outcome;
+  }
+
+  double estimate_condition(const TransposedPattern& transposed) {
+    const blas::SequentialScope sequential;
+    for (const bool flip : {false, true}) {
+      make_correction(flip ? &transposed : nullptr);
+      if (correction_[flip] && correction_[flip]->nullity() > 0)
+        return std::numeric_limits<double>::infinity();
+      if (!correction_[flip] && status_.perturbed > 0) return std::numeric_limits<double>::quiet_NaN();
+    }
+    const Vertex n = plan_->n;
+    const double inverse_norm = blas::estimate_norm<Value>(
+        n, [&](Value* x) { apply_best_inverse(x, x, 1, false); },
+        [&](Value* x) {
+          conjugate(n, x);
+          apply_best_inverse(x, x, 1, true);
+          conjugate(n, x);
+        });
+    const double condition = matrix_norm(transposed) * inverse_norm;
+    return condition <= std::numeric_limits<double>::max() ? condition
+                                                           : std::numeric_limits<double>::infinity();
+  }
+
+  bool find_determinant(Value& phase, double& log_abs) {
+    const blas::SequentialScope sequential;
+    const Vertex n = plan_->n;
+    std::complex<double> product = permutation_sign();
+    log_abs = 0;
+    std::vector<std::complex<double>> pivots(static_cast<std::size_t>(n));
+    factors_->diagonal_pivots(pivots.data());
+    for (const std::complex<double>& pivot : pivots) {
+      log_abs += std::log(std::abs(pivot));
+      product *= pivot / std::abs(pivot);
+    }
+    for (Vertex i = 0; i < n; ++i)
+      log_abs -= std::log(matrix_.row_scale[i]) + std::log(matrix_.column_scale[i]);
+    if (status_.perturbed > 0) {
+      if (!make_correction(nullptr)) return false;
+      std::complex<double> factor;
+      double log_factor = 0;
+      correction_[0]->determinant(factor, log_factor);
+      product *= factor;
+      log_abs += log_factor;
+      if (dependent_rows(nullptr) > 0) {
+        product = 0;
+        log_abs = -std::numeric_limits<double>::infinity();
+      }
+    }
+    phase = from_parts<Value>(product.real(), product.imag());
+    return true;
+  }
+
+  // What is in the right-hand sides stays.
+  void take_vectors(Vertex columns) {
+    const LadderLayout layout(plan_->n, sizeof(Value), columns);
+    const std::shared_ptr<char> ends = factors_->host_vectors(layout.ends.total());
+    work_ = std::make_unique<HostArena>(layout.work.total());
+    const auto in_ends = [&](Offset place) { return reinterpret_cast<Value*>(ends.get() + place); };
+    if (ends_) std::copy(at_.b, at_.b + static_cast<Offset>(plan_->n) * columns_, in_ends(layout.b));
+    ends_ = ends;
+    columns_ = columns;
+    at_ = {in_ends(layout.b),
+           in_ends(layout.x),
+           work_->template at<Value>(layout.best),
+           work_->template at<Value>(layout.r),
+           work_->template at<Value>(layout.d),
+           work_->template at<double>(layout.size)};
+  }
+
+  // The inverse corrected for perturbed pivots, where that has been made.
+  void apply_best_inverse(const Value* from, Value* to, Vertex columns, bool transposed) {
+    factors_->apply_inverse(from, to, columns, transposed);
+    Correction<Value>* correction = correction_[transposed].get();
+    if (!correction || correction->nullity() > 0) return;
+    for (Vertex j = 0; j < columns; ++j) correction->apply(to + static_cast<Offset>(j) * plan_->n);
+  }
+
+  // False, and the refusal in `outcome`, where the correction finds A singular.
+  bool regular_by_correction(const TransposedPattern* transposed, SolveOutcome& outcome) {
+    const Stopwatch watch;
+    if (!make_correction(transposed)) return true;
+    outcome.dependent_rows = dependent_rows(transposed);
+    if (outcome.dependent_rows > 0) {
+      name_dependent(transposed != nullptr, outcome);
+    } else {
+      outcome.corrected_pivots = correction_[transposed != nullptr]->rank();
+    }
+    outcome.time_ladder = watch.seconds();
+    return outcome.dependent_rows == 0;
+  }
+
+  // By the null vectors of A and of A^T (of the one whose correction there is first, of the other where that
+  // leaves doubt): of both there are as many, and either may be too inaccurate to be counted.
+  Vertex dependent_rows(const TransposedPattern* transposed) {
+    const bool own = transposed != nullptr, other = !own;
+    const Vertex nullity = correction_[own]->nullity();
+    if (nullity == 0 && !correction_[own]->doubtful()) return 0;
+    if (!correction_[other]) {
+      const TransposedPattern other_pattern = other ? transpose(*pattern_, 1) : TransposedPattern();
+      make_correction(other ? &other_pattern : nullptr);
+    }
+    return std::max(nullity, correction_[other] ? correction_[other]->nullity() : 0);
+  }
+
+  // The same where more pivots were perturbed than the exact correction takes.
+  bool regular_by_probe(Vertex columns, SolveOutcome& outcome) {
+    if (status_.perturbed <= most_corrected(*plan_)) return true;
+    if (!probed_) probe(columns);
+    if (!probed_->regular) outcome = probed_->refusal;
+    return probed_->regular;
+  }
+
+  void refine(Vertex columns, const TransposedPattern* transposed, const SolveControls& controls,
+              SolveOutcome& outcome, bool begun) {
+    const auto inverse = [&](const Value* from, Value* to, Vertex count) {
+      apply_best_inverse(from, to, count, transposed != nullptr);
+    };
+    const auto residual = [&](const Value* b, const Value* x, Value* r, double* size) {
+      RowFloor floor;
+      if (controls.row_floor > 0 && b) floor = row_floor(controls.row_floor, x, transposed != nullptr);
+      double error = 0;
+      mfs::residual(exec_, plan_->n, matrix_rows(transposed), b, x, r, &error, size, floor);
+      return error;
+    };
+    const auto doubled = [&](const Value* b, const Value* x, const Value* low, Value* r) {
+      doubled_residual(exec_, plan_->n, matrix_rows(transposed), b, x, low, r);
+    };
+    Refinement<Exec, Value, decltype(inverse), decltype(residual), decltype(doubled)> refinement(
+        exec_, plan_->n, columns, controls, at_, inverse, residual, doubled);
+    refinement.run(krylov_space_, outcome, begun);
+  }
+
+  RowFloor row_floor(double part, const Value* x, bool transposed) const {
+    double largest = 0;
+    largest_unscaled(exec_, plan_->n, transposed ? matrix_.row_scale : matrix_.column_scale, x, &largest);
+    return {part * largest, transposed ? matrix_.column_scale : matrix_.row_scale};
+  }
+
+  // Whether A is singular, by the solutions for a right-hand side that is in nobody's range by chance. Keeps
+  // what is in rhs().
+  void probe(Vertex columns) {
+    const std::vector<Value> held(at_.b, at_.b + static_cast<Offset>(plan_->n) * columns);
+    probed_ = Probed();
+    const NullDirection column = probe_direction(nullptr);
+    probed_->regular = column.regular;
+    if (!column.regular) {
+      const TransposedPattern transposed = transpose(*pattern_, 1);
+      const NullDirection row = probe_direction(&transposed);
+      probed_->refusal.backward_error = std::numeric_limits<double>::infinity();
+      if (column.null && row.null) {
+        probed_->refusal.dependent_rows = dependent_pivots();
+        probed_->refusal.row = row.unknown;
+        probed_->refusal.column = column.unknown;
+      }
+    }
+    std::copy(held.begin(), held.end(), at_.b);
+  }
+
+  NullDirection probe_direction(const TransposedPattern* transposed) {
+    const double* in_scale = transposed ? matrix_.column_scale : matrix_.row_scale;
+    const double* out_scale = transposed ? matrix_.row_scale : matrix_.column_scale;
+    const Value *b = at_.b, *x = at_.x;
+    probing_vector(plan_->n, in_scale, at_.b);
+    SolveOutcome outcome;
+    refine(1, transposed, probing_controls<Value>(), outcome, false);
+    double error = 0;
+    mfs::residual(exec_, plan_->n, matrix_rows(transposed), b, x, at_.r, &error);
+    return null_direction(plan_->n, in_scale, at_.r, out_scale, x, largest_);
+  }
+
+  // Pivots that were replaced by something of the size of the largest entry: their columns depend on those
+  // before them.
+  Vertex dependent_pivots() const {
+    Vertex count = 0;
+    for (Vertex position = 0; position < plan_->n; ++position)
+      count += std::abs(factors_->pivot_shift(position)) >= 0.5 * largest_;
+    return std::max(count, Vertex(1));
+  }
+
+  // What was added to A by perturbed pivots; for A^T with rows and columns exchanged.
+  std::vector<Perturbation<Value>> perturbed_entries(bool transposed) const {
+    std::vector<Perturbation<Value>> entries;
+    for (Vertex position = 0; position < plan_->n && entries.size() <= most_corrected(*plan_); ++position) {
+      const Value shift = factors_->pivot_shift(position);
+      if (shift == Value(0)) continue;
+      const Vertex row = pivot_row(position), column = plan_->column_of[position];
+      const double scale = matrix_.row_scale[row] * matrix_.column_scale[column];
+      const Value amount = shift / static_cast<RealOf<Value>>(scale);
+      entries.push_back(transposed ? Perturbation<Value>{column, row, amount}
+                                   : Perturbation<Value>{row, column, amount});
+    }
+    return entries;
+  }
+
+  // For A, or for A^T where its pattern is given. False where there is nothing to correct, or too much.
+  bool make_correction(const TransposedPattern* transposed) {
+    const bool flip = transposed != nullptr;
+    if (correction_[flip]) return true;
+    if (status_.perturbed == 0) return false;
+    std::vector<Perturbation<Value>> perturbations = perturbed_entries(flip);
+    if (perturbations.empty() || perturbations.size() > most_corrected(*plan_)) return false;
+    rhs(factors_->columns_at_once());  // room for the vectors of a full block
+    const auto inverse = [&](Value* x, Vertex count) { factors_->apply_inverse(x, x, count, flip); };
+    const auto inverse_of_transposed = [&](Value* x) { factors_->apply_inverse(x, x, 1, !flip); };
+    const ScaledRows<Value> rows{matrix_rows(transposed), flip ? matrix_.column_scale : matrix_.row_scale,
+                                 flip ? matrix_.row_scale : matrix_.column_scale};
+    correction_[flip] =
+        std::make_unique<Correction<Value>>(plan_->n, std::move(perturbations), rows,
+                                            factors_->columns_at_once(), inverse, inverse_of_transposed);
+    if (!correction_[flip]->usable()) correction_[flip].reset();
+    return correction_[flip] != nullptr;
+  }
+
+  // Of the row permutation that elimination made: the rows as they came to the diagonal against the columns.
+  double permutation_sign() const {
+    std::vector<Vertex> row_at(static_cast<std::size_t>(plan_->n));
+    for (Vertex position = 0; position < plan_->n; ++position)
+      row_at[plan_->column_of[position]] = pivot_row(position);
+    double sign = 1;
+    for (Vertex i = 0; i < plan_->n; ++i) {
+      while (row_at[i] != i) {
+        std::swap(row_at[i], row_at[row_at[i]]);
+        sign = -sign;
+      }
+    }
+    return sign;
+  }
+
+  // |A|_1
+  double matrix_norm(const TransposedPattern& transposed) const {
+    double norm = 0;
+    for (Vertex j = 0; j < plan_->n; ++j) {
+      double sum = 0;
+      for (Offset k = transposed.offsets[j]; k < transposed.offsets[j + 1]; ++k)
+        sum += std::abs(matrix_.values[transposed.slots[k]]);
+      norm = std::max(norm, sum);
+    }
+    return norm;
+  }
+
+  static void conjugate(Vertex n, Value* x) {
+    if constexpr (!std::is_same_v<Value, RealOf<Value>>) {
+      for (Vertex i = 0; i < n; ++i) x[i] = std::conj(x[i]);
+    }
+  }
+
+  // A row and a column of A that depend on the others, from the null vectors of A and A^T, of which the
+  // correction for the one (that of this solve, if it can) gives both.
+  void name_dependent(bool transposed, SolveOutcome& outcome) {
+    const bool by = correction_[transposed]->nullity() > 0 ? transposed : !transposed;
+    Value* null_vector = at_.d;
+    correction_[by]->left_null_source(null_vector);
+    factors_->apply_inverse(null_vector, null_vector, 1, !by);
+    const Vertex own = correction_[by]->dependent_unknown();
+    const Vertex other =
+        largest_unknown(plan_->n, null_vector, by ? matrix_.column_scale : matrix_.row_scale);
+    outcome.backward_error = std::numeric_limits<double>::infinity();
+    outcome.row = by ? own : other;
+    outcome.column = by ? other : own;
+  }
+
+  RowAccess<Value> matrix_rows(const TransposedPattern* transposed) const {
+    if (!transposed) return {pattern_->offsets.data(), pattern_->columns.data(), nullptr, matrix_.values};
+    return {transposed->offsets.data(), transposed->columns.data(), transposed->slots.data(), matrix_.values};
+  }
+
+  std::unique_ptr<Factors<Value>> factors_;
+  std::shared_ptr<const SymbolicPlan> plan_;
+  std::shared_ptr<const Pattern> pattern_;
+  HostMatrix<Value> matrix_;
+  FactorStatus status_{};
+  double largest_ = 0;  // scaled entry of the matrix that is factored
+  std::shared_ptr<char> ends_;
+  std::unique_ptr<HostArena> work_;
+  RefinementVectors<Value> at_{};
+  Vertex columns_ = 0;
+  bool resident_improved_ = false;   // whether the last steps where the factors lie are worth going on from
+  std::vector<Value> krylov_space_;  // taken when FGMRES is first needed
+  struct Probed {
+    bool regular = false;
+    SolveOutcome refusal;
+  };
+  std::optional<Probed> probed_;
+  std::unique_ptr<Correction<Value>> correction_[2];  // for A, for A^T; made when first needed
+  Exec exec_;
+};
+
+}  // namespace mfs

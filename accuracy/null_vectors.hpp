@@ -1,0 +1,77 @@
+// Vectors that may be null vectors of A, in scaled unknowns (x[u] / scale[u]), and how they are measured:
+// by |A x| / | |A| |x| | in scaled rows, maximum norms.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <type_traits>
+#include <vector>
+
+#include "kernels/stages/residual.hpp"
+#include "kernels/stages/vector_ops.hpp"
+
+namespace mfs {
+
+/// What a residual is summed in where cancellation must leave digits.
+template <class Scalar>
+using Extended =
+    std::conditional_t<std::is_same_v<Scalar, RealOf<Scalar>>, long double, std::complex<long double>>;
+
+/// Rows of A with the scales of its rows and unknowns.
+template <class Scalar>
+struct ScaledRows {
+  RowAccess<Scalar> rows;
+  const double* row_scale;
+  const double* scale;
+};
+
+/// r = b - A x for scaled unknowns x and unscaled rows (b empty: zero), and |A x| / | |A| |x| |.
+template <class Scalar>
+double scaled_residual(const ScaledRows<Scalar>& a, const std::vector<Scalar>& b,
+                       const std::vector<Scalar>& x, std::vector<Scalar>& r) {
+  double product = 0, size = 0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    Extended<Scalar> sum = 0;
+    double sizes = 0;
+    for (Offset k = a.rows.offsets[i]; k < a.rows.offsets[i + 1]; ++k) {
+      const Vertex column = a.rows.columns[k];
+      const Extended<Scalar> term = Extended<Scalar>(a.rows.values[a.rows.slots ? a.rows.slots[k] : k]) *
+                                    static_cast<long double>(a.scale[column]) * Extended<Scalar>(x[column]);
+      sum += term;
+      sizes += static_cast<double>(std::abs(term));
+    }
+    r[i] = static_cast<Scalar>(b.empty() ? -sum : Extended<Scalar>(b[i]) - sum);
+    product = std::max(product, static_cast<double>(std::abs(sum)) * a.row_scale[i]);
+    size = std::max(size, sizes * a.row_scale[i]);
+  }
+  return product / size;
+}
+
+template <class Scalar>
+double largest_size(const std::vector<Scalar>& x) {
+  double largest = 0;
+  for (const Scalar& entry : x) largest = std::max<double>(largest, std::abs(entry));
+  return largest;
+}
+
+/// Makes x as long as 1; returns its length.
+template <class Scalar>
+double normalize(std::vector<Scalar>& x) {
+  const double largest = largest_size(x);
+  double sum = 0;
+  for (const Scalar& entry : x) sum += std::norm(std::complex<double>(entry) / largest);
+  const double length = largest * std::sqrt(sum);
+  for (Scalar& entry : x) entry /= static_cast<RealOf<Scalar>>(length);
+  return length;
+}
+
+/// Takes from x its part along a vector of the length 1.
+template <class Scalar>
+void subtract_projection(const std::vector<Scalar>& unit, std::vector<Scalar>& x) {
+  Wide<Scalar> part = 0;
+  for (std::size_t i = 0; i < x.size(); ++i) part += Wide<Scalar>(conjugated(unit[i])) * Wide<Scalar>(x[i]);
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] -= static_cast<Scalar>(part) * unit[i];
+}
+
+}  // namespace mfs

@@ -1,0 +1,36 @@
+// The factors on a CUDA device. A first factorization launches its stages one by one; further ones
+// replay them from a graph. The host waits once per factorization, for the status. Nothing here names CUDA
+// itself: in a build without it, kernels/cuda/no_cuda.cpp stands in.
+#pragma once
+
+#include <cstddef>
+#include <future>
+#include <memory>
+
+#include "kernels/factors.hpp"
+
+namespace mfs::cuda {
+
+bool device_found();
+/// Throws BackendError where this build has no CUDA backend, or this process no device.
+void require_device();
+/// Bytes free on the device; inside Engine::run.
+std::size_t available_device_memory();
+
+/// The first large product and LU of a process take the libraries tens of milliseconds, in which they find
+/// and load their kernels. This makes one of each by another thread, beside the analysis of a matrix that is
+/// large enough to need them; what fails is left to the factorization to find. The future's end waits for it.
+template <class Value>
+std::future<void> load_library(bool single_precision, const Pattern& pattern);
+
+/// Bytes of device memory that factors of this plan will take, those of the vendor's libraries left out.
+template <class Value>
+Offset device_bytes(bool single_precision, const SymbolicPlan& plan, const Pattern& pattern);
+
+/// As make_host_factors; throws OutOfMemory(device) and BackendError as well.
+template <class Value>
+std::unique_ptr<Factors<Value>> make_cuda_factors(bool single_precision,
+                                                  std::shared_ptr<const SymbolicPlan> plan,
+                                                  std::shared_ptr<const Pattern> pattern);
+
+}  // namespace mfs::cuda

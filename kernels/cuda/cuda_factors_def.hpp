@@ -1,0 +1,484 @@
+// Definition of factors_of_scalars.hpp, for the files that instantiate it.
+//
+// Substitutions, residuals and corrections run on the device. The vectors of a solve lie where contribution
+// blocks were, if they fit there.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "kernels/cuda/device_stages_def.hpp"
+#include "kernels/cuda/factor/diagonal.hpp"
+#include "kernels/cuda/factors_of_scalars.hpp"
+#include "kernels/cuda/fallback.hpp"
+#include "kernels/cuda/solve/solve_vectors.hpp"
+
+namespace mfs::cuda {
+
+/// What one block may have on the devices of compute capability 9.0.
+constexpr std::size_t kMostSharedMemory = 227 * 1024;
+
+/// Vectors of kSolveColumns columns may take so many bytes beside the region of the plan, or this part of the
+/// factors' memory; where they would take more, kFewColumns are solved for at once.
+constexpr Offset kLittle = Offset(1) << 24, kShare = 8;
+
+template <class S>
+constexpr bool fits_shared_memory() {
+  return small_front_bytes<S>(kSmallRows<S>) <= kMostSharedMemory &&
+         block_lu_bytes<S>(kTile<S>) <= kMostSharedMemory &&
+         strip_bytes<S>(kTile<S> / kInverted) <= kMostSharedMemory &&
+         NarrowShape::bytes<S>() <= kMostSharedMemory &&
+         (!kWideProducts<S> || WideShape::bytes<S>() <= kMostSharedMemory) &&
+         substitution_bytes<S, kSolveColumns>() <= kMostSharedMemory;
+}
+
+template <class Value, class Scalar>
+class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
+  using S = DeviceScalar<Scalar>;
+  using V = DeviceScalar<Value>;
+  static_assert(fits_shared_memory<S>());
+
+ public:
+  CudaFactors(std::shared_ptr<const SymbolicPlan> plan_of, std::shared_ptr<const Pattern> pattern)
+      : plan_(std::move(plan_of)),
+        pattern_(std::move(pattern)),
+        exec_(stream_.get()),
+        stages_(plan(), *pattern_, stream_) {
+    const Offset n = plan().n;
+    ArenaLayout layout;
+    const Offset values = layout.add(plan().nnz * sizeof(Value)), row_scale = layout.add(n * sizeof(double)),
+                 column_scale = layout.add(n * sizeof(double)), error = layout.add(sizeof(double)),
+                 status = layout.add(sizeof(DeviceStatus));
+    host_ = std::make_unique<PinnedArena>(layout.total());
+    values_ = host_->template at<Value>(values);
+    row_scale_ = host_->template at<double>(row_scale);
+    column_scale_ = host_->template at<double>(column_scale);
+    error_ = host_->template at<double>(error);
+    status_ = host_->template at<DeviceStatus>(status);
+    make_room(1);
+    const Offset most = std::max(kLittle, plan().factor_entries * static_cast<Offset>(sizeof(S)) / kShare);
+    columns_at_once_ =
+        VectorLayout(stages_, n, kSolveColumns).beside.total() <= most ? kSolveColumns : kFewColumns;
+  }
+
+  Value* matrix_values() override {
+    bring_values();
+    values_sent_ = false;
+    return values_;
+  }
+  double* row_scale() override {
+    scales_sent_ = false;
+    return row_scale_;
+  }
+  double* column_scale() override {
+    scales_sent_ = false;
+    return column_scale_;
+  }
+  HostMatrix<Value> matrix() override {
+    bring_values();
+    return {values_, row_scale_, column_scale_};
+  }
+
+  Factored factor(double tolerance, const std::function<void(double)>& progress) override {
+    pivots_read_ = false;
+    send_matrix();
+    find_factors(tolerance);
+    FactorStatus status = status_->pivots;
+    status.getrf = plan().flops.getrf;
+    status.trsm = plan().flops.trsm;
+    status.gemm = plan().flops.gemm;
+    if (progress) progress(1.0);
+    return {status, status_->largest};
+  }
+
+  ResidentFactors<Value>* resident() override { return this; }
+
+  bool take_values(const Value* values, void* stream) override {
+    follow(stream);
+    stream_.copy_columns(stages_.matrix_values(), 0, values, 0, plan().nnz * sizeof(Value), 1);
+    values_sent_ = true;
+    values_here_ = false;
+    return finite(plan().nnz, stages_.matrix_values());
+  }
+
+  void start(const SolveBlock<Value>& block, double row_floor, void* stream) override {
+    make_vectors(solve_width(block.columns));
+    follow(stream);
+    begin({reinterpret_cast<const V*>(block.b), block.ldb, block.columns},
+          {reinterpret_cast<V*>(block.x), block.ldx, block.columns}, nullptr, block.transposed, row_floor);
+  }
+  void start_from_host(const SolveBlock<Value>& block, double row_floor) override {
+    const Offset n = plan().n;
+    stream_.to_device(b_, block.b, bytes_of(block.columns));
+    begin({b_, n, block.columns}, {b_, n, block.columns}, block.x, block.transposed, row_floor);
+  }
+  // What is on the way to the host has come when the error has: one wait for the device does for both.
+  double backward_error(double bound) override {
+    const Columns<V>& x = solve_.x;
+    measure(solve_.b, solve_.transposed, solve_.row_floor, nullptr);
+    write_solution(x, bound);
+    if (solve_.on_host) stream_.to_host(solve_.on_host, x.data, bytes_of(x.count));
+    return read_error();
+  }
+  void correct() override {
+    measure(solve_.b, solve_.transposed, solve_.row_floor, substitution_.v);
+    substitute(solve_.b.count, solve_.transposed != nullptr, true);
+  }
+  void bring_solution(Value* x) override { send_solution(x, solve_.b.count); }
+
+  void download(const Value* from, Offset ld, Offset rows, Vertex columns, Value* to, void* stream) override {
+    follow(stream);
+    const Offset bytes = rows * static_cast<Offset>(sizeof(Value));
+    stream_.copy_columns(to, bytes, from, ld * static_cast<Offset>(sizeof(Value)), bytes, columns);
+    stream_.synchronize();
+  }
+  void upload(const Value* from, Offset rows, Vertex columns, Value* to, Offset ld, void* stream) override {
+    follow(stream);
+    const Offset bytes = rows * static_cast<Offset>(sizeof(Value));
+    stream_.copy_columns(to, ld * static_cast<Offset>(sizeof(Value)), from, bytes, bytes, columns);
+    stream_.synchronize();
+  }
+
+  Vertex columns_at_once() const override { return columns_at_once_; }
+  std::shared_ptr<char> host_vectors(Offset bytes) const override {
+    const auto arena = std::make_shared<PinnedArena>(bytes);
+    return {arena, arena->template at<char>(0)};
+  }
+
+  void apply_inverse(const Value* from, Value* to, Vertex columns, bool transposed) override {
+    stream_.to_device(b_, from, bytes_of(columns));
+    enter({b_, plan().n, columns}, transposed);
+    substitute(columns, transposed, false);
+    send_solution(to, columns);
+  }
+
+  // Right-hand sides that come from the host have room of their own.
+  void make_room(Vertex columns) override {
+    make_vectors(solve_width(columns));
+    rhs_ = std::make_unique<DeviceArena>(bytes_of(columns));
+    b_ = rhs_->template at<V>(0);
+  }
+
+  Vertex local_row(Vertex position) const override {
+    read_pivots();
+    return local_row_[position];
+  }
+
+  Value pivot_shift(Vertex position) const override {
+    read_pivots();
+    return static_cast<Value>(shift_[position]);
+  }
+  void diagonal_pivots(std::complex<double>* pivots) const override {
+    std::vector<Scalar> inverse(static_cast<std::size_t>(plan().n));
+    gather_diagonal(exec_, stages_.store().fronts, plan().num_fronts, substitution_.v);
+    stream_.to_host(inverse.data(), substitution_.v, plan().n * sizeof(Scalar));
+    stream_.synchronize();
+    for (const Scalar& entry : inverse) *pivots++ = 1.0 / std::complex<double>(entry);
+  }
+
+  MemorySpace memory() const override { return MemorySpace::device; }
+  Offset bytes() const override {
+    Offset bytes = stages_.bytes() + rhs_->bytes();
+    for (const auto& arena : {&vectors_, &transposed_}) bytes += *arena ? (*arena)->bytes() : 0;
+    return bytes;
+  }
+
+ private:
+  const SymbolicPlan& plan() const { return *plan_; }
+  /// Of so many columns of right-hand sides or solutions.
+  Offset bytes_of(Vertex columns) const {
+    return static_cast<Offset>(plan().n) * columns * static_cast<Offset>(sizeof(Value));
+  }
+
+  void send_matrix() {
+    const Offset n = plan().n;
+    if (!scales_sent_) {
+      stream_.to_device(stages_.row_scale(), row_scale_, n * sizeof(double));
+      stream_.to_device(stages_.column_scale(), column_scale_, n * sizeof(double));
+      scales_sent_ = true;
+    }
+    if (!values_sent_) {
+      stream_.to_device(stages_.matrix_values(), values_, plan().nnz * sizeof(Value));
+      values_sent_ = true;
+    }
+  }
+
+  // The values on the host, where they came from the device.
+  void bring_values() {
+    if (values_here_) return;
+    stream_.to_host(values_, stages_.matrix_values(), plan().nnz * sizeof(Value));
+    stream_.synchronize();
+    values_here_ = true;
+  }
+
+  void follow(void* stream) {
+    foreign_.record_foreign(stream);
+    stream_.wait_for(foreign_);
+  }
+
+  bool finite(Offset count, const V* values) {
+    find_nonfinite(exec_, count, values, device_error_);
+    return !(read_error() > 0);
+  }
+
+  // Again where fronts have to be strict, or roots do need pivots.
+  void find_factors(double tolerance) {
+    strict_.begin();
+    pivoted_roots_.begin();
+    if (!strict_.active()) stages_.forget_strict_fronts();
+    for (bool found = false; !found;) {
+      const DeviceStatus& status = launch_factor(tolerance);
+      found = status.found_strict == 0 && status.pivots_needed == 0;
+      if (status.found_strict > 0) {
+        strict_.activate();
+      } else if (!found) {
+        pivoted_roots_.activate();
+      }
+    }
+    strict_.end();
+    pivoted_roots_.end();
+  }
+
+  PivotSearch search() const {
+    return strict_.active()                                          ? PivotSearch::strict
+           : pivoted_roots_.active() || !stages_.has_library_roots() ? PivotSearch::tiles
+                                                                     : PivotSearch::not_in_roots;
+  }
+
+  const DeviceStatus& launch_factor(double tolerance) {
+    const PivotSearch where = search();
+    if (!warm_) {
+      stages_.factor(tolerance, where);
+      warm_ = true;
+    } else {
+      if (tolerance != graph_tolerance_) {
+        for (Graph& graph : graph_) graph.reset();
+        graph_tolerance_ = tolerance;
+      }
+      Graph& graph = graph_[static_cast<int>(where)];
+      if (!graph.recorded()) graph.record(stream_, [&] { stages_.factor(tolerance, where); });
+      graph.launch(stream_);
+    }
+    stream_.to_host(status_, stages_.status(), sizeof(DeviceStatus));
+    stream_.synchronize();
+    return *status_;
+  }
+
+  double read_error() {
+    stream_.to_host(error_, device_error_, sizeof(double));
+    stream_.synchronize();
+    return *error_;
+  }
+
+  // A solve that is under way: x, which may be b, is written once its error is small enough; what it holds
+  // then is sent on to `on_host` (if any), n rows for each column.
+  struct Solve {
+    Columns<const V> b{};
+    Columns<V> x{};
+    Value* on_host = nullptr;
+    const TransposedPattern* transposed = nullptr;
+    double row_floor = 0;
+  };
+  void begin(const Columns<const V>& b, const Columns<V>& x, Value* on_host,
+             const TransposedPattern* transposed, double row_floor) {
+    solve_ = {b, x, on_host, transposed, row_floor};
+    enter(b, transposed != nullptr);
+    substitute(b.count, transposed != nullptr, false);
+  }
+
+  // x_ to the host, whatever its error, by way of b_.
+  void send_solution(Value* to, Vertex columns) {
+    stream_.clear(device_error_, sizeof(double));
+    write_solution({b_, plan().n, columns}, 0);
+    stream_.to_host(to, b_, bytes_of(columns));
+    stream_.synchronize();
+  }
+
+  // How right-hand sides come into elimination order, and how solutions leave it.
+  Side side(bool of_rows) const {
+    const FrontStore<S, V>& at = stages_.store().fronts;
+    return of_rows ? Side{at.row_of, at.row_scale} : Side{at.column_of, at.column_scale};
+  }
+  void enter(const Columns<const V>& b, bool transposed) {
+    const Offset n = plan().n;
+    with_width(b.count, [&](auto k) {
+      enter_elimination_order<k()><<<vector_blocks(n * k()), kVectorThreads, 0, stream_.get()>>>(
+          n, side(!transposed), b, substitution_.v);
+    });
+  }
+
+  // x_ = approximately A^-1 (or A^-T) of what has come into elimination order, or += that.
+  void substitute(Vertex columns, bool transposed, bool add) {
+    const Vertex width = solve_width(columns);
+    Graph& graph = solve_graph_[transposed][(width > 1) + (width > kFewColumns)];
+    if (!graph.recorded())
+      graph.record(stream_, [&] { stages_.substitute(substitution_, width, transposed); });
+    graph.launch(stream_);
+    const Offset n = plan().n;
+    with_width(columns, [&](auto k) {
+      leave_elimination_order<k()><<<vector_blocks(n * k()), kVectorThreads, 0, stream_.get()>>>(
+          n, side(transposed), static_cast<const S*>(substitution_.v), add, x_);
+    });
+  }
+
+  // Finds the backward error of x_; where r is given, what is left of b goes there in elimination order.
+  void measure(const Columns<const V>& b, const TransposedPattern* transposed, double row_floor, S* r) {
+    const Offset n = plan().n, nnz = plan().nnz;
+    const RowAccess<V> rows = device_rows(transposed);
+    stream_.clear(device_error_, (1 + kSolveColumns) * sizeof(double));
+    const RowFloors floors{row_floor, device_error_ + 1};
+    with_width(b.count, [&](auto k) {
+      if (row_floor > 0) {
+        largest_unscaled_unknowns<k()><<<reducing_blocks(n * k()), kVectorThreads, 0, stream_.get()>>>(
+            n, side(transposed != nullptr).scale, static_cast<const V*>(x_), device_error_ + 1);
+      }
+      const auto launch = [&](auto lanes) {
+        residual_in_elimination_order<k(), lanes()>
+            <<<reducing_blocks(n * lanes()), kVectorThreads, 0, stream_.get()>>>(
+                n, rows, side(!transposed), b, static_cast<const V*>(x_), r, floors, device_error_);
+      };
+      if constexpr (k() > 1) {
+        launch(k);
+      } else {
+        with_row_lanes(n, nnz, launch);
+      }
+    });
+    check_launch("residual");
+  }
+
+  // Where the error on the device is at most `bound`.
+  void write_solution(const Columns<V>& to, double bound) {
+    const Offset n = plan().n;
+    with_width(to.count, [&](auto k) {
+      write_columns<k()><<<vector_blocks(n), kVectorThreads, 0, stream_.get()>>>(
+          n, static_cast<const V*>(x_), to, static_cast<const double*>(device_error_), bound);
+    });
+    check_launch("solution");
+  }
+
+  // The vectors of a solve lie where contribution blocks were, as many as there is room for, and the others
+  // beside.
+  struct VectorLayout {
+    ArenaLayout spare, beside;
+    struct Place {
+      bool in_spare;
+      Offset at;
+    };
+    Place border, partial, error, v, y, x;
+
+    VectorLayout(const DeviceStages<S, V>& stages, Offset n, Offset width) : free_(stages.spare_bytes()) {
+      border = add(stages.border_rows() * width * sizeof(S));
+      partial = add(stages.partial_rows() * width * sizeof(S));
+      error = add((1 + kSolveColumns) * sizeof(double));
+      v = add(n * width * sizeof(S));
+      y = add(n * width * sizeof(S));
+      x = add(n * width * sizeof(V));
+    }
+
+   private:
+    Place add(Offset bytes) {
+      ArenaLayout with = spare;
+      with.add(bytes);
+      const bool fits = with.total() <= free_;
+      return {fits, (fits ? spare : beside).add(bytes)};
+    }
+    Offset free_;
+  };
+
+  void make_vectors(Vertex width) {
+    if (width <= width_) return;
+    const VectorLayout layout(stages_, plan().n, width);
+    auto beside = std::make_unique<DeviceArena>(layout.beside.total());
+    const auto at = [&](const typename VectorLayout::Place& place) {
+      return place.in_spare ? static_cast<char*>(stages_.spare()) + place.at
+                            : beside->template at<char>(place.at);
+    };
+    x_ = reinterpret_cast<V*>(at(layout.x));
+    substitution_ = {reinterpret_cast<S*>(at(layout.v)), reinterpret_cast<S*>(at(layout.y)),
+                     reinterpret_cast<S*>(at(layout.border)), reinterpret_cast<S*>(at(layout.partial))};
+    device_error_ = reinterpret_cast<double*>(at(layout.error));
+    vectors_ = std::move(beside);
+    width_ = width;
+    for (auto& graphs : solve_graph_) {
+      for (Graph& graph : graphs) graph.reset();
+    }
+  }
+
+  RowAccess<V> device_rows(const TransposedPattern* transposed) {
+    const FrontStore<S, V>& at = stages_.store().fronts;
+    if (!transposed) return {at.matrix_offsets, at.matrix_columns, nullptr, at.matrix_values};
+    if (!transposed_) {
+      const Offset n = plan().n, nnz = plan().nnz;
+      ArenaLayout layout;
+      const Offset offsets = layout.add((n + 1) * sizeof(Offset)), columns = layout.add(nnz * sizeof(Vertex)),
+                   slots = layout.add(nnz * sizeof(Offset));
+      auto arena = std::make_unique<DeviceArena>(layout.total());
+      stream_.to_device(arena->template at<Offset>(offsets), transposed->offsets.data(),
+                        (n + 1) * sizeof(Offset));
+      stream_.to_device(arena->template at<Vertex>(columns), transposed->columns.data(),
+                        nnz * sizeof(Vertex));
+      stream_.to_device(arena->template at<Offset>(slots), transposed->slots.data(), nnz * sizeof(Offset));
+      stream_.synchronize();
+      transposed_rows_ = {arena->template at<Offset>(offsets), arena->template at<Vertex>(columns),
+                          arena->template at<Offset>(slots), at.matrix_values};
+      transposed_ = std::move(arena);
+    }
+    return transposed_rows_;
+  }
+
+  // Once per factorization that is asked about its pivots.
+  void read_pivots() const {
+    if (pivots_read_) return;
+    const std::size_t n = static_cast<std::size_t>(plan().n);
+    local_row_.resize(n);
+    shift_.resize(n);
+    const FrontStore<S, V>& at = stages_.store().fronts;
+    stream_.to_host(local_row_.data(), at.local_row, n * sizeof(Vertex));
+    stream_.to_host(shift_.data(), at.shift, n * sizeof(Scalar));
+    stream_.synchronize();
+    pivots_read_ = true;
+  }
+
+  std::shared_ptr<const SymbolicPlan> plan_;
+  std::shared_ptr<const Pattern> pattern_;
+  Stream stream_;
+  Kokkos::Cuda exec_;
+  DeviceStages<S, V> stages_;
+  std::unique_ptr<PinnedArena> host_;
+  Value* values_;
+  double *row_scale_, *column_scale_;
+  double* error_;
+  DeviceStatus* status_;
+  bool scales_sent_ = false, values_sent_ = false, values_here_ = true, warm_ = false;
+  Fallback strict_;         // some front is, else none
+  Fallback pivoted_roots_;  // those that the vendor's LAPACK could have are factored by tiles
+  Event foreign_;
+  Graph graph_[3], solve_graph_[2][3];  // by PivotSearch; by transposed, by width
+  double graph_tolerance_ = 0;
+  std::unique_ptr<DeviceArena> vectors_, rhs_, transposed_;
+  RowAccess<V> transposed_rows_{};
+  Vertex width_ = 0;  // of the vectors
+  Vertex columns_at_once_ = 1;
+  V *b_, *x_;
+  double* device_error_;  // and what the rows of each column count at least
+  typename DeviceStages<S, V>::Vectors substitution_{};
+  Solve solve_;
+  mutable bool pivots_read_ = false;
+  mutable std::vector<Vertex> local_row_;
+  mutable std::vector<Scalar> shift_;
+};
+
+template <class Value, class Scalar>
+Offset bytes_of_factors(const SymbolicPlan& plan, const Pattern& pattern) {
+  using V = DeviceScalar<Value>;
+  return DeviceStages<DeviceScalar<Scalar>, V>::bytes_for(plan, pattern) +
+         plan.n * static_cast<Offset>(sizeof(V));  // a right-hand side
+}
+
+template <class Value, class Scalar>
+std::unique_ptr<Factors<Value>> make_factors(std::shared_ptr<const SymbolicPlan> plan,
+                                             std::shared_ptr<const Pattern> pattern) {
+  return std::make_unique<CudaFactors<Value, Scalar>>(std::move(plan), std::move(pattern));
+}
+
+}  // namespace mfs::cuda

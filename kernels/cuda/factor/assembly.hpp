@@ -1,0 +1,117 @@
+// Stage "assemble" of larger fronts on the device: each block makes some columns of a front, each of its
+// warps a piece of a column at a time. Every entry is the sum of what the children have for it, in their
+// order, and is written once; the original entries are added last. The shared source of the stage
+// (kernels/stages/assemble.hpp), which clears and then adds child by child, moves four times as many bytes.
+#pragma once
+
+#include "kernels/cuda/factor/device_store.hpp"
+#include "kernels/cuda/factor/warp_tile.hpp"
+
+namespace mfs::cuda {
+
+constexpr int kAssembleThreads = 256;
+/// What a warp makes at a time: one look at a child's row map serves all of its columns.
+constexpr int kPieceRows = 64, kPieceColumns = 4;
+
+template <int N>
+__device__ bool any_of(const int (&places)[N]) {
+  bool any = false;
+#pragma unroll
+  for (int i = 0; i < N; ++i) any |= places[i] >= 0;
+  return any;
+}
+
+// Rows [begin, end) of columns [first, last) of a front, a piece at most; the entry in row i of column j goes
+// to to[i + j * ld].
+template <class S, class Value>
+__device__ void sum_children(const DeviceStore<S, Value>& store, Vertex f, int first, int last, int begin,
+                             int end, S* to, Offset ld) {
+  constexpr int kRows = kPieceRows / kWarp;
+  const FrontStore<S, Value>& at = store.fronts;
+  const int lane = threadIdx.x % kWarp;
+  S sum[kPieceColumns][kRows];
+#pragma unroll
+  for (int k = 0; k < kPieceColumns; ++k) {
+#pragma unroll
+    for (int r = 0; r < kRows; ++r) sum[k][r] = S(0);
+  }
+  const Vertex children_end = at.child_begin[f + 1];
+  for (Vertex c = at.child_begin[f]; c < children_end; c += kWarp) {
+    // Each lane looks for one child, so that the warp waits once.
+    const int count = min(kWarp, static_cast<int>(children_end - c));
+    Offset block = 0, map = 0;
+    int block_ld = 0;
+    if (lane < count) {
+      const Vertex child = at.children[c + lane];
+      block = at.contribution_begin[child];
+      block_ld = leading_dimension(static_cast<Vertex>(at.border_begin[child + 1] - at.border_begin[child]));
+      map = store.child_row_begin[c + lane];
+    }
+    for (int i = 0; i < count; ++i) {
+      const S* const from = at.storage + __shfl_sync(0xffffffffu, block, i);
+      const Vertex* const rows = store.child_row + __shfl_sync(0xffffffffu, map, i);
+      const Offset from_ld = __shfl_sync(0xffffffffu, block_ld, i);
+      int column[kPieceColumns], row[kRows];
+#pragma unroll
+      for (int k = 0; k < kPieceColumns; ++k) column[k] = first + k < last ? rows[first + k] : -1;
+#pragma unroll
+      for (int r = 0; r < kRows; ++r) {
+        const int place = begin + lane + r * kWarp;
+        row[r] = place < end ? rows[place] : -1;
+      }
+      if (!any_of(column) || !__any_sync(0xffffffffu, any_of(row))) continue;
+      S value[kPieceColumns][kRows];  // all are asked for before the first is added
+#pragma unroll
+      for (int k = 0; k < kPieceColumns; ++k) {
+#pragma unroll
+        for (int r = 0; r < kRows; ++r)
+          value[k][r] = column[k] >= 0 && row[r] >= 0 ? from[row[r] + column[k] * from_ld] : S(0);
+      }
+#pragma unroll
+      for (int k = 0; k < kPieceColumns; ++k) {
+#pragma unroll
+        for (int r = 0; r < kRows; ++r) sum[k][r] += value[k][r];
+      }
+    }
+  }
+#pragma unroll
+  for (int k = 0; k < kPieceColumns; ++k) {
+#pragma unroll
+    for (int r = 0; r < kRows; ++r) {
+      const int place = begin + lane + r * kWarp;
+      if (first + k < last && place < end) to[place + (first + k) * ld] = sum[k][r];
+    }
+  }
+}
+
+template <class S, class Value>
+__global__ void __launch_bounds__(kAssembleThreads)
+    assemble_fronts(DeviceStore<S, Value> store, Offset first) {
+  const AssemblyPart part = store.assemble[first + blockIdx.x];
+  const FrontStore<S, Value>& at = store.fronts;
+  const Vertex f = part.front;
+  const Front<S> front = at.front(f);
+  const int p = front.pivots, columns = part.end - part.begin;
+  S* block = front.lower;
+  Offset ld = front.lower_ld;
+  if (part.begin >= p) {
+    const bool pivots = part.first_row < p;
+    ld = pivots ? p : front.contribution_ld;
+    block = (pivots ? front.upper : front.contribution) - p * ld - part.first_row;
+  }
+  const int down = (part.last_row - part.first_row + kPieceRows - 1) / kPieceRows;
+  const int pieces = down * ((columns + kPieceColumns - 1) / kPieceColumns);
+  for (int piece = threadIdx.x / kWarp; piece < pieces; piece += kAssembleThreads / kWarp) {
+    const int j = part.begin + piece / down * kPieceColumns, i = part.first_row + piece % down * kPieceRows;
+    sum_children(store, f, j, min(j + kPieceColumns, part.end), i, min(i + kPieceRows, part.last_row), block,
+                 ld);
+  }
+  __syncthreads();
+  S* const first_column = block + part.begin * ld;
+  for (Offset e = part.first_entry + threadIdx.x; e < part.last_entry; e += kAssembleThreads) {
+    const int place = store.entry_place[e];
+    first_column[place] += store.scaled_entry(e, f, place % static_cast<int>(ld), p);
+  }
+}
+
+}  // namespace mfs::cuda

@@ -1,0 +1,81 @@
+// What the device kernels work on beside the FrontStore: pivoting state and the lists of the DevicePlan.
+#pragma once
+
+#include "kernels/cuda/runtime/device_scalar.hpp"
+#include "kernels/dense/panel_lu.hpp"
+#include "kernels/stages/front_store.hpp"
+#include "plan/device_plan.hpp"
+
+namespace mfs::cuda {
+
+constexpr int kStrict = 1, kBecomesStrict = 2;
+
+template <class S, class Value>
+struct DeviceStore {
+  FrontStore<S, Value> fronts;
+
+  // A front is strict once a pivot of a tile was too small, or let something below it grow: from the next
+  // factorization on its pivots are searched in all rows of the pivot block, as on the host.
+  int* strict;            // by front: 0, kStrict or kBecomesStrict
+  int* found_strict;      // fronts that became strict in this factorization
+  int* pivots_needed;     // whether a root of this factorization should have been searched for pivots
+  const double* largest;  // scaled entry of the matrix
+  double tolerance;       // of pivots, relative to it
+  double tiny;
+
+  const Vertex *small_fronts, *tiny_fronts;
+  const AssemblyPart* assemble;
+  const FrontPart *exchange, *wide_tiles, *unpivoted;
+  const SolvePart* solve;
+  const StepTask* steps;
+  const ProductTask* products;
+  const Offset* row_begin;
+  const Vertex *source_begin, *destination;
+  const Offset* child_row_begin;
+  const Vertex* child_row;
+  const Vertex* entry_place;
+
+  /// Original entry e, which goes to row i of front f.
+  __device__ S scaled_entry(Offset e, Vertex f, int i, int pivots) const {
+    const Vertex position =
+        i < pivots ? fronts.pivot_begin[f] + i : fronts.border[fronts.border_begin[f] + i - pivots];
+    return fronts.scaled_entry(e, fronts.row_of[position]);
+  }
+
+  __device__ PivotRule rule() const {
+    PivotRule rule;
+    rule.bound = tolerance * *largest;
+    rule.tiny = tiny * *largest;
+    rule.largest = *largest;
+    return rule;
+  }
+  __device__ bool is_strict(Vertex f) const { return strict[f] == kStrict; }
+  __device__ void make_strict(Vertex f) const {
+    if (atomicCAS(strict + f, 0, kBecomesStrict) == 0) atomicAdd(found_strict, 1);
+  }
+};
+
+/// The task that `place` belongs to: the last of `count` whose `first` member is not beyond it. One warp
+/// searches 32 tasks at a time.
+template <class Task>
+__device__ int find_task(const Task* tasks, int count, Vertex Task::*first, int place) {
+  const int lane = threadIdx.x % 32;
+  int begin = 0;
+  while (count > 1) {
+    const int step = (count + 31) / 32, candidate = lane * step;
+    const bool before = candidate < count && tasks[begin + candidate].*first <= place;
+    const int last = 31 - __clz(__ballot_sync(0xffffffffu, before));
+    begin += last * step;
+    count = min(step, count - last * step);
+  }
+  return begin;
+}
+
+/// Pivots per block column: what fits shared memory twice over.
+template <class S>
+constexpr int kTile = sizeof(S) <= 8 ? 128 : 64;
+/// Rows of the largest front that is factored in shared memory as a whole.
+template <class S>
+constexpr int kSmallRows = sizeof(S) <= 8 ? 160 : 96;
+
+}  // namespace mfs::cuda

@@ -1,0 +1,216 @@
+#include "kernels/cuda/runtime/device.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+#include <mfs/error.hpp>
+
+#include "kernels/cuda/runtime/faults.hpp"
+
+namespace mfs::cuda {
+
+Fault* planned_fault = nullptr;
+
+namespace {
+
+// The call's result, or what a test wants it to be.
+template <class Call>
+cudaError_t attempt(CallKind kind, const Call& call) {
+  if (!fails(kind)) return call();
+  return kind == CallKind::runtime ? cudaErrorUnknown : cudaErrorMemoryAllocation;
+}
+template <class Call>
+void checked(const char* what, const Call& call) {
+  check(attempt(CallKind::runtime, call), what);
+}
+
+}  // namespace
+
+void check(cudaError_t code, const char* what) {
+  if (code == cudaSuccess) return;
+  cudaGetLastError();  // an error that is no fault of the device is forgotten: the next call may succeed
+  throw BackendError("CUDA", code, std::string(what) + ": " + cudaGetErrorString(code));
+}
+
+void check_launch(const char* what) {
+  checked(what, [] { return cudaPeekAtLastError(); });
+}
+
+Offset free_memory() {
+  std::size_t free = 0, total = 0;
+  checked("cudaMemGetInfo", [&] { return cudaMemGetInfo(&free, &total); });
+  return static_cast<Offset>(free);
+}
+
+int multiprocessors() {
+  int device = 0, count = 0;
+  checked("cudaGetDevice", [&] { return cudaGetDevice(&device); });
+  checked("cudaDeviceGetAttribute",
+          [&] { return cudaDeviceGetAttribute(&count, cudaDevAttrMultiProcessorCount, device); });
+  return count;
+}
+
+void set_shared_memory(const void* kernel, std::size_t bytes) {
+  checked("cudaFuncSetAttribute", [&] {
+    return cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize, static_cast<int>(bytes));
+  });
+  checked("cudaFuncSetAttribute", [&] {
+    return cudaFuncSetAttribute(kernel, cudaFuncAttributePreferredSharedMemoryCarveout,
+                                cudaSharedmemCarveoutMaxShared);
+  });
+}
+
+DeviceArena::DeviceArena(Offset bytes) : RawArena(bytes) {
+  const cudaError_t code =
+      attempt(CallKind::device_memory, [&] { return cudaMalloc(&data_, static_cast<std::size_t>(bytes)); });
+  if (code == cudaErrorMemoryAllocation) {
+    cudaGetLastError();
+    throw OutOfMemory(MemorySpace::device, static_cast<std::size_t>(bytes),
+                      static_cast<std::size_t>(free_memory()));
+  }
+  check(code, "cudaMalloc");
+}
+DeviceArena::~DeviceArena() {
+  cudaFree(data_);
+}
+
+constexpr Offset kPage = 4096;
+
+// Whole pages, which all threads bring into being before they are locked: cudaMallocHost takes half a
+// millisecond for a megabyte. At least one, as nothing cannot be locked.
+PinnedArena::PinnedArena(Offset bytes)
+    : RawArena(bytes), memory_((std::max(bytes, Offset(1)) + kPage - 1) / kPage * kPage) {
+  data_ = memory_.at<char>(0);
+#pragma omp parallel for schedule(static)
+  for (Offset page = 0; page < memory_.bytes(); page += kPage) *at<char>(page) = 0;
+  const cudaError_t code = attempt(CallKind::host_memory, [&] {
+    return cudaHostRegister(data_, static_cast<std::size_t>(memory_.bytes()), cudaHostRegisterDefault);
+  });
+  if (code == cudaErrorMemoryAllocation) {
+    cudaGetLastError();
+    throw std::bad_alloc();
+  }
+  check(code, "cudaHostRegister");
+}
+PinnedArena::~PinnedArena() {
+  cudaHostUnregister(data_);
+}
+
+Stream::Stream(Priority priority) {
+  checked("cudaStreamCreate", [&] {
+    int least = 0, greatest = 0;
+    const cudaError_t status = cudaDeviceGetStreamPriorityRange(&least, &greatest);
+    if (status != cudaSuccess) return status;
+    return cudaStreamCreateWithPriority(&stream_, cudaStreamNonBlocking,
+                                        priority == Priority::low ? least : greatest);
+  });
+}
+Stream::~Stream() {
+  cudaStreamDestroy(stream_);
+}
+void Stream::synchronize() const {
+  checked("cudaStreamSynchronize", [&] { return cudaStreamSynchronize(stream_); });
+}
+void Stream::drain() const noexcept {
+  cudaStreamSynchronize(stream_);
+  cudaGetLastError();
+}
+void Stream::wait_for(const Event& event) const {
+  checked("cudaStreamWaitEvent", [&] { return cudaStreamWaitEvent(stream_, event.get(), 0); });
+}
+void Stream::to_device(void* to, const void* from, Offset bytes) const {
+  checked("cudaMemcpy", [&] {
+    return cudaMemcpyAsync(to, from, static_cast<std::size_t>(bytes), cudaMemcpyHostToDevice, stream_);
+  });
+}
+void Stream::to_host(void* to, const void* from, Offset bytes) const {
+  checked("cudaMemcpy", [&] {
+    return cudaMemcpyAsync(to, from, static_cast<std::size_t>(bytes), cudaMemcpyDeviceToHost, stream_);
+  });
+}
+void Stream::fill(void* place, int byte, Offset bytes) const {
+  if (bytes == 0) return;
+  checked("cudaMemset",
+          [&] { return cudaMemsetAsync(place, byte, static_cast<std::size_t>(bytes), stream_); });
+}
+
+void Upload::to_device(void* to, const void* from, Offset bytes) {
+  constexpr Offset kAtOnce = 1 << 16;  // of a thread
+  for (Offset done = 0; done < bytes;) {
+    if (used_ == kHalf) turn();
+    const Offset some = std::min(bytes - done, kHalf - used_);
+    char* const stage = memory_.at<char>(half_ * kHalf + used_);
+    const char* const source = static_cast<const char*>(from) + done;
+#pragma omp parallel for schedule(static)
+    for (Offset k = 0; k < some; k += kAtOnce)
+      std::memcpy(stage + k, source + k, static_cast<std::size_t>(std::min(kAtOnce, some - k)));
+    stream_.to_device(static_cast<char*>(to) + done, stage, some);
+    used_ += some;
+    done += some;
+  }
+}
+void Upload::turn() {
+  copied_[half_].record(stream_);
+  half_ = 1 - half_;
+  copied_[half_].synchronize();  // at once, before it has been recorded
+  used_ = 0;
+}
+
+Event::Event() {
+  checked("cudaEventCreate", [&] { return cudaEventCreate(&event_); });
+}
+Event::~Event() {
+  cudaEventDestroy(event_);
+}
+void Event::record(const Stream& stream) {
+  checked("cudaEventRecord", [&] { return cudaEventRecord(event_, stream.get()); });
+}
+void Event::record_foreign(void* stream) {
+  checked("cudaEventRecord", [&] { return cudaEventRecord(event_, static_cast<cudaStream_t>(stream)); });
+}
+void Event::synchronize() const {
+  checked("cudaEventSynchronize", [&] { return cudaEventSynchronize(event_); });
+}
+float Event::since(const Event& before) const {
+  float milliseconds = 0;
+  checked("cudaEventElapsedTime", [&] { return cudaEventElapsedTime(&milliseconds, before.event_, event_); });
+  return milliseconds;
+}
+
+void Stream::copy_columns(void* to, Offset to_pitch, const void* from, Offset from_pitch, Offset bytes,
+                          Vertex columns) const {
+  checked("cudaMemcpy2D", [&] {
+    return cudaMemcpy2DAsync(to, static_cast<std::size_t>(to_pitch), from,
+                             static_cast<std::size_t>(from_pitch), static_cast<std::size_t>(bytes),
+                             static_cast<std::size_t>(columns), cudaMemcpyDefault, stream_);
+  });
+}
+
+void Graph::begin(const Stream& stream) {
+  checked("cudaStreamBeginCapture",
+          [&] { return cudaStreamBeginCapture(stream.get(), cudaStreamCaptureModeThreadLocal); });
+}
+void Graph::abandon(const Stream& stream) {
+  cudaGraph_t graph = nullptr;
+  cudaStreamEndCapture(stream.get(), &graph);
+  if (graph) cudaGraphDestroy(graph);
+  cudaGetLastError();
+}
+void Graph::end(const Stream& stream) {
+  cudaGraph_t graph = nullptr;
+  checked("cudaStreamEndCapture", [&] { return cudaStreamEndCapture(stream.get(), &graph); });
+  const cudaError_t code = attempt(CallKind::runtime, [&] {
+    return cudaGraphInstantiate(&executable_, graph, cudaGraphInstantiateFlagUseNodePriority);
+  });
+  cudaGraphDestroy(graph);
+  check(code, "cudaGraphInstantiate");
+}
+void Graph::launch(const Stream& stream) const {
+  checked("cudaGraphLaunch", [&] { return cudaGraphLaunch(executable_, stream.get()); });
+}
+void Graph::reset() {
+  if (executable_) cudaGraphExecDestroy(executable_);
+  executable_ = nullptr;
+}
+
+}  // namespace mfs::cuda

@@ -1,0 +1,357 @@
+#include "kernels/dense/blas.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <iterator>
+#include <mutex>
+#include <type_traits>
+#include <vector>
+
+#include <mfs/error.hpp>
+
+#include "kernels/runtime/openblas_buffer.hpp"
+#include "kernels/runtime/simd_clones.hpp"
+
+using mfs::Offset;
+using mfs::Vertex;
+
+extern "C" {
+#define MFS_DECLARE_BLAS(prefix, S)                                                                        \
+  void prefix##gemm_(const char*, const char*, const int*, const int*, const int*, const S*, const S*,     \
+                     const int*, const S*, const int*, const S*, S*, const int*);                          \
+  void prefix##gemv_(const char*, const int*, const int*, const S*, const S*, const int*, const S*,        \
+                     const int*, const S*, S*, const int*);                                                \
+  void prefix##trsm_(const char*, const char*, const char*, const char*, const int*, const int*, const S*, \
+                     const S*, const int*, S*, const int*);                                                \
+  void prefix##trsv_(const char*, const char*, const char*, const int*, const S*, const int*, S*, const int*);
+MFS_DECLARE_BLAS(s, float)
+MFS_DECLARE_BLAS(d, double)
+MFS_DECLARE_BLAS(c, std::complex<float>)
+MFS_DECLARE_BLAS(z, std::complex<double>)
+
+#define MFS_DECLARE_GESVD(prefix, S, R, RWORK)                                                              \
+  void prefix##gesvd_(const char*, const char*, const int*, const int*, S*, const int*, R*, S*, const int*, \
+                      S*, const int*, S*, const int*, RWORK int*);
+#define MFS_RWORK(R) R*,
+MFS_DECLARE_GESVD(s, float, float, )
+MFS_DECLARE_GESVD(d, double, double, )
+MFS_DECLARE_GESVD(c, std::complex<float>, float, MFS_RWORK(float))
+MFS_DECLARE_GESVD(z, std::complex<double>, double, MFS_RWORK(double))
+
+void slacn2_(const int*, float*, float*, int*, float*, int*, int*);
+void dlacn2_(const int*, double*, double*, int*, double*, int*, int*);
+void clacn2_(const int*, std::complex<float>*, std::complex<float>*, float*, int*, int*);
+void zlacn2_(const int*, std::complex<double>*, std::complex<double>*, double*, int*, int*);
+
+// What the BLAS at hand offers to hold its own threads back; the others stay null.
+int openblas_get_num_threads() __attribute__((weak));
+void openblas_set_num_threads(int) __attribute__((weak));
+char* openblas_get_config() __attribute__((weak));
+char* openblas_get_corename() __attribute__((weak));
+int openblas_get_parallel() __attribute__((weak));
+void* blas_memory_alloc(int) __attribute__((weak));
+void blas_memory_free(void*) __attribute__((weak));
+extern int blas_server_avail __attribute__((weak));
+int MKL_Set_Num_Threads_Local(int) __attribute__((weak));
+void MKL_Get_Version_String(char*, int) __attribute__((weak));
+const char* bli_info_get_version_str() __attribute__((weak));
+}
+
+namespace mfs::blas {
+
+namespace {
+
+#define MFS_OVERLOAD_BLAS(prefix, S)                                                                        \
+  void gemm(const char* ta, int m, int n, int k, S alpha, const S* a, int lda, const S* b, int ldb, S beta, \
+            S* c, int ldc) {                                                                                \
+    prefix##gemm_(ta, "N", &m, &n, &k, &alpha, a, &lda, b, &ldb, &beta, c, &ldc);                           \
+  }                                                                                                         \
+  void gemv(const char* ta, int m, int n, S alpha, const S* a, int lda, const S* x, S beta, S* y) {         \
+    const int one = 1;                                                                                      \
+    prefix##gemv_(ta, &m, &n, &alpha, a, &lda, x, &one, &beta, y, &one);                                    \
+  }                                                                                                         \
+  void trsm(const char* side, const char* uplo, const char* ta, const char* diag, int m, int n, const S* t, \
+            int ldt, S* b, int ldb) {                                                                       \
+    const S one(1);                                                                                         \
+    prefix##trsm_(side, uplo, ta, diag, &m, &n, &one, t, &ldt, b, &ldb);                                    \
+  }                                                                                                         \
+  void trsv(const char* uplo, const char* ta, const char* diag, int n, const S* t, int ldt, S* x) {         \
+    const int one = 1;                                                                                      \
+    prefix##trsv_(uplo, ta, diag, &n, t, &ldt, x, &one);                                                    \
+  }
+MFS_OVERLOAD_BLAS(s, float)
+MFS_OVERLOAD_BLAS(d, double)
+MFS_OVERLOAD_BLAS(c, std::complex<float>)
+MFS_OVERLOAD_BLAS(z, std::complex<double>)
+
+#define MFS_OVERLOAD_GESVD(prefix, S, R, RWORK)                                                      \
+  int gesvd(int n, S* a, R* singular, S* u, S* vt, S* work, int length, [[maybe_unused]] R* rwork) { \
+    int info = 0;                                                                                    \
+    prefix##gesvd_("A", "A", &n, &n, a, &n, singular, u, &n, vt, &n, work, &length, RWORK& info);    \
+    return info;                                                                                     \
+  }
+MFS_OVERLOAD_GESVD(s, float, float, )
+MFS_OVERLOAD_GESVD(d, double, double, )
+#define MFS_RWORK_ARGUMENT rwork,
+MFS_OVERLOAD_GESVD(c, std::complex<float>, float, MFS_RWORK_ARGUMENT)
+MFS_OVERLOAD_GESVD(z, std::complex<double>, double, MFS_RWORK_ARGUMENT)
+
+#define MFS_OVERLOAD_LACN2(prefix, S, R, SIGNS)                                                   \
+  void lacn2(int n, S* v, S* x, [[maybe_unused]] int* signs, R* estimate, int* kase, int* save) { \
+    prefix##lacn2_(&n, v, x, SIGNS estimate, kase, save);                                         \
+  }
+#define MFS_SIGNS_ARGUMENT signs,
+MFS_OVERLOAD_LACN2(s, float, float, MFS_SIGNS_ARGUMENT)
+MFS_OVERLOAD_LACN2(d, double, double, MFS_SIGNS_ARGUMENT)
+MFS_OVERLOAD_LACN2(c, std::complex<float>, float, )
+MFS_OVERLOAD_LACN2(z, std::complex<double>, double, )
+
+int leading(Offset ld) {
+  return ld > 0 ? static_cast<int>(ld) : 1;
+}
+
+// y (m) -= A x for A (m x k). Such products are as many as a tree has fronts, and each entry of A is used
+// once: what a call of BLAS does beside (OpenBLAS' pthread kind takes a lock for its buffer) takes longer
+// than small ones, and threads queue up. Complex numbers and A^T are left to BLAS.
+#define MFS_SUBTRACT_PRODUCT(S)                                                                          \
+  MFS_SIMD_CLONES void subtract_product(Vertex m, Vertex k, const S* a, Offset ld, const S* x, S* out) { \
+    S* const __restrict y = out;                                                                         \
+    Vertex j = 0;                                                                                        \
+    for (; j + 8 <= k; j += 8, a += 8 * ld, x += 8) {                                                    \
+      const S *a1 = a + ld, *a2 = a1 + ld, *a3 = a2 + ld, *a4 = a3 + ld, *a5 = a4 + ld, *a6 = a5 + ld,   \
+              *a7 = a6 + ld;                                                                             \
+      for (Vertex i = 0; i < m; ++i)                                                                     \
+        y[i] -= ((a[i] * x[0] + a1[i] * x[1]) + (a2[i] * x[2] + a3[i] * x[3])) +                         \
+                ((a4[i] * x[4] + a5[i] * x[5]) + (a6[i] * x[6] + a7[i] * x[7]));                         \
+    }                                                                                                    \
+    for (; j < k; ++j, a += ld, ++x) {                                                                   \
+      for (Vertex i = 0; i < m; ++i) y[i] -= a[i] * x[0];                                                \
+    }                                                                                                    \
+  }
+MFS_SUBTRACT_PRODUCT(float)
+MFS_SUBTRACT_PRODUCT(double)
+
+/// Triangles are solved with by blocks of so many unknowns.
+constexpr Vertex kTriangle = 16;
+
+// x := T^-1 x for the unit lower or the upper triangle T (n x n).
+template <class Real>
+void solve_triangle(bool upper, Vertex n, const Real* t, Offset ld, Real* x) {
+  if (upper) {
+    for (Vertex k = (n - 1) / kTriangle * kTriangle; k >= 0; k -= kTriangle) {
+      for (Vertex j = std::min(n, k + kTriangle) - 1; j >= k; --j) {
+        x[j] /= t[j + j * ld];
+        for (Vertex i = k; i < j; ++i) x[i] -= t[i + j * ld] * x[j];
+      }
+      subtract_product(k, std::min(kTriangle, n - k), t + k * ld, ld, x + k, x);
+    }
+  } else {
+    for (Vertex k = 0; k < n; k += kTriangle) {
+      const Vertex next = std::min(n, k + kTriangle);
+      for (Vertex j = k; j < next; ++j) {
+        for (Vertex i = j + 1; i < next; ++i) x[i] -= t[i + j * ld] * x[j];
+      }
+      subtract_product(n - next, next - k, t + next + k * ld, ld, x + k, x + next);
+    }
+  }
+}
+
+// One right-hand side reads the triangle once; trsm would pack it first.
+template <class Scalar>
+void solve_left(const char* uplo, const char* diag, Transpose transpose, Vertex n, Vertex columns,
+                const Scalar* t, Offset ldt, Scalar* b, Offset ldb) {
+  if (n == 0 || columns == 0) return;
+  if constexpr (std::is_floating_point_v<Scalar>) {
+    if (columns == 1 && transpose == Transpose::no) return solve_triangle(*uplo == 'U', n, t, ldt, b);
+  }
+  const char ta = static_cast<char>(transpose);
+  if (columns == 1) {
+    trsv(uplo, &ta, diag, n, t, leading(ldt), b);
+  } else {
+    trsm("L", uplo, &ta, diag, n, columns, t, leading(ldt), b, leading(ldb));
+  }
+}
+
+}  // namespace
+
+template <class Scalar>
+void gemm_minus(Transpose transpose_a, Vertex m, Vertex n, Vertex k, const Scalar* a, Offset lda,
+                const Scalar* b, Offset ldb, Scalar* c, Offset ldc) {
+  if (m == 0 || n == 0 || k == 0) return;
+  const bool plain = transpose_a == Transpose::no;
+  if constexpr (std::is_floating_point_v<Scalar>) {
+    if (n == 1 && plain) return subtract_product(m, k, a, lda, b, c);
+  }
+  const char ta = static_cast<char>(transpose_a);
+  if (n == 1) {
+    gemv(&ta, plain ? m : k, plain ? k : m, Scalar(-1), a, leading(lda), b, Scalar(1), c);
+  } else {
+    gemm(&ta, m, n, k, Scalar(-1), a, leading(lda), b, leading(ldb), Scalar(1), c, leading(ldc));
+  }
+}
+
+template <class Scalar>
+void solve_unit_lower(Transpose transpose, Vertex n, Vertex columns, const Scalar* t, Offset ldt, Scalar* b,
+                      Offset ldb) {
+  solve_left("L", "U", transpose, n, columns, t, ldt, b, ldb);
+}
+
+template <class Scalar>
+void solve_upper(Transpose transpose, Vertex n, Vertex columns, const Scalar* t, Offset ldt, Scalar* b,
+                 Offset ldb) {
+  solve_left("U", "N", transpose, n, columns, t, ldt, b, ldb);
+}
+
+template <class Scalar>
+void solve_upper_right(Vertex rows, Vertex n, const Scalar* u, Offset ldu, Scalar* b, Offset ldb) {
+  if (rows == 0 || n == 0) return;
+  trsm("R", "U", "N", "N", rows, n, u, leading(ldu), b, leading(ldb));
+}
+
+template <class Scalar>
+int singular_values(Vertex n, Scalar* a, double* singular, Scalar* u, Scalar* v_transposed) {
+  using Real = decltype(std::abs(*a));
+  std::vector<Real> values(static_cast<std::size_t>(n)), rwork(static_cast<std::size_t>(5 * n));
+  std::vector<Scalar> work(static_cast<std::size_t>(8 * n));
+  const int info = gesvd(n, a, values.data(), u, v_transposed, work.data(), 8 * n, rwork.data());
+  std::copy(values.begin(), values.end(), singular);
+  return info;
+}
+
+template <class Scalar>
+double estimate_norm(Vertex n, const std::function<void(Scalar*)>& apply,
+                     const std::function<void(Scalar*)>& apply_adjoint) {
+  std::vector<Scalar> v(static_cast<std::size_t>(n)), x(static_cast<std::size_t>(n));
+  std::vector<int> signs(static_cast<std::size_t>(n));
+  decltype(std::abs(Scalar())) estimate = 0;
+  int kase = 0, save[3] = {};
+  for (;;) {
+    lacn2(n, v.data(), x.data(), signs.data(), &estimate, &kase, save);
+    if (kase == 0) return estimate;
+    (kase == 1 ? apply : apply_adjoint)(x.data());
+  }
+}
+
+namespace {
+
+// A buffer that was given back stays with OpenBLAS, so `callers` of them held together are enough for good.
+void take_buffers(int callers) {
+  static std::mutex mutex;
+  static int taken = 0;
+  if (!blas_memory_alloc || !blas_memory_free) return;
+  const std::lock_guard<std::mutex> lock(mutex);
+  if (callers <= taken) return;
+  std::vector<void*> held;
+  held.reserve(static_cast<std::size_t>(callers));
+  while (static_cast<int>(held.size()) < callers) {
+    const bool kept = static_cast<int>(held.size()) < taken;
+    if (!kept && !room_for_openblas_buffer()) break;
+    held.push_back(blas_memory_alloc(0));
+  }
+  for (void* buffer : held) blas_memory_free(buffer);
+  taken = static_cast<int>(held.size());
+  if (taken < callers) throw OutOfMemory(MemorySpace::host, kOpenblasBuffer, 0);
+}
+
+// OpenBLAS' own threads look for their buffers without end as well, and at the end of the process it waits
+// for them. Where there is no room for one, they never come; without its server OpenBLAS waits for nobody.
+struct LetTheProcessEnd {
+  ~LetTheProcessEnd() {
+    if (&blas_server_avail && !room_for_openblas_buffer()) blas_server_avail = 0;
+  }
+} const let_the_process_end;
+
+}  // namespace
+
+SequentialScope::SequentialScope(int callers) {
+  take_buffers(callers);
+  if (MKL_Set_Num_Threads_Local) {
+    previous_ = MKL_Set_Num_Threads_Local(1);
+  } else if (openblas_get_num_threads && openblas_set_num_threads) {
+    previous_ = openblas_get_num_threads();
+    if (previous_ != 1) openblas_set_num_threads(1);
+  }
+}
+
+SequentialScope::~SequentialScope() {
+  if (MKL_Set_Num_Threads_Local) {
+    MKL_Set_Num_Threads_Local(previous_);
+  } else if (previous_ > 1) {
+    openblas_set_num_threads(previous_);
+  }
+}
+
+namespace {
+
+std::string linked_library() {
+  if (MKL_Get_Version_String) {
+    char text[200] = {};
+    MKL_Get_Version_String(text, sizeof text - 1);
+    return text;
+  }
+  if (bli_info_get_version_str) return std::string("BLIS ") + bli_info_get_version_str();
+  if (!openblas_get_config) return "BLAS (unnamed)";
+  const std::string config = openblas_get_config();  // names the kind of processor, too
+  if (!openblas_get_parallel) return config;
+  switch (openblas_get_parallel()) {
+    case 0:
+      return config + ", serial: MFS uses one thread";
+    case 1:
+      return config + ", pthread";
+    default:
+      return config + ", openmp";
+  }
+}
+
+}  // namespace
+
+std::string library_name() {
+  const std::string better = better_kernels();
+  return linked_library() + (better.empty() ? "" : "; OPENBLAS_CORETYPE=" + better + " would be faster");
+}
+
+std::string better_kernels() {
+#ifdef __x86_64__
+  const bool chosen_at_run_time =
+      openblas_get_corename && openblas_get_config && std::strstr(openblas_get_config(), "DYNAMIC_ARCH");
+  if (!chosen_at_run_time || std::getenv("OPENBLAS_CORETYPE")) return "";
+  const bool avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"),
+             avx512 = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+                      __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl") &&
+                      __builtin_cpu_supports("avx512cd");
+  return better_kernels(openblas_get_corename(), avx2, avx512);
+#else
+  return "";
+#endif
+}
+
+std::string better_kernels(const std::string& taken, bool avx2, bool avx512) {
+  // Of processors without AVX2, as OpenBLAS 0.3 names them.
+  static const char* const kOld[] = {"Katmai", "Coppermine",  "Northwood",    "Prescott",   "Banias",
+                                     "Atom",   "Core2",       "Penryn",       "Dunnington", "Nehalem",
+                                     "Athlon", "Opteron",     "Opteron_SSE3", "Barcelona",  "Bobcat",
+                                     "Nano",   "Sandybridge", "Bulldozer",    "Piledriver", "Steamroller"};
+  const bool old = std::find(std::begin(kOld), std::end(kOld), taken) != std::end(kOld);
+  return !old || !avx2 ? "" : avx512 ? "SkylakeX" : "Haswell";
+}
+
+bool many_callers() {
+  if (MKL_Get_Version_String || bli_info_get_version_str) return true;
+  return !openblas_get_parallel || openblas_get_parallel() != 0;
+}
+
+#define MFS_INSTANTIATE(S)                                                                               \
+  template void gemm_minus<S>(Transpose, Vertex, Vertex, Vertex, const S*, Offset, const S*, Offset, S*, \
+                              Offset);                                                                   \
+  template void solve_unit_lower<S>(Transpose, Vertex, Vertex, const S*, Offset, S*, Offset);            \
+  template void solve_upper<S>(Transpose, Vertex, Vertex, const S*, Offset, S*, Offset);                 \
+  template void solve_upper_right<S>(Vertex, Vertex, const S*, Offset, S*, Offset);                      \
+  template int singular_values<S>(Vertex, S*, double*, S*, S*);                                          \
+  template double estimate_norm<S>(Vertex, const std::function<void(S*)>&, const std::function<void(S*)>&);
+MFS_INSTANTIATE(float)
+MFS_INSTANTIATE(double)
+MFS_INSTANTIATE(std::complex<float>)
+MFS_INSTANTIATE(std::complex<double>)
+
+}  // namespace mfs::blas

@@ -1,0 +1,138 @@
+// The factors of one matrix in the memory of an executor, and what it can do with them: all that the accuracy
+// ladder knows of it. Everything that factor() needs is allocated when the factors are made.
+#pragma once
+
+#include <complex>
+#include <functional>
+#include <memory>
+
+#include <mfs/error.hpp>
+
+#include "kernels/factor_status.hpp"
+#include "ordering/transpose.hpp"
+#include "plan/symbolic_plan.hpp"
+
+namespace mfs {
+
+/// Right-hand sides that one pass over the factors serves at most.
+constexpr Vertex kSolveColumns = 16;
+
+/// Bytes that factors of a plan take, by purpose; the sum is exactly what is allocated.
+struct NumericBytes {
+  Offset factor = 0;        // L and U
+  Offset contribution = 0;  // what contribution blocks need beyond the factors
+  Offset other = 0;         // matrix values, scaling, pivots, lists
+  Offset solve = 0;         // vectors of a solve
+  Offset total() const { return factor + contribution + other + solve; }
+};
+
+/// What factor() did, and the largest scaled entry of the matrix.
+struct Factored {
+  FactorStatus status;
+  double largest;
+};
+
+/// A's values by slot of the pattern, its scales by row and column of A.
+template <class Value>
+struct HostMatrix {
+  const Value* values = nullptr;
+  const double *row_scale = nullptr, *column_scale = nullptr;
+};
+
+/// Right-hand sides and the place of their solutions, column-major with leading dimensions of at least n.
+template <class Value>
+struct SolveBlock {
+  const Value* b;
+  Offset ldb;
+  Value* x;
+  Offset ldx;
+  Vertex columns;
+  const TransposedPattern* transposed = nullptr;  // solve with A^T, whose pattern this is
+};
+
+/// What factors in the memory of a device can do beside: take and give arrays of that memory, and hold the
+/// vectors of a solve there. `stream` is a stream of the caller; what was put into it before is waited for on
+/// the device. Calls return when their work is done, but for start and correct, whose end backward_error
+/// waits for.
+template <class Value>
+class ResidentFactors {
+ public:
+  virtual ~ResidentFactors() = default;
+  /// Takes the values, by slot of the pattern, for the next factor(); false if one of them is not finite.
+  virtual bool take_values(const Value* values, void* stream) = 0;
+  /// Copies of `columns` columns of `rows` entries, device to host and back.
+  virtual void download(const Value* from, Offset ld, Offset rows, Vertex columns, Value* to,
+                        void* stream) = 0;
+  virtual void upload(const Value* from, Offset rows, Vertex columns, Value* to, Offset ld, void* stream) = 0;
+
+  /// Vectors of its own: x = approximately A^-1 b. The block's arrays lie on the device and are used until
+  /// the next start; where the block is the host's (start_from_host, leading dimensions n), its solution
+  /// comes there.
+  virtual void start(const SolveBlock<Value>& block, double row_floor, void* stream) = 0;
+  virtual void start_from_host(const SolveBlock<Value>& block, double row_floor) = 0;
+  /// The worst componentwise backward error of x. Where it is at most `bound`, x goes to its place in the
+  /// block.
+  virtual double backward_error(double bound) = 0;
+  /// x += approximately A^-1 (b - A x).
+  virtual void correct() = 0;
+  /// x as it is now, into memory of the host: n x columns.
+  virtual void bring_solution(Value* x) = 0;
+};
+
+template <class Value>
+class Factors {
+ public:
+  virtual ~Factors() = default;
+
+  /// A's values in the order of the pattern's slots and its scales, in memory of the host, to be filled
+  /// before factor().
+  virtual Value* matrix_values() = 0;
+  virtual double* row_scale() = 0;
+  virtual double* column_scale() = 0;
+  /// The same for reading only; values that came from a device are brought first.
+  virtual HostMatrix<Value> matrix() = 0;
+
+  /// Factors the matrix; a pivot below tolerance times the largest scaled entry is perturbed. `progress` (may
+  /// be empty) is told the fraction of the operations done after each depth.
+  virtual Factored factor(double tolerance, const std::function<void(double)>& progress) = 0;
+
+  /// to = approximately A^-1 from (A^-T with `transposed`), scaling and permutation included: n x columns in
+  /// memory of the host and in the caller's numbering. They may be the same array.
+  virtual void apply_inverse(const Value* from, Value* to, Vertex columns, bool transposed) = 0;
+  /// Makes room for what apply_inverse needs for so many columns (std::bad_alloc, OutOfMemory): there is room
+  /// for one.
+  virtual void make_room(Vertex columns) = 0;
+  /// Columns that many right-hand sides are best taken by: fewer than kSolveColumns where the vectors of so
+  /// many would need much memory beside the factors.
+  virtual Vertex columns_at_once() const { return kSolveColumns; }
+  /// Memory of the host for vectors that apply_inverse is given. Throws std::bad_alloc.
+  virtual std::shared_ptr<char> host_vectors(Offset bytes) const = 0;
+
+  /// What factor() did to the pivots, by position: the row of its pivot block that came there, counted from
+  /// the block's first, and what was added.
+  virtual Vertex local_row(Vertex position) const = 0;
+  virtual Value pivot_shift(Vertex position) const = 0;
+  /// pivots[0 ... n-1] = the pivots by position, as they are in the factors.
+  virtual void diagonal_pivots(std::complex<double>* pivots) const = 0;
+
+  /// Where the factors lie, and how many bytes they take there, with all that is in use beside.
+  virtual MemorySpace memory() const = 0;
+  virtual Offset bytes() const = 0;
+  /// Null where that is the host.
+  virtual ResidentFactors<Value>* resident() { return nullptr; }
+};
+
+enum class HostSpace { serial, openmp };
+
+/// Of factors in the memory of the host: `scalar_bytes` of an entry of the factors, `value_bytes` of one of
+/// the matrix; `columns` right-hand sides that there is room for.
+NumericBytes host_bytes(const SymbolicPlan& plan, Offset scalar_bytes, Offset value_bytes, Vertex columns);
+
+/// With single_precision the factors are float or complex<float>, whatever Value is. Must be made and used
+/// inside Engine::run, with `threads` the number given there. Throws std::bad_alloc.
+template <class Value>
+std::unique_ptr<Factors<Value>> make_host_factors(HostSpace space, bool single_precision,
+                                                  std::shared_ptr<const SymbolicPlan> plan,
+                                                  std::shared_ptr<const Pattern> pattern, int threads);
+
+}  // namespace mfs

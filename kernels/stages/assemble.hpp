@@ -1,0 +1,95 @@
+// Stage "assemble": original entries and the children's contribution blocks come into the fronts of one
+// depth.
+//
+// A parent pulls: it adds its children's contribution blocks one after another, in the order of the plan, so
+// no two threads ever add to the same entry, nothing is atomic, and the result is the same bit for bit from
+// run to run. border_in_parent is ascending, so each column of a child's contribution block falls apart at
+// most once:
+//
+//      child column j goes to parent column J = map[j]
+//        J < p  ->  column J of [P; L]
+//        J >= p ->  rows with map[i] < p into column J-p of U, the rest into column J-p of C
+//
+// The work is cut by columns of the parent: a small front is one piece, a large one many.
+#pragma once
+
+#include <algorithm>
+
+#include "kernels/stages/front_store.hpp"
+
+namespace mfs {
+
+template <class Scalar>
+void clear_columns(const Front<Scalar>& front, Vertex begin, Vertex end) {
+  const Offset p = front.pivots, ld = front.lower_ld, contribution_ld = front.contribution_ld;
+  const Offset lower_begin = begin < p ? begin : p, lower_end = end < p ? end : p;
+  const Offset right_begin = begin < p ? 0 : begin - p, right_end = end < p ? 0 : end - p;
+  std::fill(front.lower + lower_begin * ld, front.lower + lower_end * ld, Scalar(0));
+  std::fill(front.upper + right_begin * p, front.upper + right_end * p, Scalar(0));
+  std::fill(front.contribution + right_begin * contribution_ld,
+            front.contribution + right_end * contribution_ld, Scalar(0));
+}
+
+/// First entry of front f that lies in front column `column` or beyond: the entries ascend by column.
+template <class Scalar, class Value>
+Offset first_entry(const FrontStore<Scalar, Value>& store, Vertex f, Vertex column) {
+  const Front<Scalar> front = store.front(f);
+  const Offset target =
+      column < front.pivots
+          ? store.lower_begin[f] + static_cast<Offset>(column) * front.lower_ld
+          : store.upper_begin[f] + static_cast<Offset>(column - front.pivots) * front.pivots;
+  Offset begin = store.entry_begin[f], count = store.entry_begin[f + 1] - begin;
+  while (count > 0) {
+    const Offset half = count / 2;
+    if (store.entry_target[begin + half] < target) {
+      begin += half + 1;
+      count -= half + 1;
+    } else {
+      count = half;
+    }
+  }
+  return begin;
+}
+
+template <class Scalar, class Value>
+void scatter_entries(const FrontStore<Scalar, Value>& store, Offset begin, Offset end) {
+  for (Offset e = begin; e < end; ++e)
+    store.storage[store.entry_target[e]] = store.scaled_entry(e, store.entry_row[e]);
+}
+
+/// Adds what the contribution block of `child` has for columns [begin, end) of its parent's front.
+template <class Scalar, class Value>
+void extend_add(const FrontStore<Scalar, Value>& store, const Front<Scalar>& parent, Vertex child,
+                Vertex begin, Vertex end) {
+  const Vertex* map = store.border_in_parent + store.border_begin[child];
+  const Front<Scalar> source = store.front(child);
+  const Vertex b = source.border, p = parent.pivots;
+  const Vertex split = lower_bound(map, b, p);  // rows before it go to pivot rows
+  const Vertex last = lower_bound(map, b, end);
+  for (Vertex j = lower_bound(map, b, begin); j < last; ++j) {
+    const Scalar* column = source.contribution + static_cast<Offset>(j) * source.contribution_ld;
+    const Offset target = map[j];
+    if (target < p) {
+      Scalar* lower = parent.lower + target * parent.lower_ld;
+      for (Vertex i = 0; i < b; ++i) lower[map[i]] += column[i];
+    } else {
+      Scalar* upper = parent.upper + (target - p) * p;
+      Scalar* contribution = parent.contribution + (target - p) * parent.contribution_ld;
+      for (Vertex i = 0; i < split; ++i) upper[map[i]] += column[i];
+      for (Vertex i = split; i < b; ++i) contribution[map[i] - p] += column[i];
+    }
+  }
+}
+
+/// Columns [begin, end) of front f.
+template <class Scalar, class Value>
+void assemble_columns(const FrontStore<Scalar, Value>& store, Vertex f, Vertex begin, Vertex end) {
+  const Front<Scalar> front = store.front(f);
+  clear_columns(front, begin, end);
+  scatter_entries(store, first_entry(store, f, begin),
+                  end == front.rows() ? store.entry_begin[f + 1] : first_entry(store, f, end));
+  for (Vertex c = store.child_begin[f]; c < store.child_begin[f + 1]; ++c)
+    extend_add(store, front, store.children[c], begin, end);
+}
+
+}  // namespace mfs

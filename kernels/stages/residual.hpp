@@ -1,0 +1,166 @@
+// Residual and componentwise backward error of A X = B (or A^T X = B), in the caller's numbering, by plain
+// loops over the rows of the original matrix, summed in double precision (Oettli and Prager 1964):
+//
+//   error = max_i |b - A x|_i / (|A| |x| + |b| + f)_i    0/0 counts as 0; anything not finite as infinity
+//
+// f is zero but where the caller asked for a floor under rows that hold rounding only.
+#pragma once
+
+#include <cmath>
+#include <limits>
+
+#include "kernels/runtime/dispatch.hpp"
+#include "kernels/stages/front_store.hpp"
+#include "kernels/stages/vector_ops.hpp"
+
+namespace mfs {
+
+/// Rows of the matrix whose residual is taken: of A itself, or of A^T, whose entry k then is
+/// values[slots[k]] (slots is null for A).
+template <class Scalar>
+struct RowAccess {
+  const Offset* offsets;
+  const Vertex* columns;
+  const Offset* slots;
+  const Scalar* values;
+};
+
+/// f_i = amount / scale[i]; none where amount is 0.
+struct RowFloor {
+  double amount = 0;
+  const double* scale = nullptr;
+};
+
+// Not in the function: device code may use such constants, but not call what they are made by.
+constexpr double kMostFinite = std::numeric_limits<double>::max();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// Backward error of a row with the residual `off` and terms of the size `size`. A size beyond the range
+/// would make any residual look small: it counts as infinite, too. NaN compares false: written so that it
+/// counts as infinite.
+KOKKOS_INLINE_FUNCTION double row_error(double off, double size) {
+  const double ratio = off == 0 ? 0 : size <= kMostFinite ? off / size : kInfinity;
+  return ratio <= 1e300 ? ratio : kInfinity;
+}
+
+/// A sum in blocks of so many terms, whose totals are added with what rounding takes from them (Knuth's
+/// TwoSum). In a row of 1e5 equal terms a plain sum loses up to 1e5 eps, more than solutions may be wrong by.
+template <class Number>
+class BlockedSum {
+ public:
+  static constexpr Offset kBlock = 256;
+  KOKKOS_INLINE_FUNCTION explicit BlockedSum(const Number& first) : block_(first) {}
+  KOKKOS_INLINE_FUNCTION void subtract(const Number& term) {
+    block_ -= term;
+    if (++terms_ % kBlock == 0) close();
+  }
+  KOKKOS_INLINE_FUNCTION Number value() const { return (high_ + block_) + low_; }
+
+ private:
+  KOKKOS_INLINE_FUNCTION void close() {
+    const Number sum = high_ + block_, added = sum - high_;
+    low_ += (high_ - (sum - added)) + (block_ - added);
+    high_ = sum;
+    block_ = Number(0);
+  }
+
+  Number block_, high_ = Number(0), low_ = Number(0);
+  Offset terms_ = 0;
+};
+
+/// r = b - A x for one column (b null: r = -A x); *worst = its backward error, a place in the memory of Exec.
+/// Where `size_of_row` is not null, size_of_row[i] = (|A| |x| + |b| + f)_i, or 1 where that is no divisor
+/// (zero, subnormal, infinite).
+template <class Exec, class Scalar>
+void residual(const Exec& exec, Vertex n, const RowAccess<Scalar>& a, const Scalar* b, const Scalar* x,
+              Scalar* r, double* worst, double* size_of_row = nullptr, const RowFloor& floor = {}) {
+  using Limits = std::numeric_limits<RealOf<Scalar>>;
+  const double smallest = Limits::min(), largest = Limits::max();
+  Kokkos::parallel_reduce(
+      "mfs::residual", Kokkos::RangePolicy<Exec, Kokkos::IndexType<Offset>>(exec, 0, n),
+      KOKKOS_LAMBDA(Offset i, double& most) {
+        using Sum = decltype(widened(x[i]));
+        const Sum first = b ? widened(b[i]) : Sum(0);
+        BlockedSum<Sum> terms(first);
+        double size = magnitude(first) + (floor.amount > 0 ? floor.amount / floor.scale[i] : 0);
+        for (Offset k = a.offsets[i]; k < a.offsets[i + 1]; ++k) {
+          const auto product = widened(a.values[a.slots ? a.slots[k] : k]) * widened(x[a.columns[k]]);
+          terms.subtract(product);
+          size += magnitude(product);
+        }
+        const Sum sum = terms.value();
+        narrow(sum, r[i]);
+        if (size_of_row) size_of_row[i] = size >= smallest && size <= largest ? size : 1;
+        const double error = row_error(magnitude(sum), size);
+        if (error > most) most = error;
+      },
+      maximum_at<Exec>(worst));
+}
+
+/// A sum of doubles and of products of doubles, as if in twice the precision (Ogita, Rump and Oishi 2005).
+class DoubledSum {
+ public:
+  void add(double term) {
+    const double sum = high_ + term, added = sum - high_;
+    low_ += (high_ - (sum - added)) + (term - added);
+    high_ = sum;
+  }
+  void add_product(double a, double b) {
+    const double product = a * b;
+    add(product);
+    low_ += std::fma(a, b, -product);
+  }
+  double value() const { return high_ + low_; }
+
+ private:
+  double high_ = 0, low_ = 0;
+};
+
+/// The same of real or of complex numbers.
+template <class Number>
+class DoubledTotal {
+ public:
+  void add(double term) { sum_.add(term); }
+  void subtract_product(double a, double b) { sum_.add_product(-a, b); }
+  double value() const { return sum_.value(); }
+
+ private:
+  DoubledSum sum_;
+};
+template <>
+class DoubledTotal<Kokkos::complex<double>> {
+ public:
+  using Number = Kokkos::complex<double>;
+  void add(const Number& term) {
+    real_.add(term.real());
+    imag_.add(term.imag());
+  }
+  void subtract_product(const Number& a, const Number& b) {
+    real_.add_product(-a.real(), b.real());
+    real_.add_product(a.imag(), b.imag());
+    imag_.add_product(-a.real(), b.imag());
+    imag_.add_product(-a.imag(), b.real());
+  }
+  Number value() const { return {real_.value(), imag_.value()}; }
+
+ private:
+  DoubledSum real_, imag_;
+};
+
+/// r = b - A (x + low), summed in twice the precision of double.
+template <class Exec, class Scalar>
+void doubled_residual(const Exec& exec, Vertex n, const RowAccess<Scalar>& a, const Scalar* b,
+                      const Scalar* x, const Scalar* low, Scalar* r) {
+  for_each_index(exec, "mfs::doubled_residual", n, [=](Offset i) {
+    DoubledTotal<decltype(widened(*b))> total;
+    total.add(widened(b[i]));
+    for (Offset k = a.offsets[i]; k < a.offsets[i + 1]; ++k) {
+      const auto entry = widened(a.values[a.slots ? a.slots[k] : k]);
+      total.subtract_product(entry, widened(x[a.columns[k]]));
+      total.subtract_product(entry, widened(low[a.columns[k]]));
+    }
+    narrow(total.value(), r[i]);
+  });
+}
+
+}  // namespace mfs

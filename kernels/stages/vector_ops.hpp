@@ -1,0 +1,187 @@
+// Vector operations of the solve phase. Free functions: nvcc takes no extended lambda of a private member.
+#pragma once
+
+#include <complex>
+
+#include "kernels/runtime/dispatch.hpp"
+#include "kernels/stages/front_store.hpp"
+
+namespace mfs {
+
+template <class Real>
+Real conjugated(Real value) {
+  return value;
+}
+template <class Real>
+std::complex<Real> conjugated(std::complex<Real> value) {
+  return std::conj(value);
+}
+
+/// to = from
+template <class Exec, class Scalar>
+void copy_vector(const Exec& exec, Vertex n, const Scalar* from, Scalar* to) {
+  for_each_index(
+      exec, "mfs::copy", n, KOKKOS_LAMBDA(Offset i) { to[i] = from[i]; });
+}
+
+/// to += factor * from
+template <class Exec, class Scalar>
+void add_vector(const Exec& exec, Offset n, Scalar factor, const Scalar* from, Scalar* to) {
+  for_each_index(
+      exec, "mfs::add", n, KOKKOS_LAMBDA(Offset i) { to[i] += factor * from[i]; });
+}
+
+/// What is left of an entry, as a part of it, where a correction takes it away and only rounding remains.
+constexpr double kRemainder = 1e-6;
+
+/// Entries of x that were larger by 1 / kRemainder in `before` become zero.
+template <class Exec, class Scalar>
+void drop_remainders(const Exec& exec, Vertex n, const Scalar* before, Scalar* x) {
+  for_each_index(
+      exec, "mfs::drop_remainders", n, KOKKOS_LAMBDA(Offset i) {
+        if (magnitude(x[i]) <= kRemainder * magnitude(before[i])) x[i] = Scalar(0);
+      });
+}
+
+/// What a correction changes an entry by, as a part of it, where the entry is taken for rounding.
+constexpr double kNoise = 1e-3;
+
+/// Entries of x become zero that d, the last of corrections which do not get smaller, still changes.
+template <class Exec, class Scalar>
+void drop_noise(const Exec& exec, Vertex n, const Scalar* d, Scalar* x) {
+  for_each_index(
+      exec, "mfs::drop_noise", n, KOKKOS_LAMBDA(Offset i) {
+        if (magnitude(d[i]) >= kNoise * magnitude(x[i])) x[i] = Scalar(0);
+      });
+}
+
+/// (x, low) += d, where x + low is a number of twice the precision and x that number rounded (Knuth's
+/// TwoSum).
+template <class Exec, class Scalar>
+void add_doubled(const Exec& exec, Vertex n, const Scalar* d, Scalar* x, Scalar* low) {
+  for_each_index(exec, "mfs::add_doubled", n, [=](Offset i) {
+    const Scalar sum = x[i] + d[i], added = sum - x[i];
+    const Scalar rest = low[i] + ((x[i] - (sum - added)) + (d[i] - added));
+    x[i] = sum + rest;
+    low[i] = rest - (x[i] - sum);
+  });
+}
+
+/// x *= factor
+template <class Exec, class Scalar>
+void scale_vector(const Exec& exec, Vertex n, Scalar factor, Scalar* x) {
+  for_each_index(
+      exec, "mfs::scale", n, KOKKOS_LAMBDA(Offset i) { x[i] *= factor; });
+}
+
+/// to = from * weight, entry by entry, or from / weight.
+template <class Exec, class Scalar>
+void weigh_vector(const Exec& exec, Vertex n, const double* weight, bool divide, const Scalar* from,
+                  Scalar* to) {
+  for_each_index(
+      exec, "mfs::weight", n, KOKKOS_LAMBDA(Offset i) {
+        const auto factor = static_cast<RealOf<Scalar>>(weight[i]);
+        to[i] = divide ? from[i] / factor : from[i] * factor;
+      });
+}
+
+/// conj(a) b in the precision of a and b, as a complex number.
+template <class Real>
+KOKKOS_INLINE_FUNCTION std::enable_if_t<std::is_floating_point_v<Real>, Kokkos::complex<double>>
+conjugate_product(Real a, Real b) {
+  return {a * b, 0};
+}
+template <class Real>
+KOKKOS_INLINE_FUNCTION Kokkos::complex<double> conjugate_product(const std::complex<Real>& a,
+                                                                 const std::complex<Real>& b) {
+  const Real *x = reinterpret_cast<const Real*>(&a), *y = reinterpret_cast<const Real*>(&b);
+  return {x[0] * y[0] + x[1] * y[1], x[0] * y[1] - x[1] * y[0]};
+}
+
+/// a^H b, summed in double precision.
+template <class Exec, class Scalar>
+Scalar dot_product(const Exec& exec, Vertex n, const Scalar* a, const Scalar* b) {
+  Kokkos::complex<double> sum(0);
+  Kokkos::parallel_reduce(
+      "mfs::dot", Kokkos::RangePolicy<Exec, Kokkos::IndexType<Offset>>(exec, 0, n),
+      KOKKOS_LAMBDA(Offset i, Kokkos::complex<double> & part) { part += conjugate_product(a[i], b[i]); },
+      sum);
+  return from_parts<Scalar>(sum.real(), sum.imag());
+}
+
+/// Between the caller's order and the order of elimination, whose position p holds number index[p]: scaled by
+/// that number's scale on the way, for n x columns, and computed as Value.
+template <class Value, bool kIntoElimination, class Exec, class From, class To>
+void permute_scaled(const Exec& exec, Vertex n, Vertex columns, const Vertex* index, const double* scale,
+                    const From* from, To* to) {
+  for_each_index(
+      exec, "mfs::permute", n, KOKKOS_LAMBDA(Offset position) {
+        const Offset i = index[position];
+        const Offset source = kIntoElimination ? i : position, target = kIntoElimination ? position : i;
+        const auto factor = static_cast<RealOf<Value>>(scale[i]);
+        for (Offset j = 0; j < columns; ++j) {
+          to[target + j * n] = static_cast<To>(Value(from[source + j * n]) * factor);
+        }
+      });
+}
+
+/// to[position] = scale * from[index[position]]
+template <class Value, class Exec, class From, class To>
+void gather_scaled(const Exec& exec, Vertex n, Vertex columns, const Vertex* index, const double* scale,
+                   const From* from, To* to) {
+  permute_scaled<Value, true>(exec, n, columns, index, scale, from, to);
+}
+
+/// And back: to[index[position]] = scale * from[position]
+template <class Value, class Exec, class From, class To>
+void scatter_scaled(const Exec& exec, Vertex n, Vertex columns, const Vertex* index, const double* scale,
+                    const From* from, To* to) {
+  permute_scaled<Value, false>(exec, n, columns, index, scale, from, to);
+}
+
+/// Takes a maximum to a place in the memory of Exec, without waiting for it.
+template <class Exec>
+auto maximum_at(double* place) {
+  using Space = typename Exec::memory_space;
+  return Kokkos::Max<double, Space>(Kokkos::View<double, Space>(place));
+}
+
+/// *largest = largest |x_i| / scale[i].
+template <class Exec, class Scalar>
+void largest_unscaled(const Exec& exec, Vertex n, const double* scale, const Scalar* x, double* largest) {
+  Kokkos::parallel_reduce(
+      "mfs::largest_unscaled", Kokkos::RangePolicy<Exec, Kokkos::IndexType<Offset>>(exec, 0, n),
+      KOKKOS_LAMBDA(Offset i, double& most) {
+        const double size = magnitude(x[i]) / scale[i];
+        if (size > most) most = size;
+      },
+      maximum_at<Exec>(largest));
+}
+
+/// *found = 1 if an entry is NaN or infinite, else 0 or less.
+template <class Exec, class Scalar>
+void find_nonfinite(const Exec& exec, Offset count, const Scalar* x, double* found) {
+  Kokkos::parallel_reduce(
+      "mfs::finite", Kokkos::RangePolicy<Exec, Kokkos::IndexType<Offset>>(exec, 0, count),
+      KOKKOS_LAMBDA(Offset i, double& most) {
+        if (!(magnitude(x[i]) <= 1.7976931348623157e308)) most = 1;
+      },
+      maximum_at<Exec>(found));
+}
+
+/// *largest = largest |a_ij| row_scale[i] column_scale[j].
+template <class Exec, class Scalar, class Value>
+void largest_scaled_entry(const Exec& exec, const FrontStore<Scalar, Value>& store, double* largest) {
+  Kokkos::parallel_reduce(
+      "mfs::largest", Kokkos::RangePolicy<Exec, Kokkos::IndexType<Offset>>(exec, 0, store.n),
+      KOKKOS_LAMBDA(Offset row, double& most) {
+        for (Offset k = store.matrix_offsets[row]; k < store.matrix_offsets[row + 1]; ++k) {
+          const double scale = store.row_scale[row] * store.column_scale[store.matrix_columns[k]];
+          const double size = magnitude(store.matrix_values[k]) * scale;
+          if (size > most) most = size;
+        }
+      },
+      maximum_at<Exec>(largest));
+}
+
+}  // namespace mfs

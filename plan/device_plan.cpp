@@ -1,0 +1,64 @@
+#include "plan/device_plan.hpp"
+
+#include <algorithm>
+
+#include "plan/assembly_lists.hpp"
+#include "plan/solve_lists.hpp"
+#include "plan/step_lists.hpp"
+
+namespace mfs {
+
+namespace {
+
+/// The fronts of one step of the plan, by how they are factored.
+struct SortedFronts {
+  std::vector<Vertex> small, large;
+};
+
+SortedFronts sort_fronts(const SymbolicPlan& plan, Vertex step, Vertex small_rows) {
+  SortedFronts fronts;
+  for (Vertex f = plan.depth_begin[step]; f < plan.depth_begin[step + 1]; ++f)
+    (plan.rows(f) <= small_rows ? fronts.small : fronts.large).push_back(f);
+  return fronts;
+}
+
+/// Fronts of like size share a launch, so that shared memory fits them.
+void list_small(const SymbolicPlan& plan, const std::vector<Vertex>& small, DevicePlan& made,
+                DepthLaunches& depth) {
+  for (Vertex most = kSmallStep; most < made.small_rows + kSmallStep; most += kSmallStep) {
+    SmallLaunch launch;
+    launch.fronts.begin = static_cast<Offset>(made.small_fronts.size());
+    for (const Vertex f : small) {
+      if (plan.rows(f) <= most && plan.rows(f) > most - kSmallStep) {
+        made.small_fronts.push_back(f);
+        launch.rows = std::max(launch.rows, plan.rows(f));
+      }
+    }
+    launch.fronts.end = static_cast<Offset>(made.small_fronts.size());
+    if (launch.fronts.count() > 0) depth.small.push_back(launch);
+  }
+}
+
+}  // namespace
+
+DevicePlan make_device_plan(const SymbolicPlan& plan, const DeviceLimits& limits) {
+  DevicePlan made;
+  made.tile = limits.tile;
+  made.small_rows = limits.small_rows;
+  AssemblyLists assembly(plan, made);
+  StepLists steps(plan, limits, made);
+  made.depths.resize(static_cast<std::size_t>(plan.num_depths));
+  for (Vertex step = 0; step < plan.num_depths; ++step) {
+    DepthLaunches& depth = made.depths[step];
+    const SortedFronts fronts = sort_fronts(plan, step, limits.small_rows);
+    list_small(plan, fronts.small, made, depth);
+    assembly.add_depth(fronts.large, depth);
+    steps.add_depth(fronts.large, depth);
+  }
+  steps.add_roots();
+  assembly.finish();
+  SolveLists(plan, limits, made).run();
+  return made;
+}
+
+}  // namespace mfs

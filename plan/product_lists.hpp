@@ -1,0 +1,26 @@
+// Products of one step as launches: the largest one by one as calls of the vendor's BLAS, the others in one
+// launch.
+#pragma once
+
+#include <vector>
+
+#include "plan/device_plan.hpp"
+
+namespace mfs {
+
+/// Writes DevicePlan::products.
+class ProductLists {
+ public:
+  ProductLists(const DeviceLimits& limits, DevicePlan& made) : limits_(limits), made_(made) {}
+
+  /// Appends the launches of products that do not depend on each other.
+  void add(const std::vector<ProductTask>& products, std::vector<Launch>& launches, Order order);
+  /// Narrow tiles in those that the vendor's BLAS does not get.
+  static Offset tiles_in(const std::vector<ProductTask>& products);
+
+ private:
+  const DeviceLimits& limits_;
+  DevicePlan& made_;
+};
+
+}  // namespace mfs

@@ -1,0 +1,80 @@
+#include "plan/schedule.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mfs {
+
+namespace {
+
+// Below this a front is not worth sharing: some 0.1 ms of work.
+constexpr double kLargeFlops = 2e6;
+// Nor is one that is less than this part of what each thread has to do in the depth: others fill the time.
+constexpr double kLargePart = 0.1;
+// What taking a front costs beside its operations, in operations.
+constexpr double kFrontFlops = 2e4;
+// A group is worth being taken when it has this many operations, and small beside a thread's part of the
+// depth.
+constexpr double kGroupFlops = 5e5;
+constexpr double kGroupPart = 0.1;
+
+struct Group {
+  double flops;
+  Vertex begin, end;  // in the list that is cut
+};
+
+// Neighbours are grouped until there is enough to do. One thread has no use for groups.
+std::vector<Group> cut(const std::vector<Vertex>& fronts, const std::vector<double>& flops, int threads) {
+  const Vertex count = static_cast<Vertex>(fronts.size());
+  double total = 0;
+  for (const Vertex f : fronts) total += flops[f] + kFrontFlops;
+  const double enough = threads == 1 ? total : std::min(kGroupFlops, kGroupPart * total / threads);
+  std::vector<Group> groups;
+  Group next{0, 0, 0};
+  for (Vertex i = 0; i < count; ++i) {
+    next.flops += flops[fronts[i]] + kFrontFlops;
+    next.end = i + 1;
+    if (next.flops < enough && next.end < count) continue;
+    groups.push_back(next);
+    next = {0, next.end, next.end};
+  }
+  std::stable_sort(groups.begin(), groups.end(),
+                   [](const Group& a, const Group& b) { return a.flops > b.flops; });
+  return groups;
+}
+
+DepthSchedule schedule_depth(const SymbolicPlan& plan, Vertex first, Vertex last, int threads) {
+  const std::vector<double>& flops = plan.front_flops;
+  double total = 0;
+  for (Vertex f = first; f < last; ++f) total += flops[f];
+  const double large = std::max(kLargeFlops, kLargePart * total / threads);
+
+  DepthSchedule depth;
+  std::vector<Vertex> small;
+  for (Vertex f = first; f < last; ++f) (threads > 1 && flops[f] > large ? depth.large : small).push_back(f);
+  std::stable_sort(depth.large.begin(), depth.large.end(),
+                   [&](Vertex a, Vertex b) { return flops[a] > flops[b]; });
+  for (const Vertex f : depth.large)
+    depth.share.push_back(std::max(1, static_cast<int>(std::lround(threads * flops[f] / total))));
+
+  depth.small.reserve(small.size());
+  depth.group_begin.push_back(0);
+  for (const Group& group : cut(small, flops, threads)) {
+    depth.small.insert(depth.small.end(), small.begin() + group.begin, small.begin() + group.end);
+    depth.group_begin.push_back(static_cast<Vertex>(depth.small.size()));
+  }
+  return depth;
+}
+
+}  // namespace
+
+Schedule make_schedule(const SymbolicPlan& plan, int threads) {
+  Schedule schedule;
+  schedule.reserve(plan.num_depths);
+  for (Vertex k = 0; k < plan.num_depths; ++k) {
+    schedule.push_back(schedule_depth(plan, plan.depth_begin[k], plan.depth_begin[k + 1], threads));
+  }
+  return schedule;
+}
+
+}  // namespace mfs

@@ -1,0 +1,331 @@
+#include "plan/symbolic_plan.hpp"
+
+#include <omp.h>
+
+#include <algorithm>
+#include <string>
+#include <tuple>
+#include <utility>
+
+#include <mfs/error.hpp>
+#include "ordering/first_error.hpp"
+#include "ordering/transpose.hpp"
+#include "plan/contribution_places.hpp"
+
+namespace mfs {
+
+BlockFlops block_flops(double s, double rest) {
+  return {s * (s - 1) * (4 * s + 1) / 6, 2.0 * (s * s * rest) - s * rest, 2.0 * s * rest * rest};
+}
+
+Vertex SymbolicPlan::block_width(Vertex pivots) const {
+  const Vertex blocks = (pivots + max_block_size - 1) / max_block_size;
+  return (pivots + blocks - 1) / blocks;
+}
+
+bool SymbolicPlan::has_turns() const {
+  return std::any_of(assembly_turn.begin(), assembly_turn.end(), [](Vertex turn) { return turn > 0; });
+}
+
+BlockFlops SymbolicPlan::flops_of(Vertex f) const {
+  BlockFlops sum{0, 0, 0};
+  const Vertex p = pivots(f), width = block_width(p);
+  for (Vertex begin = 0; begin < p; begin += width) {
+    const Vertex s = std::min(width, p - begin);
+    const BlockFlops block = block_flops(s, p - begin - s + border_rows(f));
+    sum.getrf += block.getrf;
+    sum.trsm += block.trsm;
+    sum.gemm += block.gemm;
+  }
+  return sum;
+}
+
+namespace {
+
+// Builds one plan in the order of its public steps and is thrown away.
+class PlanBuilder {
+ public:
+  PlanBuilder(const Pattern& pattern, const std::vector<Vertex>& row_order, const SeparatorTree& tree,
+              int threads, const AssemblyTurns& turns)
+      : pattern_(pattern), tree_(tree), row_order_(row_order), threads_(threads), turns_(turns) {}
+
+  SymbolicPlan build(Vertex max_block_size) {
+    plan_.max_block_size = max_block_size;
+    number_unknowns();
+    link_fronts();
+    distribute_entries();
+    find_borders();
+    place_fronts();
+    map_children_and_entries();
+    count_flops();
+    return std::move(plan_);
+  }
+
+ private:
+  void number_unknowns() {
+    plan_.n = pattern_.n;
+    plan_.nnz = pattern_.nnz();
+    plan_.column_of = tree_.order;
+    plan_.row_of.resize(plan_.n);
+    position_of_row_.resize(plan_.n);
+    position_of_column_.resize(plan_.n);
+#pragma omp parallel for num_threads(threads_) schedule(static)
+    for (Vertex p = 0; p < plan_.n; ++p) {
+      const Vertex unknown = tree_.order[p];
+      plan_.row_of[p] = row_order_.empty() ? unknown : row_order_[unknown];
+      position_of_row_[plan_.row_of[p]] = p;
+      position_of_column_[unknown] = p;
+    }
+  }
+
+  void link_fronts() {
+    const Vertex fronts = tree_.num_nodes();
+    plan_.num_fronts = fronts;
+    plan_.pivot_begin = tree_.node_begin;
+    plan_.parent = tree_.parent;
+    std::vector<Vertex> depth(fronts, 0);
+    for (Vertex f = fronts - 1; f >= 0; --f) {
+      if (plan_.parent[f] >= 0) depth[f] = depth[plan_.parent[f]] + 1;
+    }
+    plan_.num_depths = fronts ? *std::max_element(depth.begin(), depth.end()) + 1 : 0;
+    plan_.depth_begin.assign(plan_.num_depths + 1, 0);
+    for (Vertex f = 0; f < fronts; ++f) ++plan_.depth_begin[plan_.num_depths - depth[f]];
+    for (Vertex k = 0; k < plan_.num_depths; ++k) plan_.depth_begin[k + 1] += plan_.depth_begin[k];
+
+    plan_.child_begin.assign(fronts + 1, 0);
+    for (Vertex f = 0; f < fronts; ++f) {
+      if (plan_.parent[f] >= 0) ++plan_.child_begin[plan_.parent[f] + 1];
+    }
+    for (Vertex f = 0; f < fronts; ++f) plan_.child_begin[f + 1] += plan_.child_begin[f];
+    plan_.children.resize(plan_.child_begin[fronts]);
+    std::vector<Vertex> next(plan_.child_begin.begin(), plan_.child_begin.end() - 1);
+    for (Vertex f = 0; f < fronts; ++f) {
+      if (plan_.parent[f] >= 0) plan_.children[next[plan_.parent[f]]++] = f;
+    }
+  }
+
+  /// An entry: its place in elimination order, columns first, and where it is in A.
+  struct Entry {
+    Vertex column_position, row;
+    Offset slot;
+    bool operator<(const Entry& other) const {
+      return std::tie(column_position, row) < std::tie(other.column_position, other.row);
+    }
+  };
+
+  // Each entry goes to the front that eliminates the earlier of its row and column.
+  void distribute_entries() {
+    by_column_ = transpose(pattern_, threads_);
+    plan_.entry_begin.assign(plan_.num_fronts + 1, 0);
+    for_all_fronts([&](Vertex f) {
+      Offset count = 0;
+      visit_own_entries(
+          f, [&](const Entry&) { ++count; }, [&](const Entry&) { ++count; });
+      plan_.entry_begin[f + 1] = count;
+    });
+    for (Vertex f = 0; f < plan_.num_fronts; ++f) plan_.entry_begin[f + 1] += plan_.entry_begin[f];
+    plan_.entry_row.resize(plan_.nnz);
+    plan_.entry_in_row.resize(plan_.nnz);
+    entry_column_.resize(plan_.nnz);
+    plan_.entry_target.resize(plan_.nnz);
+    std::vector<std::vector<Entry>> beyond_pivots(threads_);
+    for_all_fronts([&](Vertex f) {
+      std::vector<Entry>& beyond = beyond_pivots[omp_get_thread_num()];
+      beyond.clear();
+      Offset next = plan_.entry_begin[f];
+      const auto put = [&](const Entry& entry) {
+        plan_.entry_row[next] = entry.row;
+        plan_.entry_in_row[next] = static_cast<Vertex>(entry.slot - pattern_.offsets[entry.row]);
+        entry_column_[next++] = entry.column_position;
+      };
+      visit_own_entries(f, put, [&](const Entry& entry) { beyond.push_back(entry); });
+      std::sort(beyond.begin(), beyond.end());
+      for (const Entry& entry : beyond) put(entry);
+    });
+  }
+
+  // The entries of f: those in its pivot columns at or below the pivot block, column by column, and those in
+  // its pivot rows to the right of it, row by row.
+  template <class InPivotColumn, class BeyondPivots>
+  void visit_own_entries(Vertex f, const InPivotColumn& in_pivot_column,
+                         const BeyondPivots& beyond_pivots) const {
+    const Vertex begin = plan_.pivot_begin[f], end = plan_.pivot_begin[f + 1];
+    for (Vertex p = begin; p < end; ++p) {
+      const Vertex column = plan_.column_of[p];
+      for (Offset k = by_column_.offsets[column]; k < by_column_.offsets[column + 1]; ++k) {
+        const Vertex row = by_column_.columns[k];
+        if (position_of_row_[row] >= begin) in_pivot_column(Entry{p, row, by_column_.slots[k]});
+      }
+    }
+    for (Vertex p = begin; p < end; ++p) {
+      const Vertex row = plan_.row_of[p];
+      for (Offset k = pattern_.offsets[row]; k < pattern_.offsets[row + 1]; ++k) {
+        const Vertex position = position_of_column_[pattern_.columns[k]];
+        if (position >= end) beyond_pivots(Entry{position, row, k});
+      }
+    }
+  }
+
+  // What one thread found of the borders of a depth, one after the other.
+  struct Finder {
+    RawVector<Vertex> seen_by;  // position -> front that reached it last
+    std::vector<Vertex> borders;
+  };
+  struct Found {
+    int finder;
+    std::size_t begin, end;  // in its borders
+  };
+
+  // border(f) = rows and columns beyond f's pivots that its own entries or its children's borders reach.
+  void find_borders() {
+    plan_.border_begin.assign(plan_.num_fronts + 1, 0);
+    std::vector<Finder> finders(threads_);
+    std::vector<Found> found;  // by front of one depth
+    for (Vertex k = 0; k < plan_.num_depths; ++k) {
+      const Vertex first = plan_.depth_begin[k], last = plan_.depth_begin[k + 1];
+      for (Finder& finder : finders) finder.borders.clear();
+      found.resize(last - first);
+      for_fronts(first, last, [&](Vertex f) {
+        const int thread = omp_get_thread_num();
+        const std::size_t begin = finders[thread].borders.size();
+        append_border(f, finders[thread]);
+        found[f - first] = {thread, begin, finders[thread].borders.size()};
+      });
+      const auto border_of = [&](Vertex f) {
+        const Found& place = found[f - first];
+        const Vertex* const borders = finders[place.finder].borders.data();
+        return std::pair(borders + place.begin, borders + place.end);
+      };
+      for (Vertex f = first; f < last; ++f) {
+        const auto [begin, end] = border_of(f);
+        check_branch(f, begin, end);
+        plan_.border_begin[f + 1] = plan_.border_begin[f] + (end - begin);
+      }
+      plan_.border.resize(plan_.border_begin[last]);
+      for_fronts(first, last, [&](Vertex f) {
+        const auto [begin, end] = border_of(f);
+        std::copy(begin, end, plan_.border.begin() + plan_.border_begin[f]);
+      });
+    }
+  }
+
+  void append_border(Vertex f, Finder& finder) const {
+    const Vertex pivots_end = plan_.pivot_begin[f + 1];
+    if (finder.seen_by.empty()) finder.seen_by.assign(static_cast<std::size_t>(plan_.n), -1);
+    const auto begin = static_cast<std::ptrdiff_t>(finder.borders.size());
+    const auto reach = [&](Vertex position) {
+      if (position >= pivots_end && finder.seen_by[position] != f) {
+        finder.seen_by[position] = f;
+        finder.borders.push_back(position);
+      }
+    };
+    for (Offset e = plan_.entry_begin[f]; e < plan_.entry_begin[f + 1]; ++e) {
+      reach(std::max(position_of_row_[plan_.entry_row[e]], entry_column_[e]));
+    }
+    for (Vertex c = plan_.child_begin[f]; c < plan_.child_begin[f + 1]; ++c) {
+      const Vertex child = plan_.children[c];
+      for (Offset b = plan_.border_begin[child]; b < plan_.border_begin[child + 1]; ++b)
+        reach(plan_.border[b]);
+    }
+    std::sort(finder.borders.begin() + begin, finder.borders.end());
+  }
+
+  // The border of a front begins in its parent at the earliest, and a root has none.
+  void check_branch(Vertex f, const Vertex* begin, const Vertex* end) const {
+    const Vertex parent = plan_.parent[f];
+    if (begin == end || (parent >= 0 && *begin >= plan_.pivot_begin[parent])) return;
+    throw InvalidInput("tree", "an entry joins two branches of the tree", plan_.row_of[*begin],
+                       plan_.column_of[plan_.pivot_begin[f]]);
+  }
+
+  void place_fronts() {
+    const Vertex fronts = plan_.num_fronts;
+    plan_.lower_begin.resize(fronts);
+    plan_.upper_begin.resize(fronts);
+    Offset next = 0;
+    std::vector<Offset> factors_end;  // by step
+    for (Vertex k = 0; k < plan_.num_depths; ++k) {
+      for (Vertex f = plan_.depth_begin[k]; f < plan_.depth_begin[k + 1]; ++f) {
+        const Offset p = plan_.pivots(f), b = plan_.border_rows(f);
+        plan_.lower_begin[f] = next;
+        next += aligned(p * plan_.lower_ld(f));
+        plan_.upper_begin[f] = next;
+        next += aligned(p * b);
+        plan_.nnz_factor += p * p + 2 * p * b;
+        plan_.max_front = std::max(plan_.max_front, static_cast<Vertex>(p + b));
+      }
+      factors_end.push_back(next);
+    }
+    plan_.factor_entries = next;
+    place_contributions(plan_, factors_end, turns_);
+  }
+
+  void map_children_and_entries() {
+    plan_.border_in_parent.resize(plan_.border.size());
+    std::vector<RawVector<Vertex>> local_of_thread(threads_);
+    for_all_fronts([&](Vertex f) {
+      RawVector<Vertex>& local = local_of_thread[omp_get_thread_num()];
+      if (local.empty()) local.resize(static_cast<std::size_t>(plan_.n));
+      const Vertex p = plan_.pivots(f), front_rows = p + plan_.border_rows(f), ld = plan_.lower_ld(f);
+      for (Vertex i = 0; i < p; ++i) local[plan_.pivot_begin[f] + i] = i;
+      for (Vertex i = p; i < front_rows; ++i) local[plan_.border[plan_.border_begin[f] + i - p]] = i;
+      for (Vertex c = plan_.child_begin[f]; c < plan_.child_begin[f + 1]; ++c) {
+        const Vertex child = plan_.children[c];
+        for (Offset b = plan_.border_begin[child]; b < plan_.border_begin[child + 1]; ++b) {
+          plan_.border_in_parent[b] = local[plan_.border[b]];
+        }
+      }
+      for (Offset e = plan_.entry_begin[f]; e < plan_.entry_begin[f + 1]; ++e) {
+        const Offset i = local[position_of_row_[plan_.entry_row[e]]];
+        const Offset j = local[entry_column_[e]];
+        plan_.entry_target[e] =
+            j < p ? plan_.lower_begin[f] + i + j * ld : plan_.upper_begin[f] + i + (j - p) * p;
+      }
+    });
+  }
+
+  void count_flops() {
+    plan_.front_flops.resize(plan_.num_fronts);
+    for (Vertex f = 0; f < plan_.num_fronts; ++f) {
+      const BlockFlops flops = plan_.flops_of(f);
+      plan_.front_flops[f] = flops.total();
+      plan_.flops.getrf += flops.getrf;
+      plan_.flops.trsm += flops.trsm;
+      plan_.flops.gemm += flops.gemm;
+    }
+  }
+
+  // `work(f)` for independent fronts; omp_get_thread_num() tells the thread.
+  template <class Work>
+  void for_fronts(Vertex first, Vertex last, const Work& work) const {
+    constexpr int kChunk = 16;
+    FirstError error;
+#pragma omp parallel for num_threads(threads_) schedule(dynamic, kChunk) if (last - first > kChunk)
+    for (Vertex f = first; f < last; ++f) error.attempt([&] { work(f); });
+    error.rethrow();
+  }
+  template <class Work>
+  void for_all_fronts(const Work& work) const {
+    for_fronts(0, plan_.num_fronts, work);
+  }
+
+  const Pattern& pattern_;
+  const SeparatorTree& tree_;
+  const std::vector<Vertex>& row_order_;
+  const int threads_;
+  const AssemblyTurns turns_;
+  RawVector<Vertex> position_of_row_, position_of_column_;
+  TransposedPattern by_column_;
+  RawVector<Vertex> entry_column_;  // position of the column of each entry of the plan
+  SymbolicPlan plan_;
+};
+
+}  // namespace
+
+SymbolicPlan make_symbolic_plan(const Pattern& pattern, const std::vector<Vertex>& row_order,
+                                const SeparatorTree& tree, Vertex max_block_size, int threads,
+                                const AssemblyTurns& turns) {
+  return PlanBuilder(pattern, row_order, tree, threads, turns).build(max_block_size);
+}
+
+}  // namespace mfs

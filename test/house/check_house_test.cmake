@@ -1,0 +1,28 @@
+# scripts/check_house on small houses: what it accepts, and what it finds wrong.
+set(root ${CMAKE_CURRENT_BINARY_DIR}/check_house_test)
+
+# check(NAME DRAWING FOUND): upper/a.hpp includes lower/b.hpp; FOUND is part of what is printed, empty where all is right.
+function(check name drawing found)
+  file(REMOVE_RECURSE ${root})
+  file(WRITE ${root}/docs/design.md "# House\n```house\n${drawing}```\n")
+  file(WRITE ${root}/upper/a.hpp "#include <vector>\n#include \"lower/b.hpp\"\n")
+  file(WRITE ${root}/lower/b.hpp "int b;\n")
+  file(WRITE ${root}/lower/inner/c.hpp "#include \"lower/b.hpp\"\n")
+  execute_process(COMMAND ${PYTHON} ${SCRIPT} ${root} RESULT_VARIABLE code OUTPUT_VARIABLE out)
+  if(found STREQUAL "")
+    if(NOT code EQUAL 0)
+      message(FATAL_ERROR "${name}: refused: ${out}")
+    endif()
+  elseif(code EQUAL 0 OR NOT out MATCHES "${found}")
+    message(FATAL_ERROR "${name}: code ${code}, printed: ${out}")
+  endif()
+endfunction()
+
+check("as drawn" "lower <-\nupper <- lower\n" "")
+check("an include without an arrow" "lower <-\nupper <-\n" "upper/a.hpp: includes lower/b.hpp")
+check("an include from a folder without a line" "upper <-\n" "upper/a.hpp: includes lower/b.hpp")
+check("a folder included from below" "upper <- lower\nlower <-\n" "upper <- lower, which is not above it")
+check("an arrow without an include" "lower <-\nlower/inner <-\nupper <- lower lower/inner\n" "upper <- lower/inner, but no include says so")
+check("a folder that is not there" "lower <-\nmiddle <-\nupper <- lower\n" "middle is not there")
+check("an inner folder against its outer one" "lower/inner <-\nlower <-\nupper <- lower\n" "lower/inner/c.hpp: includes lower/b.hpp")
+file(REMOVE_RECURSE ${root})

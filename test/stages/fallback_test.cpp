@@ -1,0 +1,44 @@
+// When a fallback is active: from the factorization on that needs it, and left for one factorization after 1,
+// 2, 4, ... and 64 of those, as long as that is in vain.
+#include "kernels/cuda/fallback.hpp"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+namespace mfs::test {
+namespace {
+
+/// Whether a factorization that needs it or not tries without it first.
+bool tries_without(cuda::Fallback& fallback, bool needed) {
+  fallback.begin();
+  const bool tries = !fallback.active();
+  if (needed) fallback.activate();
+  fallback.end();
+  return tries;
+}
+
+TEST(Fallback, IsLeftTheLessOftenTheMoreOftenThatWasInVain) {
+  cuda::Fallback fallback;
+  std::vector<int> tried;
+  for (int k = 0; k < 260; ++k) {
+    if (tries_without(fallback, true)) tried.push_back(k);
+    EXPECT_TRUE(fallback.active());
+  }
+  EXPECT_EQ(tried, (std::vector<int>{0, 1, 3, 7, 15, 31, 63, 127, 191, 255}));
+}
+
+TEST(Fallback, IsForgottenOnceItIsNotNeeded) {
+  cuda::Fallback fallback;
+  EXPECT_TRUE(tries_without(fallback, false));
+  for (int k = 0; k < 4; ++k) tries_without(fallback, true);
+  EXPECT_FALSE(tries_without(fallback, false));
+  for (int k = 0; k < 3; ++k) EXPECT_EQ(tries_without(fallback, false), k == 2);
+  EXPECT_FALSE(fallback.active());
+  std::vector<bool> tries;
+  for (int k = 0; k < 4; ++k) tries.push_back(tries_without(fallback, true));
+  EXPECT_EQ(tries, (std::vector<bool>{true, true, false, true}));
+}
+
+}  // namespace
+}  // namespace mfs::test

@@ -92,19 +92,31 @@ class CondensedNewton::Impl {
     // The first matrix is what ordering, matching and scales are made for (newton.cpp).
     evaluate_jacobian(there);
     compose_and_factor(some_step);
-    compose_and_factor({});
-    evaluate(there);
-    std::copy(residual_.force.begin(), residual_.force.end(), right_side_.begin());
-    for (std::size_t i = 0; i < m_; ++i) right_side_[n_ + i] = scale_ * residual_.acceleration[i];
     try {
-      solve_linear();
+      set_accelerations(state);
     } catch (SingularMatrix& e) {
       if (e.column() >= 0) e.append(" (initial conditions: " + name(static_cast<int>(e.column())) + ")");
       throw;
     }
-    take_solution(state);
-    // That matrix is of no step.
-    factored_ = false;
+  }
+
+  void make_consistent(StepState& state) {
+    const StateView there = view(state);
+    evaluate(there);
+    const double bound = std::min(options_.constraint_position, 0.1 * options_.atol_position);  // as of steps
+    for (int k = 0; k < 3 && largest(residual_.position) > bound; ++k) {
+      set_directions(there);
+      directions_.factor(predicted_[Block::position_q]);
+      correct(residual_.position, state.q.data());
+      evaluate(there);
+    }
+    set_directions(there);
+    directions_.factor(predicted_[Block::position_q]);
+    correct(residual_.velocity, state.v.data());
+    std::fill_n(state.a.data(), n_, 0.0);
+    std::fill_n(state.lambda.data(), m_, 0.0);
+    evaluate_jacobian(there);
+    set_accelerations(state);
   }
 
   NewtonOutcome solve(const StepRelation& relation, const Array<double>& lambda, const Array<double>& weights,
@@ -113,7 +125,7 @@ class CondensedNewton::Impl {
     relation_ = &relation;
     weights_ = weights.data();
     try {
-      set_directions();
+      set_directions({relation.t, relation.q.data(), relation.v.data(), relation.a.data(), of_mu_.data()});
     } catch (...) {
       outcome.thrown = std::current_exception();
       return outcome;
@@ -163,17 +175,33 @@ class CondensedNewton::Impl {
     return unknown < m ? system_.constraint_name(unknown) : system_.coordinate_name(unknown - m);
   }
 
+  /// To what F and the constraints ask for, from zero, by the last Jacobian, that of `state`.
+  void set_accelerations(StepState& state) {
+    compose_and_factor({});
+    evaluate(view(state));
+    std::copy(residual_.force.begin(), residual_.force.end(), right_side_.begin());
+    for (std::size_t i = 0; i < m_; ++i) right_side_[n_ + i] = scale_ * residual_.acceleration[i];
+    solve_linear();
+    take_solution(state);
+    factored_ = false;  // that matrix is of no step
+  }
+
+  /// Changes x along the directions so that the constraints violated by `violation` hold.
+  void correct(const std::vector<double>& violation, double* x) {
+    std::fill(change_.begin(), change_.end(), 0.0);
+    directions_.solve(violation, change_, of_mu_);
+    for (std::size_t i = 0; i < n_; ++i) x[i] -= change_[i];
+  }
+
   void evaluate(const StateView& state) {
     const Stopwatch watch;
     system_.evaluate(state, residual_);
     report_.time_assembly += watch.seconds();
   }
 
-  /// B is Phi_q^T at the prediction.
-  void set_directions() {
+  /// B is Phi_q^T there; multipliers do not matter.
+  void set_directions(const StateView& there) {
     const Stopwatch watch;
-    const StateView there{relation_->t, relation_->q.data(), relation_->v.data(), relation_->a.data(),
-                          of_mu_.data()};
     system_.evaluate(there, predicted_, {Block::position_q});
     report_.time_assembly += watch.seconds();
     const std::vector<double>& values = predicted_[Block::position_q];
@@ -417,6 +445,9 @@ CondensedNewton::CondensedNewton(const ConstrainedSystem& system, const Projecti
     : impl_(std::make_unique<Impl>(system, projection, options, executor, report)) {}
 CondensedNewton::~CondensedNewton() = default;
 
+void CondensedNewton::make_consistent(StepState& state) {
+  impl_->make_consistent(state);
+}
 void CondensedNewton::find_accelerations(StepState& state, double h) {
   impl_->find_accelerations(state, h);
 }

@@ -43,6 +43,11 @@ class CondensedNewton {
   NewtonOutcome solve(const StepRelation& relation, const Array<double>& lambda, const Array<double>& weights,
                       StepState& state);
 
+  /// Brings a state that is nearly there to the constraints on positions and velocities, along their
+  /// directions, and sets a and lambda. Throws what the system and the solver throw; the state is of no use
+  /// then.
+  void make_consistent(StepState& state);
+
   /// Of the matrix.
   int size() const;
   std::size_t entries() const;

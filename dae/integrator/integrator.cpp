@@ -12,6 +12,7 @@
 
 #include "dae/integrator/bdf.hpp"
 #include "dae/integrator/condensed_newton.hpp"
+#include "dae/integrator/dense_output.hpp"
 #include "dae/integrator/formula.hpp"
 #include "dae/integrator/initial_conditions.hpp"
 #include "dae/integrator/newton.hpp"
@@ -172,12 +173,10 @@ class Integrator::Impl {
       ++next_output;
     }
     while (state_.t < t_end_) {
-      const double target = next_output < outputs.size() ? outputs[next_output] : t_end_;
-      step(target, observer);
-      if (next_output < outputs.size() && state_.t == target) {
-        tell([&] { observer.output(whole_state()); });
-        ++next_output;
-      }
+      const bool ends_step = next_output < outputs.size() && !condensed_;
+      step(ends_step ? outputs[next_output] : t_end_, observer);
+      for (; next_output < outputs.size() && outputs[next_output] <= state_.t; ++next_output)
+        tell([&] { observer.output(state_at(outputs[next_output])); });
     }
     report_.time_total = elapsed();
     return whole_state();
@@ -285,6 +284,7 @@ class Integrator::Impl {
     newton_.reset();
     equations_.reset();
     condensed_.reset();
+    for_outputs_.reset();
     partition_.reset();
   }
 
@@ -461,6 +461,24 @@ class Integrator::Impl {
     return lambda_;
   }
 
+  /// At its end, or within the last step.
+  const State& state_at(double t) {
+    if (t == state_.t) return whole_state();
+    const State guess = state_between(t, next_, last_lambda_, state_);
+    assign(*executor_, guess, between_);
+    try {
+      if (!for_outputs_)
+        for_outputs_ = std::make_unique<CondensedNewton>(
+            *system_, find_projection(*system_, state_.t, state_.q.on_host(*executor_), t_end_), options_,
+            *executor_, not_reported_);
+      for_outputs_->make_consistent(between_);
+    } catch (...) {  // as in a singular position
+      rethrow_if_final(std::current_exception());
+      assign(*executor_, guess, between_);
+    }
+    return whole_ = redundancy_->whole(on_host(*executor_, between_));
+  }
+
   /// The state with multipliers of all constraints.
   const State& whole_state() { return whole_ = redundancy_->whole(on_host(*executor_, state_)); }
 
@@ -494,6 +512,9 @@ class Integrator::Impl {
 
   StepState state_;
   State whole_;
+  StepState between_;                             ///< an output within a step
+  std::unique_ptr<CondensedNewton> for_outputs_;  ///< of its own: steps are as they would be without outputs
+  IntegrationReport not_reported_;
   StepState next_;  ///< what a step arrives at; afterwards the state before it
   StepRelation relation_;
   std::int64_t judged_jacobians_ = 0;    ///< at how many of them the constraints left out were looked at

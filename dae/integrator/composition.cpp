@@ -29,6 +29,19 @@ TransposedPattern::TransposedPattern(const Pattern& original) : source(original.
     }
 }
 
+std::pair<Pattern, std::vector<int>> take_rows(const Pattern& pattern, const std::vector<int>& rows) {
+  Pattern taken{static_cast<int>(rows.size()), pattern.columns, {0}, {}};
+  std::vector<int> place;
+  for (const int row : rows) {
+    for (int k = pattern.row_start[row]; k < pattern.row_start[row + 1]; ++k) {
+      taken.column.push_back(pattern.column[k]);
+      place.push_back(k);
+    }
+    taken.row_start.push_back(static_cast<int>(place.size()));
+  }
+  return {std::move(taken), std::move(place)};
+}
+
 std::vector<int> consecutive(int first, int count) {
   std::vector<int> numbers(static_cast<std::size_t>(count));
   std::iota(numbers.begin(), numbers.end(), first);

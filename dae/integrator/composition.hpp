@@ -26,6 +26,9 @@ struct TransposedPattern {
   std::vector<int> source;
 };
 
+/// Those rows of a pattern, and where their entries lie in it.
+std::pair<Pattern, std::vector<int>> take_rows(const Pattern& pattern, const std::vector<int>& rows);
+
 /// first, first + 1, ...: where the columns of a block go that stay side by side.
 std::vector<int> consecutive(int first, int count);
 

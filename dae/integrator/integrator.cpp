@@ -11,6 +11,8 @@
 #include <mfs/error.hpp>
 
 #include "dae/integrator/bdf.hpp"
+#include "dae/integrator/condensed_newton.hpp"
+#include "dae/integrator/dense_output.hpp"
 #include "dae/integrator/formula.hpp"
 #include "dae/integrator/initial_conditions.hpp"
 #include "dae/integrator/newton.hpp"
@@ -32,6 +34,9 @@ constexpr double kNewtonRejection = 0.25;
 constexpr double kTypicalStep = 1e-3;
 /// Rejections by the error in one step after which the formula starts anew.
 constexpr int kRestart = 3;
+/// The shortest step with which it does, in parts of the one that would be tried otherwise. What a first step
+/// may be is known from rates alone, and vibrations that the steps do not follow make it far too short.
+constexpr double kLeastRestart = 1.0 / 16;
 /// Steps of which at most so many are left before an output are evened out to meet it.
 constexpr double kEvenedOut = 8.0;
 /// By how much the last of them may be longer than the error control asks for.
@@ -157,6 +162,8 @@ class Integrator::Impl {
     since_start_ = {};
     observed_ = 0;
     report_ = {};
+    needs_whole_matrix_ = false;
+    condensed_failures_ = 0;
     t_end_ = t_end;
     start({t0, std::move(q0), std::move(v0), {}, {}});
 
@@ -166,12 +173,10 @@ class Integrator::Impl {
       ++next_output;
     }
     while (state_.t < t_end_) {
-      const double target = next_output < outputs.size() ? outputs[next_output] : t_end_;
-      step(target, observer);
-      if (next_output < outputs.size() && state_.t == target) {
-        tell([&] { observer.output(whole_state()); });
-        ++next_output;
-      }
+      const bool ends_step = next_output < outputs.size() && !condensed_;
+      step(ends_step ? outputs[next_output] : t_end_, observer);
+      for (; next_output < outputs.size() && outputs[next_output] <= state_.t; ++next_output)
+        tell([&] { observer.output(state_at(outputs[next_output])); });
     }
     report_.time_total = elapsed();
     return whole_state();
@@ -197,7 +202,8 @@ class Integrator::Impl {
     report_.coordinates = system_->coordinates();
     report_constraints();
     make_equations();
-    newton_->find_accelerations(state_, kTypicalStep * (t_end_ - state_.t));
+    const double h = kTypicalStep * (t_end_ - state_.t);
+    condensed_ ? condensed_->find_accelerations(state_, h) : newton_->find_accelerations(state_, h);
     last_lambda_step_ = 0.0;
     if (redundancy_->filters()) redundancy_->check(view(state_), options_);
     set_weights();
@@ -214,8 +220,7 @@ class Integrator::Impl {
   /// Leaves out what is redundant in `found`. Multipliers have to be those of the constraints then.
   void leave_out(Dependencies found) {
     if (found.redundant() == redundancy_->redundant()) return;
-    newton_.reset();
-    equations_.reset();
+    drop_equations();
     std::vector<double> lambda = redundancy_->all_multipliers(state_.lambda.on_host(*executor_));
     redundancy_->leave_out(std::move(found));
     state_.lambda.assign(*executor_, redundancy_->kept_multipliers(std::move(lambda)));
@@ -262,8 +267,7 @@ class Integrator::Impl {
 
   /// Vectors lie on the device where the system takes them there.
   void choose_executor() {
-    newton_.reset();
-    equations_.reset();
+    drop_equations();
     formula_.reset();
     remote_.reset();
     for (auto* state : {&state_, &next_}) *state = StepState();
@@ -276,22 +280,54 @@ class Integrator::Impl {
     if (!remote_) executor_ = std::make_unique<Executor>(Executor::Place::host, options_.threads);
   }
 
-  void make_equations() {
+  void drop_equations() {
     newton_.reset();
     equations_.reset();
+    condensed_.reset();
+    for_outputs_.reset();
     partition_.reset();
+  }
+
+  void make_equations() {
+    drop_equations();
+    const std::vector<double> q = state_.q.on_host(*executor_);
     if (redundancy_->filters()) {
       const Pattern& pattern = system_->tangent_pattern()[Block::position_q];
-      partition_.emplace(pattern, constraint_gradient(*system_, state_.t, state_.q.on_host(*executor_)),
-                         scale_, options_.threads);
+      partition_.emplace(pattern, constraint_gradient(*system_, state_.t, q), scale_, options_.threads);
     }
-    equations_.emplace(*system_, options_.unknowns,
-                       find_projection(*system_, state_.t, state_.q.on_host(*executor_), t_end_), *executor_,
-                       remote_.get());
-    newton_ = std::make_unique<Newton>(*equations_, options_, *executor_, report_);
+    Projection projection = find_projection(*system_, state_.t, q, t_end_);
     judged_jacobians_ = report_.jacobians;
+    if (options_.unknowns == Unknowns::reduced && !executor_->on_device() && !needs_whole_matrix_ &&
+        CondensedNewton::suits(*system_)) {
+      condensed_ = std::make_unique<CondensedNewton>(*system_, projection, options_, *executor_, report_);
+      report_.unknowns = condensed_->size();
+      report_.entries = static_cast<std::int64_t>(condensed_->entries());
+      return;
+    }
+    equations_.emplace(*system_, options_.unknowns, std::move(projection), *executor_, remote_.get());
+    newton_ = std::make_unique<Newton>(*equations_, options_, *executor_, report_);
     report_.unknowns = equations_->size();
     report_.entries = static_cast<std::int64_t>(equations_->pattern().entries());
+  }
+
+  /// Looks for the end of a step of `h`.
+  NewtonOutcome search(double h) {
+    const Array<double>& lambda = extrapolated_multipliers(h);
+    if (!condensed_) return newton_->solve(relation_, lambda, weights_, next_);
+    NewtonOutcome outcome = condensed_->solve(relation_, lambda, weights_, next_);
+    if (!outcome.converged) ++condensed_failures_;
+    return outcome;
+  }
+
+  /// Whether the condensed matrix lets searches converge badly, as where stiff springs pull across
+  /// constraints. Then they go on with the whole one. `failures`: in the present step.
+  bool turn_to_whole_matrix(int failures) {
+    if (!condensed_) return false;
+    const std::int64_t troubles = 5 * condensed_failures_ + condensed_->slow_steps();
+    if (failures < 2 && troubles <= 20 + report_.steps / 10) return false;
+    needs_whole_matrix_ = true;
+    make_equations();
+    return true;
   }
 
   /// Error weights of [q, v] at the present state.
@@ -337,7 +373,7 @@ class Integrator::Impl {
       const bool last = h >= (target - state_.t) * (1.0 - 1e-12);
       formula_->predict(h, relation_);
       relation_.t = last ? target : state_.t + h;
-      const Newton::Outcome outcome = newton_->solve(relation_, extrapolated_multipliers(h), weights_, next_);
+      const NewtonOutcome outcome = search(h);
       line.newton_iterations += outcome.iterations;
       if (outcome.converged && !redundant_hold(next_)) {
         ++report_.newton_rejections;
@@ -350,7 +386,7 @@ class Integrator::Impl {
         ++report_.error_rejections;
         h = wanted = formula_->reject(++error_rejections);
         if (error_rejections >= kRestart) {
-          h = wanted = std::min(h, first_step());
+          h = wanted = std::min(h, std::max(first_step(), kLeastRestart * h));
           formula_->start(state_, h);
         }
         give_up_below(h, "the local error is " + number_text(error) + " times what is allowed");
@@ -365,6 +401,7 @@ class Integrator::Impl {
           choose_redundant();
           make_equations();
         }
+        turn_to_whole_matrix(search_failures);
       }
       ++line.rejections;
       h = std::min(h, target - state_.t);
@@ -381,7 +418,7 @@ class Integrator::Impl {
     tell([&] { observer.step(line, [&]() -> const State& { return whole_state(); }); });
   }
 
-  void note(const Newton::Outcome& outcome, StepReport& line) {
+  void note(const NewtonOutcome& outcome, StepReport& line) {
     line.residual = outcome.residual;
     for (int level = 0; level < 3; ++level) {
       line.violation[level] = outcome.violation[level];
@@ -407,10 +444,12 @@ class Integrator::Impl {
     // Of constraints that depend on each other others may have to be left out in another position. That is
     // seen at a new Jacobian.
     if (partition_ && std::exchange(judged_jacobians_, report_.jacobians) < report_.jacobians &&
-        partition_->degraded(equations_->constraint_gradient())) {
+        partition_->degraded(condensed_ ? condensed_->constraint_gradient()
+                                        : equations_->constraint_gradient())) {
       choose_redundant();
       make_equations();
     }
+    turn_to_whole_matrix(0);
   }
 
   /// Multipliers at the end of a step of `h`, where Newton's method starts.
@@ -420,6 +459,24 @@ class Integrator::Impl {
     for_each(*executor_, lambda_.size(),
              Extrapolate{state_.lambda.data(), last_lambda_.data(), lambda_.data(), h / last_lambda_step_});
     return lambda_;
+  }
+
+  /// At its end, or within the last step.
+  const State& state_at(double t) {
+    if (t == state_.t) return whole_state();
+    const State guess = state_between(t, next_, last_lambda_, state_);
+    assign(*executor_, guess, between_);
+    try {
+      if (!for_outputs_)
+        for_outputs_ = std::make_unique<CondensedNewton>(
+            *system_, find_projection(*system_, state_.t, state_.q.on_host(*executor_), t_end_), options_,
+            *executor_, not_reported_);
+      for_outputs_->make_consistent(between_);
+    } catch (...) {  // as in a singular position
+      rethrow_if_final(std::current_exception());
+      assign(*executor_, guess, between_);
+    }
+    return whole_ = redundancy_->whole(on_host(*executor_, between_));
   }
 
   /// The state with multipliers of all constraints.
@@ -445,13 +502,19 @@ class Integrator::Impl {
   const ConstrainedSystem* system_ = nullptr;  ///< the one given, or without what is redundant
   std::unique_ptr<Executor> executor_;
   std::unique_ptr<RemoteResidual> remote_;
-  std::optional<Partition> partition_;  ///< where constraints are redundant
+  std::optional<Partition> partition_;          ///< where constraints are redundant
+  std::unique_ptr<CondensedNewton> condensed_;  ///< where it suits; otherwise the next two
   std::optional<StepEquations> equations_;
   std::unique_ptr<Newton> newton_;
+  bool needs_whole_matrix_ = false;
+  std::int64_t condensed_failures_ = 0;
   std::unique_ptr<Formula> formula_;
 
   StepState state_;
   State whole_;
+  StepState between_;                             ///< an output within a step
+  std::unique_ptr<CondensedNewton> for_outputs_;  ///< of its own: steps are as they would be without outputs
+  IntegrationReport not_reported_;
   StepState next_;  ///< what a step arrives at; afterwards the state before it
   StepRelation relation_;
   std::int64_t judged_jacobians_ = 0;    ///< at how many of them the constraints left out were looked at

@@ -60,7 +60,7 @@ struct IntegratorOptions {
   double max_step = 0.0;      ///< s; 0: no bound
   double min_step = 0.0;      ///< s, the step at which the integrator gives up; 0: as small as t resolves
   /// s; not 0: no error control. BDF starts with initial_step and comes up to this slowly, generalized-alpha
-  /// starts with it. Steps are shortened evenly to meet outputs.
+  /// starts with it. Steps are shortened evenly to meet outputs that end steps, and t_end.
   double fixed_step = 0.0;
   double rho_inf = 0.8;  ///< spectral radius of generalized-alpha at infinity, 0 ... 1
 
@@ -125,7 +125,8 @@ class Observer {
   virtual ~Observer() = default;
   /// After each accepted step; `state()` fetches where the system is then.
   virtual void step(const StepReport&, const std::function<const State&()>& /*state*/) {}
-  /// At t0, if it is among the outputs, and at each later output time.
+  /// At t0, if it is among the outputs, and at each later output time, after the step in or with which it
+  /// comes.
   virtual void output(const State&) {}
 };
 
@@ -138,7 +139,9 @@ class Integrator {
 
   /// Integrates from `t0` to `t_end` and calls `observer`; returns the state at `t_end`. `q0` and `v0` (n
   /// each) are first moved, as little as possible, to where the constraints hold. `outputs` ascend within t0
-  /// ... t_end and are met exactly. Throws InvalidInput (sizes, times, NaN; constraints that the start cannot
+  /// ... t_end. Mechanisms of rigid bodies pass over them, and states there are on a polynomial through both
+  /// ends of the step (dense_output.hpp); of others they end steps, because vibrations that the steps do not
+  /// follow are not on it. Throws InvalidInput (sizes, times, NaN; constraints that the start cannot
   /// be moved to, or that contradict each other: names them), mfs::Error where the step became too small
   /// (time, order and what failed), and what the linear solver throws that no shorter step can cure
   /// (OutOfMemory, BackendError).

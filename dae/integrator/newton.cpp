@@ -21,6 +21,7 @@
 #include "dae/integrator/executor_vector.hpp"
 #include "dae/integrator/kept_factors.hpp"
 #include "dae/integrator/newton_norms.hpp"
+#include "dae/integrator/newton_progress.hpp"
 #include "dae/vectors/host_loops.hpp"
 #include "ordering/stopwatch.hpp"
 
@@ -33,17 +34,8 @@ using Matrix = Tpetra::CrsMatrix<double>;
 using Map = Tpetra::Map<>;
 using Evaluator = Thyra::ModelEvaluatorBase;
 
-/// Corrections have to shrink at least by this factor each, or the search ends without success (DASSL's 0.9).
-constexpr double kDivergence = 0.9;
-/// Above this factor a new Jacobian is worth its price.
-constexpr double kSlow = 0.3;
-/// What may be left of the correction, in units of the local error allowed.
-constexpr double kTolerance = 0.1;
-/// Left-over over last correction, before a rate has been seen: the first correction alone ends the search
-/// only where it is far below the tolerance.
-constexpr double kUnknownRate = 20.0;
-/// The least that is assumed to be left by a kept matrix after the first correction.
-constexpr double kLeastLeftOver = 0.1;
+/// A correction, in units of the local error allowed, that may be rounding.
+constexpr double kRounding = 1e-4;
 /// q_by_a of the kept matrix / q_by_a. Between the first two the matrix is kept, between the others its
 /// factors still are a preconditioner.
 constexpr double kKeptRates[] = {0.6, 1.7}, kRelatedRates[] = {0.25, 4.0};
@@ -199,87 +191,38 @@ class NewtonTest : public NOX::StatusTest::Generic {
  public:
   NewtonTest(const StepEquations& equations, StepModel& model, const IntegratorOptions& options,
              const Executor& executor)
-      : equations_(equations), model_(model), options_(options), executor_(executor) {}
+      : equations_(equations), model_(model), executor_(executor), progress_(options, kRounding) {}
 
-  /// Before a search. `fresh`: with a new Jacobian; otherwise corrections by the kept one are expected to
-  /// shrink by `rate`, if not more slowly.
+  /// Before a search; as NewtonProgress::start.
   void start(const Array<double>& weights, const StepRelation& relation, bool fresh, double rate) {
     weights_ = &weights;
-    const double of_velocity = kTolerance * options_.atol_velocity;
-    bounds_ = {std::min(options_.constraint_position, kTolerance * options_.atol_position),
-               std::min(options_.constraint_velocity, of_velocity),
-               std::min(options_.constraint_acceleration, of_velocity / relation.v_by_a)};
-    // What was seen in an earlier step says less the older the matrix gets.
-    left_over_ = fresh ? kUnknownRate : std::max({2.0 * left_over_, rate / (1.0 - rate), kLeastLeftOver});
-    since_jacobian_ = 0;
+    progress_.start(relation, fresh, rate);
   }
 
   NOX::StatusTest::StatusType checkStatus(const NOX::Solver::Generic& solver,
                                           NOX::StatusTest::CheckType /*type*/) override {
-    const auto& group = solver.getSolutionGroup();
-    const bool first = solver.getNumIterations() == 0;
-    status_ = NOX::StatusTest::Unconverged;
-    if (!measure(group, first)) return status_ = NOX::StatusTest::Failed;
-    if (first) return status_;
-    ++since_jacobian_;
-    if (!judge_rate()) return status_ = NOX::StatusTest::Failed;
-    if (left_over_ * correction_ <= kTolerance && constraints_hold())
-      return status_ = NOX::StatusTest::Converged;
-    if (solver.getNumIterations() >= options_.newton_iterations) return status_ = NOX::StatusTest::Failed;
-    if (!options_.keep_factors || (since_jacobian_ > 1 && rate_ > kSlow)) {
-      model_.want_jacobian();
-      since_jacobian_ = 0;
-    }
-    return status_;
+    const auto& residual = dynamic_cast<const NOX::Thyra::Vector&>(solver.getSolutionGroup().getF());
+    const double* const h = ExecutorVector::of(residual.getThyraVector()).data();
+    const NewtonNorms norms = newton_norms(executor_, equations_, h, model_.state(), *weights_, y_);
+    const auto verdict = progress_.judge(norms, solver.getNumIterations());
+    if (progress_.wants_jacobian()) model_.want_jacobian();
+    return status_ = verdict == NewtonProgress::Verdict::go_on       ? NOX::StatusTest::Unconverged
+                     : verdict == NewtonProgress::Verdict::converged ? NOX::StatusTest::Converged
+                                                                     : NOX::StatusTest::Failed;
   }
   NOX::StatusTest::StatusType getStatus() const override { return status_; }
   std::ostream& print(std::ostream& stream, int /*indent*/) const override { return stream; }
 
-  double residual() const { return residual_; }
-  const std::array<double, 3>& violation() const { return violation_; }
+  const NewtonNorms& norms() const { return progress_.norms(); }
 
  private:
-  /// False: something is not a number.
-  bool measure(const NOX::Abstract::Group& group, bool first) {
-    const auto& f = dynamic_cast<const NOX::Thyra::Vector&>(group.getF()).getThyraVector();
-    const NewtonNorms norms =
-        newton_norms(executor_, equations_, ExecutorVector::of(f).data(), model_.state(), *weights_, y_);
-    residual_ = norms.residual;
-    violation_ = norms.violation;
-    last_correction_ = std::exchange(correction_, norms.correction);
-    return std::isfinite(residual_) && (first || std::isfinite(correction_));
-  }
-
-  /// False: corrections do not shrink.
-  bool judge_rate() {
-    rate_ = 0.0;
-    if (since_jacobian_ < 2 || last_correction_ == 0.0) return true;
-    rate_ = correction_ / last_correction_;
-    // Corrections near rounding say nothing about the rate.
-    if (correction_ < 1e-3 * kTolerance) return true;
-    left_over_ = rate_ < kDivergence ? rate_ / (1.0 - rate_) : kUnknownRate;
-    return rate_ < kDivergence;
-  }
-
-  bool constraints_hold() const {
-    for (int level = 0; level < StepEquations::kLevels; ++level)
-      if (violation_[level] > bounds_[level]) return false;
-    return true;
-  }
-
   const StepEquations& equations_;
   StepModel& model_;
-  const IntegratorOptions& options_;
   const Executor& executor_;
   const Array<double>* weights_ = nullptr;
   Array<double> y_;  ///< [q, v] before the last correction
   NOX::StatusTest::StatusType status_ = NOX::StatusTest::Unevaluated;
-  int since_jacobian_ = 0;  ///< corrections by the present Jacobian, in this search
-  double correction_ = 0.0, last_correction_ = 0.0, rate_ = 0.0, left_over_ = kUnknownRate;
-  double residual_ = 0.0;
-  std::array<double, 3> violation_{};
-  /// What constraints may be left at: no more than the local error may be, or it would be lost in this noise.
-  std::array<double, 3> bounds_{};
+  NewtonProgress progress_;
 };
 
 RCP<Teuchos::ParameterList> newton_parameters() {
@@ -343,12 +286,12 @@ class Newton::Impl {
     account();
   }
 
-  Outcome solve(const StepRelation& relation, const Array<double>& lambda, const Array<double>& weights,
-                StepState& state) {
+  NewtonOutcome solve(const StepRelation& relation, const Array<double>& lambda, const Array<double>& weights,
+                      StepState& state) {
     relation_ = &relation;
     model_->set_relation(relation);
     solves_.right_side = [this](const double* h, double* b) { equations_.scale_rows(h, b); };
-    Outcome outcome;
+    NewtonOutcome outcome;
     if (!set_directions(outcome)) return outcome;
     const bool fresh = choose_matrix();
     bool converged = search(lambda, weights, fresh, outcome);
@@ -365,7 +308,7 @@ class Newton::Impl {
 
  private:
   /// Those of the prediction. False: there are none.
-  bool set_directions(Outcome& outcome) const {
+  bool set_directions(NewtonOutcome& outcome) const {
     const Stopwatch watch;
     try {
       equations_.set_directions(
@@ -390,7 +333,7 @@ class Newton::Impl {
     return fresh;
   }
 
-  bool search(const Array<double>& lambda, const Array<double>& weights, bool fresh, Outcome& outcome) {
+  bool search(const Array<double>& lambda, const Array<double>& weights, bool fresh, NewtonOutcome& outcome) {
     solves_.failure = nullptr;
     test_->start(weights, *relation_, fresh, expected_rate_);
     const NOX::Thyra::Vector start(model_->predicted(lambda));
@@ -402,8 +345,8 @@ class Newton::Impl {
     const auto status = solver_->solve();
     outcome.iterations += solver_->getNumIterations();
     outcome.thrown = solves_.failure;
-    outcome.residual = test_->residual();
-    std::copy(test_->violation().begin(), test_->violation().end(), outcome.violation);
+    outcome.residual = test_->norms().residual;
+    outcome.violation = test_->norms().violation;
     return status == NOX::StatusTest::Converged && solves_.failure == nullptr;
   }
 
@@ -442,8 +385,8 @@ void Newton::find_accelerations(StepState& state, double h) {
   impl_->find_accelerations(state, h);
 }
 
-Newton::Outcome Newton::solve(const StepRelation& relation, const Array<double>& lambda,
-                              const Array<double>& weights, StepState& state) {
+NewtonOutcome Newton::solve(const StepRelation& relation, const Array<double>& lambda,
+                            const Array<double>& weights, StepState& state) {
   return impl_->solve(relation, lambda, weights, state);
 }
 

@@ -1,12 +1,11 @@
 // Newton's method for the equations of a step: NOX, with MFS for its linear systems.
 //
-// An iteration ends the search when what is left of the correction, by the rate at which corrections have
-// shrunk so far, is a third of what the user's tolerances allow, and the constraints hold to their own
-// tolerances. When corrections shrink too slowly the Jacobian is evaluated anew; when they do not shrink, or
-// anything throws, the search starts again from the prediction with a fresh factorization; if that was one
-// already, it has failed and the step has to be shorter.
+// When a search ends is said by newton_progress.hpp. When corrections do not shrink, or anything throws, it
+// starts again from the prediction with a fresh factorization; if that was one already, it has failed and the
+// step has to be shorter.
 #pragma once
 
+#include <array>
 #include <exception>
 #include <memory>
 #include <vector>
@@ -17,16 +16,17 @@
 
 namespace mfs::dae {
 
+/// Of a search for the new time.
+struct NewtonOutcome {
+  bool converged = false;
+  std::exception_ptr thrown;          ///< by the system or the linear solver, in the last search
+  int iterations = 0;                 ///< of all searches
+  double residual = 0.0;              ///< largest |H_i|
+  std::array<double, 3> violation{};  ///< largest constraint residuals, by level
+};
+
 class Newton {
  public:
-  struct Outcome {
-    bool converged = false;
-    std::exception_ptr thrown;  ///< by the system or the linear solver, in the last search
-    int iterations = 0;         ///< of all searches
-    double residual = 0.0;      ///< largest |H_i|
-    double violation[3] = {};   ///< largest constraint residuals, by level
-  };
-
   /// `equations`, `executor`, whose vectors all are, and `report`, whose counters and times grow, have to
   /// live as long.
   Newton(const StepEquations& equations, const IntegratorOptions& options, const Executor& executor,
@@ -40,8 +40,8 @@ class Newton {
 
   /// Solves for the new time. `lambda` is where multipliers start, `weights` belong to [q, v]. Where it does
   /// not converge, `state` stays as it was; otherwise its arrays are used again.
-  Outcome solve(const StepRelation& relation, const Array<double>& lambda, const Array<double>& weights,
-                StepState& state);
+  NewtonOutcome solve(const StepRelation& relation, const Array<double>& lambda, const Array<double>& weights,
+                      StepState& state);
 
  private:
   class Impl;

@@ -66,8 +66,8 @@ class Gradients {
   std::vector<double> here_, there_, scale_, largest_;
 };
 
-/// For each constraint a coordinate that is tied to it, or -1: of one on velocities none, as it leaves
-/// positions to the formula.
+/// For each constraint the entry of a coordinate that is tied to it, or -1: of one on velocities none, as it
+/// leaves positions to the formula.
 std::vector<int> find_tied(const ConstrainedSystem& system, const Gradients& gradients) {
   const Pattern& pattern = gradients.pattern();
   const auto for_entries = [&](const auto& visit) {
@@ -84,7 +84,7 @@ std::vector<int> find_tied(const ConstrainedSystem& system, const Gradients& gra
         system.is_nonholonomic(row))
       return;
     strength[row] = gradients.lasting(row, k);
-    tied[row] = pattern.column[k];
+    tied[row] = k;
   });
   return tied;
 }
@@ -93,7 +93,7 @@ std::vector<int> find_tied(const ConstrainedSystem& system, const Gradients& gra
 
 Projection no_projection(int coordinates) {
   const auto n = static_cast<std::size_t>(coordinates);
-  return {std::vector<Role>(n, Role::free), {}, {coordinates, 0, std::vector<int>(n + 1, 0), {}}, {}};
+  return {std::vector<Role>(n, Role::free), {}, {}, {coordinates, 0, std::vector<int>(n + 1, 0), {}}, {}};
 }
 
 Projection find_projection(const ConstrainedSystem& system, double t, const std::vector<double>& q,
@@ -101,12 +101,12 @@ Projection find_projection(const ConstrainedSystem& system, double t, const std:
   Projection projection = no_projection(system.coordinates());
   const Gradients gradients(system, t, q, t_end);
   const Pattern& gradient = gradients.pattern();
-  const std::vector<int> tied = find_tied(system, gradients);
+  projection.tied_entry = find_tied(system, gradients);
   Pattern columns{0, gradient.columns, {0}, {}};
   std::vector<int> source;
   for (int row = 0; row < gradient.rows; ++row) {
-    if (tied[row] >= 0) {
-      projection.role[tied[row]] = Role::tied;
+    if (const int tied = projection.tied_entry[row]; tied >= 0) {
+      projection.role[gradient.column[tied]] = Role::tied;
       continue;
     }
     projection.rows.push_back(row);

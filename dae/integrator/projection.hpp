@@ -33,7 +33,9 @@ enum class Role : char {
 };
 
 struct Projection {
-  std::vector<Role> role;   ///< n
+  std::vector<Role> role;  ///< n
+  std::vector<int>
+      tied_entry;           ///< m: of each constraint, the entry of Phi_q of the coordinate tied to it, or -1
   std::vector<int> rows;    ///< the constraints with columns Phi_q^T, ascending
   Pattern directions;       ///< n x rows.size(): entries of these columns, in rows of shared coordinates
   std::vector<int> source;  ///< the entry of Phi_q for each of them

@@ -167,20 +167,6 @@ Pattern make_selection(const std::vector<int>& members, int columns) {
           RawVector<int>(members.begin(), members.end())};
 }
 
-/// Those rows of a pattern, and where their entries lie in it.
-std::pair<Pattern, std::vector<int>> take_rows(const Pattern& pattern, const std::vector<int>& rows) {
-  Pattern taken{static_cast<int>(rows.size()), pattern.columns, {0}, {}};
-  std::vector<int> place;
-  for (const int row : rows) {
-    for (int k = pattern.row_start[row]; k < pattern.row_start[row + 1]; ++k) {
-      taken.column.push_back(pattern.column[k]);
-      place.push_back(k);
-    }
-    taken.row_start.push_back(static_cast<int>(place.size()));
-  }
-  return {std::move(taken), std::move(place)};
-}
-
 }  // namespace
 
 StepEquations::StepEquations(const ConstrainedSystem& system, Unknowns unknowns, Projection projection,

@@ -52,6 +52,18 @@ bool has_generated_mesh(const Json& model) {
   return false;
 }
 
+/// Of so few rigid bodies a step takes less time than threads take to meet.
+constexpr std::size_t kFewBodies = 500;
+
+bool has_few_rigid_bodies(const Json& json) {
+  const auto bodies = json.is_object() ? json.find("bodies") : json.end();
+  if (bodies == json.end() || !bodies->is_object() || bodies->size() > kFewBodies) return false;
+  return std::all_of(bodies->begin(), bodies->end(), [](const Json& body) {
+    const auto type = body.is_object() ? body.find("type") : body.end();
+    return type != body.end() && *type == "rigid";
+  });
+}
+
 void integrate(const MultibodyModel& model, const Command& command, program::ProgressDisplay& display,
                RunResult& result) {
   Integrator integrator = make_integrator(model);
@@ -98,14 +110,15 @@ void show_plots(const PlotOutcome& plots) {
 }
 
 MultibodyModel load_model(const Command& command) {
-  const int threads = host_threads(command.threads, command.backend, omp_get_num_procs());
-  if (threads > 0) omp_set_num_threads(threads);  // also of what is not told
   Json json = read_model(command.model);
+  const int asked = command.threads == 0 && has_few_rigid_bodies(json) ? 1 : command.threads;
+  const int threads = host_threads(asked, command.backend, omp_get_num_procs());
+  if (threads > 0) omp_set_num_threads(threads);  // also of what is not told
   if (command.refine > 0) refine_meshes(json, command.refine);
   set_parameters(command.parameters, json);
   const std::string folder = std::filesystem::path(command.model).parent_path().string();
   MultibodyModel model = make_model(json, folder, threads, command.backend);
-  model.integrator.analysis_threads = analysis_threads(command.threads, command.backend, omp_get_num_procs());
+  model.integrator.analysis_threads = analysis_threads(asked, command.backend, omp_get_num_procs());
   return model;
 }
 

@@ -1,5 +1,7 @@
 #include "dae/program/recorder.hpp"
 
+#include <algorithm>
+#include <functional>
 #include <memory>
 #include <utility>
 
@@ -12,6 +14,8 @@ namespace {
 
 /// Of states that wait to be written.
 constexpr std::size_t kMostBytes = std::size_t{512} << 20;
+/// That write pictures: more would take processors from the integration for what disks cannot take.
+constexpr int kMostThreads = 4;
 /// Steps are given together, as a thread that sleeps takes longer to wake than small systems to make a step.
 constexpr std::size_t kBytesAtOnce = std::size_t{8} << 20;
 constexpr double kSecondsAtOnce = 0.2;
@@ -23,7 +27,10 @@ std::size_t bytes_of(const State& state) {
 }  // namespace
 
 Recorder::Recorder(ResultFiles& files, double end, program::ProgressDisplay& display)
-    : files_(files), end_(end), display_(display), thread_(kMostBytes) {}
+    : files_(files),
+      end_(end),
+      display_(display),
+      threads_(kMostBytes, std::min(kMostThreads, files.worth_threads())) {}
 
 void Recorder::step(const StepReport& step, const std::function<const State&()>& state) {
   steps_.push_back({step, files_.along_steps() ? state() : State()});
@@ -35,21 +42,26 @@ void Recorder::step(const StepReport& step, const std::function<const State&()>&
 
 void Recorder::output(const State& state) {
   give_steps();
-  thread_.give(bytes_of(state), [this, state] { files_.add_output(state); });
+  // Beside the state, what is drawn of it.
+  const std::size_t bytes = 3 * bytes_of(state);
+  const auto kept = std::make_shared<const State>(state);
+  const auto pictures = std::make_shared<std::function<void()>>();
+  threads_.give(
+      bytes, [this, kept, pictures] { *pictures = files_.add_output(kept); }, [pictures] { (*pictures)(); });
 }
 
 void Recorder::give_steps() {
   since_given_ = Stopwatch();
   if (steps_.empty()) return;
   const auto steps = std::make_shared<const std::vector<Step>>(std::exchange(steps_, {}));
-  thread_.give(std::exchange(bytes_, 0), [this, steps] {
+  threads_.give(std::exchange(bytes_, 0), [this, steps] {
     for (const Step& step : *steps) files_.add_step(step.report, step.state);
   });
 }
 
 void Recorder::finish() {
   give_steps();
-  thread_.wait();
+  threads_.wait();
 }
 
 }  // namespace mfs::dae

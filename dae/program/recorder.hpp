@@ -1,4 +1,4 @@
-// The integrator's observer: gives steps and outputs to a thread that writes them beside the integration
+// The integrator's observer: gives steps and outputs to threads that write them beside the integration
 // (result_files.hpp), shows how far the run is, and ends it where the user wants that.
 #pragma once
 
@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "dae/integrator/integrator.hpp"
-#include "dae/output/output_thread.hpp"
+#include "dae/output/output_threads.hpp"
 #include "dae/program/result_files.hpp"
 #include "ordering/stopwatch.hpp"
 #include "parts/progress_display.hpp"
@@ -24,8 +24,8 @@ class Recorder final : public Observer {
 
   /// Waits until all is written. Throws what writing threw.
   void finish();
-  double time_busy() const { return thread_.time_busy(); }      ///< s that writing took
-  double time_waited() const { return thread_.time_waited(); }  ///< s that the integration waited for it
+  double time_busy() const { return threads_.time_busy(); }      ///< s that writing took
+  double time_waited() const { return threads_.time_waited(); }  ///< s that the integration waited for it
 
  private:
   struct Step {
@@ -40,7 +40,7 @@ class Recorder final : public Observer {
   std::vector<Step> steps_;  // not yet given
   std::size_t bytes_ = 0;    // of their states
   Stopwatch since_given_;
-  OutputThread thread_;
+  OutputThreads threads_;
 };
 
 }  // namespace mfs::dae

@@ -126,7 +126,6 @@ ResultFiles::ResultFiles(const MultibodyModel& model, const std::string& folder,
       steps_(folder + "/steps.csv", kStepColumns),
       results_(folder + "/results.npy", fields(chosen_)),
       list_(folder + "/result.pvd"),
-      grids_(model),
       account_(model, along_steps_) {
   if (!all_in_series_)
     notes_.push_back(
@@ -141,19 +140,46 @@ void ResultFiles::add_step(const StepReport& step, const State& state) {
   if (along_steps_) account_.follow(state);
 }
 
-void ResultFiles::add_output(const State& state) {
+std::function<void()> ResultFiles::add_output(const std::shared_ptr<const State>& state) {
   if (outputs_ == 0)
-    for (std::string& text : correction_notes(model_, state)) notes_.push_back(std::move(text));
-  Measurement measurement(model_, state, account_, threads_);
-  add_row(measurement);
-  int part = 0;
-  for (const FlexibleBody& body : model_.flexible_bodies) {
-    const auto i = static_cast<std::size_t>(part);
-    write_grid(state.t, body.name, part++, grids_.flexible(i, measurement));
+    for (std::string& text : correction_notes(model_, *state)) notes_.push_back(std::move(text));
+  const auto measurement = std::make_shared<Measurement>(model_, *state, account_, threads_);
+  add_row(*measurement);
+  // Its rows have taken all that the pictures show and another output would change.
+  return [this, state, measurement, output = outputs_++] { draw(output, *measurement); };
+}
+
+std::unique_ptr<Grids> ResultFiles::take_grids() {
+  {
+    const std::lock_guard<std::mutex> lock(pictures_);
+    if (!grids_.empty()) {
+      std::unique_ptr<Grids> grids = std::move(grids_.back());
+      grids_.pop_back();
+      return grids;
+    }
   }
+  return std::make_unique<Grids>(model_);
+}
+
+void ResultFiles::draw(int output, Measurement& measurement) {
+  std::unique_ptr<Grids> grids = take_grids();
+  std::vector<Picture> pictures;
+  const auto write = [&](const std::string& name, const VtkGrid& grid) {
+    const std::string file = fmt::format("vtu/{}_{:04}.vtu", name, output);
+    write_vtu(folder_ + "/" + file, grid);
+    pictures.push_back({measurement.state().t, static_cast<int>(pictures.size()), file});
+  };
+  for (std::size_t i = 0; i < model_.flexible_bodies.size(); ++i)
+    write(model_.flexible_bodies[i].name, grids->flexible(i, measurement));
   // No body has that name: those have no point.
-  if (grids_.has_rigid()) write_grid(state.t, "rigid.bodies", part, grids_.rigid(state));
-  ++outputs_;
+  if (grids->has_rigid()) write("rigid.bodies", grids->rigid(measurement.state()));
+  const std::lock_guard<std::mutex> lock(pictures_);
+  grids_.push_back(std::move(grids));
+  not_listed_[output] = std::move(pictures);
+  for (auto next = not_listed_.find(listed_); next != not_listed_.end(); next = not_listed_.find(++listed_)) {
+    for (const Picture& picture : next->second) list_.add(picture.t, picture.part, picture.file);
+    not_listed_.erase(next);
+  }
 }
 
 std::vector<double> ResultFiles::overview(Measurement& measurement) const {
@@ -184,12 +210,6 @@ void ResultFiles::add_row(Measurement& measurement) {
   results_.add_row(record);
   if (all_in_series_) row.insert(row.end(), record.begin() + 1, record.end());
   time_series_.add_row(row);
-}
-
-void ResultFiles::write_grid(double t, const std::string& name, int part, const VtkGrid& grid) {
-  const std::string file = fmt::format("vtu/{}_{:04}.vtu", name, outputs_);
-  write_vtu(folder_ + "/" + file, grid);
-  list_.add(t, part, file);
 }
 
 }  // namespace mfs::dae

@@ -5,6 +5,10 @@
 //   result.pvd        for ParaView, with the files in vtu/
 #pragma once
 
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -26,15 +30,26 @@ class ResultFiles {
   bool along_steps() const { return along_steps_; }
   /// `state`: at the end of the step; empty vectors unless along_steps(). All throw InvalidInput.
   void add_step(const StepReport& step, const State& state);
-  void add_output(const State& state);
+  /// Adds the rows of an output. What is returned writes its pictures and enters them into their list; it may
+  /// be called by another thread, beside others of its kind and the functions of this class, and throws
+  /// InvalidInput.
+  std::function<void()> add_output(const std::shared_ptr<const State>& state);
+  /// How many threads pictures are worth.
+  int worth_threads() const { return model_.flexible_bodies.empty() ? 1 : threads_; }
 
   /// What the user should know of the model or the files; complete after the first output.
   const std::vector<std::string>& notes() const { return notes_; }
 
  private:
+  struct Picture {
+    double t;
+    int part;
+    std::string file;
+  };
   void add_row(Measurement& measurement);
   std::vector<double> overview(Measurement& measurement) const;
-  void write_grid(double t, const std::string& name, int part, const VtkGrid& grid);
+  void draw(int output, Measurement& measurement);
+  std::unique_ptr<Grids> take_grids();
 
   const MultibodyModel& model_;
   std::string folder_;
@@ -43,8 +58,12 @@ class ResultFiles {
   bool along_steps_, all_in_series_;
   CsvTable time_series_, steps_;
   NpyTable results_;
+  // Of pictures, which several threads write.
+  std::mutex pictures_;
   PvdFile list_;
-  Grids grids_;
+  std::map<int, std::vector<Picture>> not_listed_;  // outputs whose turn has not come
+  int listed_ = 0;                                  // outputs
+  std::vector<std::unique_ptr<Grids>> grids_;       // in no thread's use
   Account account_;
   int outputs_ = 0;
   std::vector<std::string> notes_;

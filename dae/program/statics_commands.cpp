@@ -2,6 +2,7 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <memory>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -140,11 +141,11 @@ ExitCode solve_static(const Command& command) {
     ResultFiles files(model, command.folder,
                       host_threads(command.threads, command.backend, omp_get_num_procs()));
     EquilibriumReport report;
-    const State state =
-        find_equilibrium(*model.system, model.integrator, {0.0, model.q0, model.v0, {}, {}}, &report, go_on);
+    const auto state = std::make_shared<const State>(
+        find_equilibrium(*model.system, model.integrator, {0.0, model.q0, model.v0, {}, {}}, &report, go_on));
     json["iterations"] = report.iterations;
     json["force"] = report.force;
-    files.add_output(state);
+    files.add_output(state)();
     json["notes"] = files.notes();
     tell(command,
          program::labelled("equilibrium", fmt::format("{}: {}{} steps, largest force left {:.1e}", model.name,

@@ -10,6 +10,7 @@
 
 #include "dae/integrator/integrator.hpp"
 #include "dae/mechanics/rotation.hpp"
+#include "test/dae/integrator/jacobi.hpp"
 #include "test/dae/model/mechanism.hpp"
 
 namespace mfs::dae::test {
@@ -109,24 +110,6 @@ TEST(Rotation, AboutAnObliqueAxisIsACircle) {
   };
   expect_falling(mechanism, 0.05);
   expect_alpha_falling(mechanism);
-}
-
-/// sn, cn and dn of parameter m = k^2 by the arithmetic-geometric mean (Abramowitz and Stegun, 16.4).
-std::array<double, 3> jacobi(double u, double m) {
-  std::vector<double> a{1.0}, c{std::sqrt(m)};
-  double b = std::sqrt(1.0 - m);
-  while (std::abs(c.back()) > 1e-16) {
-    const double mean = 0.5 * (a.back() + b);
-    c.push_back(0.5 * (a.back() - b));
-    b = std::sqrt(a.back() * b);
-    a.push_back(mean);
-  }
-  double phi = std::ldexp(a.back() * u, static_cast<int>(a.size()) - 1), last = phi;
-  for (std::size_t n = a.size() - 1; n > 0; --n) {
-    last = phi;
-    phi = 0.5 * (phi + std::asin(c[n] * std::sin(phi) / a[n]));
-  }
-  return {std::sin(phi), std::cos(phi), std::cos(phi) / std::cos(last - phi)};
 }
 
 /// Turning about the middle axis, which it leaves again and again: Euler's solution (Landau and Lifshitz,

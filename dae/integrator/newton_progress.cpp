@@ -1,0 +1,68 @@
+#include "dae/integrator/newton_progress.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mfs::dae {
+namespace {
+
+/// Corrections have to shrink at least by this factor each, or the search ends without success (DASSL's 0.9).
+constexpr double kDivergence = 0.9;
+/// Above this factor a new Jacobian is worth its price.
+constexpr double kSlow = 0.3;
+/// What may be left of the correction, in units of the local error allowed.
+constexpr double kTolerance = 0.1;
+/// The least that is assumed to be left by a kept matrix after the first correction.
+constexpr double kLeastLeftOver = 0.1;
+
+}  // namespace
+
+void NewtonProgress::start(const StepRelation& relation, bool fresh, double rate) {
+  const double of_velocity = kTolerance * options_.atol_velocity;
+  bounds_ = {std::min(options_.constraint_position, kTolerance * options_.atol_position),
+             std::min(options_.constraint_velocity, of_velocity),
+             std::min(options_.constraint_acceleration, of_velocity / relation.v_by_a)};
+  // What was seen in an earlier step says less the older the matrix gets.
+  left_over_ = fresh ? kUnknownRate : std::max({2.0 * left_over_, rate / (1.0 - rate), kLeastLeftOver});
+  since_jacobian_ = 0;
+  new_ = fresh;
+  slow_when_new_ = false;
+}
+
+NewtonProgress::Verdict NewtonProgress::judge(const NewtonNorms& norms, int corrections) {
+  const bool first = corrections == 0;
+  last_correction_ = norms_.correction;
+  norms_ = norms;
+  wants_jacobian_ = false;
+  if (!std::isfinite(norms.residual) || !(first || std::isfinite(norms.correction))) return Verdict::failed;
+  if (first) return Verdict::go_on;
+  ++since_jacobian_;
+  if (!rate_is_good()) return Verdict::failed;
+  if (left_over_ * norms.correction <= kTolerance && constraints_hold()) return Verdict::converged;
+  if (corrections >= options_.newton_iterations) return Verdict::failed;
+  const bool slow = since_jacobian_ > 1 && rate_ > kSlow;
+  slow_when_new_ = slow_when_new_ || (slow && new_);
+  if (!options_.keep_factors || slow) {
+    wants_jacobian_ = new_ = true;
+    since_jacobian_ = 0;
+  }
+  return Verdict::go_on;
+}
+
+/// Whether corrections shrink.
+bool NewtonProgress::rate_is_good() {
+  rate_ = 0.0;
+  if (since_jacobian_ < 2 || last_correction_ == 0.0) return true;
+  if (norms_.correction < small_) return true;
+  rate_ = norms_.correction / last_correction_;
+  left_over_ = rate_ < kDivergence ? rate_ / (1.0 - rate_) : kUnknownRate;
+  return rate_ < kDivergence;
+}
+
+bool NewtonProgress::constraints_hold() const {
+  for (std::size_t level = 0; level < bounds_.size(); ++level)
+    if (norms_.violation[level] > bounds_[level]) return false;
+  return true;
+}
+
+}  // namespace mfs::dae

@@ -1,0 +1,54 @@
+// How far a search of Newton's method has come, whoever makes its corrections.
+//
+// A correction ends the search when what is left of it, by the rate at which corrections have shrunk so far,
+// is a part of what the user's tolerances allow, and the constraints hold to their own tolerances. When
+// corrections shrink too slowly a new Jacobian is asked for; when they do not shrink, the search has failed.
+#pragma once
+
+#include <array>
+
+#include "dae/integrator/formula.hpp"
+#include "dae/integrator/integrator.hpp"
+#include "dae/integrator/newton_norms.hpp"
+
+namespace mfs::dae {
+
+class NewtonProgress {
+ public:
+  enum class Verdict { go_on, converged, failed };
+
+  /// `options` has to live as long. Corrections below `small`, in units of the local error allowed, say
+  /// nothing about the rate at which they shrink.
+  NewtonProgress(const IntegratorOptions& options, double small) : options_(options), small_(small) {}
+
+  /// Before a search. `fresh`: with a new Jacobian; otherwise corrections by the kept one are expected to
+  /// shrink by `rate`, if not more slowly.
+  void start(const StepRelation& relation, bool fresh, double rate);
+  /// After so many corrections, the first time after none.
+  Verdict judge(const NewtonNorms& norms, int corrections);
+  /// Whether the next correction is to be by a new Jacobian; set by judge().
+  bool wants_jacobian() const { return wants_jacobian_; }
+  /// Whether corrections by a new Jacobian have shrunk slowly in this search.
+  bool was_slow_when_new() const { return slow_when_new_; }
+  /// Of the last judge().
+  const NewtonNorms& norms() const { return norms_; }
+
+ private:
+  bool rate_is_good();
+  bool constraints_hold() const;
+
+  const IntegratorOptions& options_;
+  const double small_;
+  NewtonNorms norms_;
+  int since_jacobian_ = 0;  ///< corrections by the present Jacobian, in this search
+  bool wants_jacobian_ = false, new_ = false, slow_when_new_ = false;
+  double last_correction_ = 0.0, rate_ = 0.0, left_over_ = kUnknownRate;
+  /// What constraints may be left at: no more than the local error may be, or it would be lost in this noise.
+  std::array<double, 3> bounds_{};
+
+  /// Left-over over last correction, before a rate has been seen: the first correction alone ends the search
+  /// only where it is far below the tolerance.
+  static constexpr double kUnknownRate = 20.0;
+};
+
+}  // namespace mfs::dae

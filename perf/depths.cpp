@@ -11,10 +11,10 @@
 #include <string>
 #include <vector>
 
-#include "kernels/cuda/runtime/device.hpp"
-#include "kernels/cuda/device_stages.hpp"
-#include "kernels/runtime/engine.hpp"
 #include "cases/families.hpp"
+#include "kernels/cuda/device_stages.hpp"
+#include "kernels/cuda/runtime/device.hpp"
+#include "kernels/runtime/engine.hpp"
 #include "solver/analysis.hpp"
 
 namespace {

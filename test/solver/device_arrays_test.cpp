@@ -192,6 +192,25 @@ TEST_F(DeviceArraysOfDoubles, AreRefinedOnTheDeviceForFactorsOfSinglePrecision) 
   }
 }
 
+// The tolerance is below what doubles can have: the device refines, the ladder goes on from what it has found
+// and says how far that came; nothing is written.
+TEST_F(DeviceArraysOfDoubles, AreLeftAloneByASolveThatMissesItsTolerance) {
+  options_.solve.tolerance = 1e-18;
+  const SparseMatrix a = random_diagonally_dominant(300, 4, 1);
+  Solver solver(options_);
+  solver.factor(a.view());
+  for (const std::int64_t nrhs : {1, 3}) {
+    const std::vector<double> b = right_hand_sides(a, nrhs, a.n, 13), ones(b.size(), 1.0);
+    const DeviceArray<double> there(b), x(ones);
+    if (const auto error =
+            failure_of<AccuracyNotReached>([&] { solver.solve_device(there.get(), x.get(), nrhs); }))
+      EXPECT_LE(error->reached(), kPromised);
+    EXPECT_EQ(to_host(x, ones.size()), ones);
+    EXPECT_EQ(to_host(there, b.size()), b);
+    EXPECT_GT(solver.report().refinement_steps, 0);
+  }
+}
+
 /// Dense. Its pivots are on the diagonal, or, where they are `away`, in the 128th row below or above it,
 /// which the pivot search of the first 128 columns does not reach at first.
 SparseMatrix with_pivots(bool away) {

@@ -5,8 +5,8 @@
 #include <memory>
 #include <vector>
 
-#include "kernels/cuda/runtime/device.hpp"
 #include "kernels/cuda/device_stages.hpp"
+#include "kernels/cuda/runtime/device.hpp"
 #include "test/stages/factored_fronts.hpp"
 #include "test/stages/inverted_blocks.hpp"
 

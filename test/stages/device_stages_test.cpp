@@ -4,8 +4,8 @@
 #include <string>
 
 #include "kernels/cuda/cuda_factors.hpp"
-#include "kernels/cuda/runtime/device.hpp"
 #include "kernels/cuda/device_stages.hpp"
+#include "kernels/cuda/runtime/device.hpp"
 #include "test/stages/device_checks.hpp"
 #include "test/stages/in_engine.hpp"
 #include "test/stages/weak_pivots.hpp"
@@ -408,8 +408,8 @@ TYPED_TEST(DeviceStagesTest, TheLibraryFactorsRoots) {
   });
 }
 
-// A multiplier just below and just above 100, kMostUnpivoted of kernels/cuda/factor/unpivoted_roots.hpp, in the
-// pivot's own tile and below it; a pivot of zero, one just below and just above the tolerance; no number.
+// A multiplier just below and just above 100, kMostUnpivoted of kernels/cuda/factor/unpivoted_roots.hpp, in
+// the pivot's own tile and below it; a pivot of zero, one just below and just above the tolerance; no number.
 // Above, tiles factor the root as they do without the library.
 TYPED_TEST(DeviceStagesTest, TilesFactorRootsThatNeedPivots) {
   struct Case {

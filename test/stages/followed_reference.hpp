@@ -15,8 +15,8 @@ namespace mfs::test {
 constexpr double kRuleSlack = 0.5;
 /// Pivots are compared by their leading bits only.
 constexpr double kAsLarge = 1.001;
-/// What rows that were not searched may have as multipliers: kMostGrowth of kernels/cuda/factor/block_lu.hpp, beyond
-/// which the device searches all rows of the front.
+/// What rows that were not searched may have as multipliers: kMostGrowth of kernels/cuda/factor/block_lu.hpp,
+/// beyond which the device searches all rows of the front.
 constexpr double kMostMultiplier = 1000 * kAsLarge;
 
 /// The rows in which a pivot was searched, and how much larger than it entries below it may be there.

@@ -1,6 +1,6 @@
-// The workers of the host (kernels/runtime/workers.hpp), on threads of the test's own: everything is done exactly
-// once, lists one after another, tiles before the step after them, by any number of threads, of which some
-// may be late or never come.
+// The workers of the host (kernels/runtime/workers.hpp), on threads of the test's own: everything is done
+// exactly once, lists one after another, tiles before the step after them, by any number of threads, of which
+// some may be late or never come.
 #include <chrono>
 #include <random>
 #include <thread>

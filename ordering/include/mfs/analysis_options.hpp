@@ -28,8 +28,8 @@ struct AnalysisOptions {
   /// phases get few, because their work is done on a device.
   int threads = 0;
 
-  /// Widest block into which a pivot block is divided (rows and columns). Backend::cuda has blocks of its own and
-  /// refuses others than the default.
+  /// Widest block into which a pivot block is divided (rows and columns). Backend::cuda has blocks of its own
+  /// and refuses others than the default.
   std::int32_t max_block_size = 1024;
   /// Sub-graphs of at most this many unknowns are ordered by CAMD instead of being dissected.
   std::int32_t leaf_size = 120;

@@ -104,12 +104,54 @@ class AccuracyLadder final : public Factorization<Value> {
 
   double condition_estimate(const TransposedPattern& transposed) override {
     matrix_ = factors_->matrix();
-    return estimate_condition(transposed);
+    const blas::SequentialScope sequential;
+    for (const bool flip : {false, true}) {
+      make_correction(flip ? &transposed : nullptr);
+      if (correction_[flip] && correction_[flip]->nullity() > 0)
+        return std::numeric_limits<double>::infinity();
+      if (!correction_[flip] && status_.perturbed > 0) return std::numeric_limits<double>::quiet_NaN();
+    }
+    const Vertex n = plan_->n;
+    const double inverse_norm = blas::estimate_norm<Value>(
+        n, [&](Value* x) { apply_best_inverse(x, x, 1, false); },
+        [&](Value* x) {
+          conjugate(n, x);
+          apply_best_inverse(x, x, 1, true);
+          conjugate(n, x);
+        });
+    const double condition = matrix_norm(transposed) * inverse_norm;
+    return condition <= std::numeric_limits<double>::max() ? condition
+                                                           : std::numeric_limits<double>::infinity();
   }
 
   bool determinant(Value& phase, double& log_abs) override {
     matrix_ = factors_->matrix();
-    return find_determinant(phase, log_abs);
+    const blas::SequentialScope sequential;
+    const Vertex n = plan_->n;
+    std::complex<double> product = permutation_sign();
+    log_abs = 0;
+    std::vector<std::complex<double>> pivots(static_cast<std::size_t>(n));
+    factors_->diagonal_pivots(pivots.data());
+    for (const std::complex<double>& pivot : pivots) {
+      log_abs += std::log(std::abs(pivot));
+      product *= pivot / std::abs(pivot);
+    }
+    for (Vertex i = 0; i < n; ++i)
+      log_abs -= std::log(matrix_.row_scale[i]) + std::log(matrix_.column_scale[i]);
+    if (status_.perturbed > 0) {
+      if (!make_correction(nullptr)) return false;
+      std::complex<double> factor;
+      double log_factor = 0;
+      correction_[0]->determinant(factor, log_factor);
+      product *= factor;
+      log_abs += log_factor;
+      if (dependent_rows(nullptr) > 0) {
+        product = 0;
+        log_abs = -std::numeric_limits<double>::infinity();
+      }
+    }
+    phase = from_parts<Value>(product.real(), product.imag());
+    return true;
   }
 
   Vertex pivot_row(Vertex position) const override {
@@ -147,56 +189,6 @@ class AccuracyLadder final : public Factorization<Value> {
     if (!regular_by_probe(columns, outcome)) return outcome;
     refine(columns, transposed, controls, outcome, begun);
     return outcome;
-  }
-
-  double estimate_condition(const TransposedPattern& transposed) {
-    const blas::SequentialScope sequential;
-    for (const bool flip : {false, true}) {
-      make_correction(flip ? &transposed : nullptr);
-      if (correction_[flip] && correction_[flip]->nullity() > 0)
-        return std::numeric_limits<double>::infinity();
-      if (!correction_[flip] && status_.perturbed > 0) return std::numeric_limits<double>::quiet_NaN();
-    }
-    const Vertex n = plan_->n;
-    const double inverse_norm = blas::estimate_norm<Value>(
-        n, [&](Value* x) { apply_best_inverse(x, x, 1, false); },
-        [&](Value* x) {
-          conjugate(n, x);
-          apply_best_inverse(x, x, 1, true);
-          conjugate(n, x);
-        });
-    const double condition = matrix_norm(transposed) * inverse_norm;
-    return condition <= std::numeric_limits<double>::max() ? condition
-                                                           : std::numeric_limits<double>::infinity();
-  }
-
-  bool find_determinant(Value& phase, double& log_abs) {
-    const blas::SequentialScope sequential;
-    const Vertex n = plan_->n;
-    std::complex<double> product = permutation_sign();
-    log_abs = 0;
-    std::vector<std::complex<double>> pivots(static_cast<std::size_t>(n));
-    factors_->diagonal_pivots(pivots.data());
-    for (const std::complex<double>& pivot : pivots) {
-      log_abs += std::log(std::abs(pivot));
-      product *= pivot / std::abs(pivot);
-    }
-    for (Vertex i = 0; i < n; ++i)
-      log_abs -= std::log(matrix_.row_scale[i]) + std::log(matrix_.column_scale[i]);
-    if (status_.perturbed > 0) {
-      if (!make_correction(nullptr)) return false;
-      std::complex<double> factor;
-      double log_factor = 0;
-      correction_[0]->determinant(factor, log_factor);
-      product *= factor;
-      log_abs += log_factor;
-      if (dependent_rows(nullptr) > 0) {
-        product = 0;
-        log_abs = -std::numeric_limits<double>::infinity();
-      }
-    }
-    phase = from_parts<Value>(product.real(), product.imag());
-    return true;
   }
 
   // What is in the right-hand sides stays.

@@ -46,14 +46,10 @@ std::unique_ptr<Factorization<Scalar>> make_on_host(const BackendFor<Scalar>& ho
   return make_factorization<Scalar>(space, std::move(factors), std::move(plan), std::move(pattern));
 }
 
-class SerialRules : public virtual BackendRules {
+template <class Scalar>
+class SerialBackend final : public BackendFor<Scalar> {
  public:
   bool one_thread() const override { return true; }
-};
-
-template <class Scalar>
-class SerialBackend final : public SerialRules, public BackendFor<Scalar> {
- public:
   std::unique_ptr<Factorization<Scalar>> make(bool single_precision, std::shared_ptr<const SymbolicPlan> plan,
                                               std::shared_ptr<const Pattern> pattern,
                                               int threads) const override {
@@ -77,7 +73,8 @@ class OpenMPBackend final : public BackendFor<Scalar> {
   }
 };
 
-class CudaRules : public virtual BackendRules {
+template <class Scalar>
+class CudaBackend final : public BackendFor<Scalar> {
  public:
   bool present() const override { return cuda::device_found(); }
   void check(const Options& options) const override {
@@ -88,11 +85,6 @@ class CudaRules : public virtual BackendRules {
   }
   AssemblyTurns assembly_turns() const override { return kAssemblyTurns; }
   std::size_t available_memory() const override { return cuda::available_device_memory(); }
-};
-
-template <class Scalar>
-class CudaBackend final : public CudaRules, public BackendFor<Scalar> {
- public:
   std::future<void> load_beside(bool single_precision, const Pattern& pattern) const override {
     return cuda::load_library<Scalar>(single_precision, pattern);
   }

@@ -31,7 +31,7 @@ class BackendRules {
 const BackendRules& rules_of(Backend backend);
 
 template <class Scalar>
-class BackendFor : public virtual BackendRules {
+class BackendFor : public BackendRules {
  public:
   /// What it may load beside the analysis of a matrix with this pattern. The future ends when that has.
   virtual std::future<void> load_beside(bool single_precision, const Pattern& pattern) const;

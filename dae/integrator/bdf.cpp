@@ -13,8 +13,6 @@ namespace {
 /// By which steps may grow again and again at any order, with nothing that sees their error.
 constexpr double kSafeGrowth = 1.1;
 
-/// A step becomes longer only by a factor worth its new matrix, and a little less than the estimate lets it.
-constexpr double kLeastGrowth = 1.2, kSafety = 0.9;
 /// A local error, in units of what is allowed, with which steps would become longer at any order.
 constexpr double kFarFromLimit = 1e-3;
 /// Most steps for which orders that proved unstable are not tried again.

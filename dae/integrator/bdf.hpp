@@ -27,6 +27,9 @@
 
 namespace mfs::dae {
 
+/// A step becomes longer only by a factor worth its new matrix, and a little less than the estimate lets it.
+constexpr double kLeastGrowth = 1.2, kSafety = 0.9;
+
 class Bdf {
  public:
   static constexpr int kMostOrder = 5;

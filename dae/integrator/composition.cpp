@@ -42,6 +42,17 @@ std::pair<Pattern, std::vector<int>> take_rows(const Pattern& pattern, const std
   return {std::move(taken), std::move(place)};
 }
 
+std::vector<int> find_diagonal(const Pattern& pattern) {
+  std::vector<int> places;
+  for (int row = 0; row < pattern.rows; ++row) {
+    const auto begin = pattern.column.begin() + pattern.row_start[row];
+    const auto end = pattern.column.begin() + pattern.row_start[row + 1];
+    const auto place = std::lower_bound(begin, end, row);
+    places.push_back(place != end && *place == row ? static_cast<int>(place - pattern.column.begin()) : -1);
+  }
+  return places;
+}
+
 std::vector<int> consecutive(int first, int count) {
   std::vector<int> numbers(static_cast<std::size_t>(count));
   std::iota(numbers.begin(), numbers.end(), first);

@@ -29,8 +29,16 @@ struct TransposedPattern {
 /// Those rows of a pattern, and where their entries lie in it.
 std::pair<Pattern, std::vector<int>> take_rows(const Pattern& pattern, const std::vector<int>& rows);
 
+/// Where the diagonal entries of a pattern lie, row by row; -1 where there are none.
+std::vector<int> find_diagonal(const Pattern& pattern);
+
 /// first, first + 1, ...: where the columns of a block go that stay side by side.
 std::vector<int> consecutive(int first, int count);
+
+/// SolveOptions::row_floor of MFS for these matrices. What is tiny in a correction of Newton's method needs
+/// no accuracy of its own, and what a planar mechanism has across its plane, or any at rest, is rounding:
+/// with MFS' tolerance, rows of the scaled system are solved to 1e-14.
+constexpr double kRowFloor = 0.01;
 
 class Composition {
  public:

@@ -1,6 +1,7 @@
 #include "dae/integrator/condensed_newton.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -10,14 +11,13 @@
 #include "dae/integrator/augmentation.hpp"
 #include "dae/integrator/composition.hpp"
 #include "dae/integrator/constraint_directions.hpp"
+#include "dae/integrator/initial_conditions.hpp"
 #include "dae/integrator/newton_progress.hpp"
 #include "ordering/stopwatch.hpp"
 
 namespace mfs::dae {
 namespace {
 
-/// q_by_a of the kept matrix / q_by_a: between these it is kept.
-constexpr double kKeptRates[] = {0.6, 1.7};
 /// A change of a row of Phi_q, in parts of its largest entry, with which a new Jacobian pays: corrections by
 /// the old one shrink by about this, in accelerations while those of q and v look well. The matrix costs
 /// about as much as two corrections.
@@ -25,8 +25,6 @@ constexpr double kTurned = 3e-4;
 /// A correction, in units of the local error allowed, beside which what accelerations have left for the next
 /// ones is no slower rate.
 constexpr double kSmall = 1e-2;
-/// As in kept_factors.cpp.
-constexpr double kRowFloor = 0.01;
 /// Of one coordinate: those of the frame of a rigid interface are in the constraints of all its nodes.
 constexpr int kMostConstraints = 100;
 /// Smaller matrices are not worth waking threads.
@@ -41,11 +39,6 @@ void add_product(const Pattern& pattern, const std::vector<double>& values, doub
       sum += values[k] * y[pattern.column[k]];
     x[row] += factor * sum;
   }
-}
-double largest(const std::vector<double>& values) {
-  double most = 0.0;
-  for (const double value : values) most = std::isfinite(value) ? std::max(most, std::abs(value)) : HUGE_VAL;
-  return most;
 }
 
 }  // namespace
@@ -81,6 +74,8 @@ class CondensedNewton::Impl {
         along_(2 * n_),
         y_(2 * n_) {
     predicted_[Block::position_q].resize(gradient_.entries());
+    for (std::size_t b = 0; b < kForceByAVQ.size(); ++b)
+      diagonal_[b] = find_diagonal(system.tangent_pattern()[kForceByAVQ[b]]);
     for (std::size_t b = 0; b < kBlocks; ++b)
       if (system.tangent_pattern().constant[b]) constant_.insert(static_cast<Block>(b));
   }
@@ -104,7 +99,7 @@ class CondensedNewton::Impl {
     const StateView there = view(state);
     evaluate(there);
     const double bound = std::min(options_.constraint_position, 0.1 * options_.atol_position);  // as of steps
-    for (int k = 0; k < 3 && largest(residual_.position) > bound; ++k) {
+    for (int k = 0; k < 3 && largest_size(residual_.position) > bound; ++k) {
       set_directions(there);
       directions_.factor(predicted_[Block::position_q]);
       correct(residual_.position, state.q.data());
@@ -161,8 +156,7 @@ class CondensedNewton::Impl {
     const int n = static_cast<int>(n_), m = static_cast<int>(m_);
     const std::vector<int> a = consecutive(m, n);
     std::vector<Composition::Term> terms;
-    for (const Block block : {Block::force_a, Block::force_v, Block::force_q})
-      terms.push_back({&patterns[block], 0, a});
+    for (const Block block : kForceByAVQ) terms.push_back({&patterns[block], 0, a});
     terms.push_back({&augmentation_.pattern(), 0, a});
     terms.push_back({&transposed_.pattern, 0, consecutive(0, m), transposed_.source.data()});
     for (const Block block : {Block::position_q, Block::acceleration_v, Block::acceleration_q})
@@ -274,15 +268,10 @@ class CondensedNewton::Impl {
   /// Of F's derivatives by a, v, q in the columns of a, in the mean.
   double typical_diagonal(double v_by_a, double q_by_a) {
     std::fill(change_.begin(), change_.end(), 0.0);
-    const auto add = [&](Block block, double factor) {
-      const Pattern& pattern = system_.tangent_pattern()[block];
-      for (int row = 0; row < pattern.rows; ++row)
-        for (int k = pattern.row_start[row]; k < pattern.row_start[row + 1]; ++k)
-          if (pattern.column[k] == row) change_[row] += factor * tangent_[block][k];
-    };
-    add(Block::force_a, 1.0);
-    add(Block::force_v, v_by_a);
-    add(Block::force_q, q_by_a);
+    const double factors[] = {1.0, v_by_a, q_by_a};
+    for (std::size_t b = 0; b < kForceByAVQ.size(); ++b)
+      for (std::size_t i = 0; i < n_; ++i)
+        if (const int k = diagonal_[b][i]; k >= 0) change_[i] += factors[b] * tangent_[kForceByAVQ[b]][k];
     double sum = 0.0;
     for (const double x : change_) sum += std::abs(x);
     return sum > 0.0 ? sum / static_cast<double>(n_) : 1.0;
@@ -383,10 +372,10 @@ class CondensedNewton::Impl {
   /// Of the residual and the last correction.
   NewtonNorms norms() {
     NewtonNorms norms;
-    norms.violation = {largest(residual_.position), largest(residual_.velocity),
-                       largest(residual_.acceleration)};
-    norms.residual =
-        std::max(largest(residual_.force), *std::max_element(norms.violation.begin(), norms.violation.end()));
+    norms.violation = {largest_size(residual_.position), largest_size(residual_.velocity),
+                       largest_size(residual_.acceleration)};
+    norms.residual = std::max(largest_size(residual_.force),
+                              *std::max_element(norms.violation.begin(), norms.violation.end()));
     double sum = 0.0;
     for (std::size_t i = 0; i < 2 * n_; ++i) {
       const double value = i < n_ ? state_.q.data()[i] : state_.v.data()[i - n_];
@@ -414,6 +403,7 @@ class CondensedNewton::Impl {
   Residual residual_;
   Tangent tangent_, predicted_;  ///< of the last Jacobian; Phi_q at the prediction
   BlockSet due_ = BlockSet::all(), constant_;
+  std::array<std::vector<int>, kForceByAVQ.size()> diagonal_;
   std::vector<double> right_side_, solution_, change_;
   std::vector<double> kappa_, mu_, of_kappa_, of_mu_;  ///< in this search; of the last correction
   std::vector<double> along_, y_;  ///< changes of [q, v]; [q, v] before the last correction

@@ -10,12 +10,11 @@ namespace mfs::dae {
 ConstraintDirections::ConstraintDirections(const Pattern& gradient, const Projection& projection)
     : gradient_(gradient),
       shared_(projection.rows),
-      rows_(take_rows(gradient, shared_).first),
-      source_(take_rows(gradient, shared_).second),
-      transposed_(rows_),
+      rows_(take_rows(gradient, shared_)),
+      transposed_(rows_.first),
       again_(transposed_.pattern),
       square_(transposed_.pattern, again_, 1),
-      values_(source_.size()) {
+      values_(rows_.second.size()) {
   for (int row = 0; row < gradient.rows; ++row)
     if (const int k = projection.tied_entry[row]; k >= 0) tied_.push_back({row, k, gradient.column[k]});
   const Pattern& pattern = square_.pattern();
@@ -28,7 +27,7 @@ ConstraintDirections::ConstraintDirections(const Pattern& gradient, const Projec
 }
 
 void ConstraintDirections::factor(const std::vector<double>& gradient) {
-  for (std::size_t k = 0; k < values_.size(); ++k) values_[k] = gradient[source_[transposed_.source[k]]];
+  for (std::size_t k = 0; k < values_.size(); ++k) values_[k] = gradient[rows_.second[transposed_.source[k]]];
   square_.compute(values_);
   std::copy(square_.values().begin(), square_.values().end(), matrix_.valuePtr());
   factors_.factorize(matrix_);
@@ -43,10 +42,13 @@ double ConstraintDirections::product(int row, const double* change) const {
   return sum;
 }
 
+void ConstraintDirections::add_row(int row, double x, double* change) const {
+  for (int k = gradient_.row_start[row]; k < gradient_.row_start[row + 1]; ++k)
+    change[gradient_.column[k]] += now_[k] * x;
+}
+
 void ConstraintDirections::add(const std::vector<double>& x, double* change) const {
-  for (const int row : shared_)
-    for (int k = gradient_.row_start[row]; k < gradient_.row_start[row + 1]; ++k)
-      change[gradient_.column[k]] += now_[k] * x[row];
+  for (const int row : shared_) add_row(row, x[row], change);
   for (const Tied& tied : tied_) change[tied.coordinate] += x[tied.row];
 }
 
@@ -58,8 +60,7 @@ void ConstraintDirections::solve(const std::vector<double>& b, std::vector<doubl
   for (std::size_t j = 0; j < shared_.size(); ++j) {
     const int row = shared_[j];
     x[row] = solution_[static_cast<Eigen::Index>(j)];
-    for (int k = gradient_.row_start[row]; k < gradient_.row_start[row + 1]; ++k)
-      change[gradient_.column[k]] += now_[k] * x[row];
+    add_row(row, x[row], change.data());
   }
   for (const Tied& tied : tied_) {
     x[tied.row] = (b[tied.row] - product(tied.row, change.data())) / now_[tied.entry];

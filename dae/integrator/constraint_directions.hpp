@@ -31,6 +31,8 @@ class ConstraintDirections {
 
  private:
   double product(int row, const double* change) const;
+  /// change += x times a row of Phi_q.
+  void add_row(int row, double x, double* change) const;
 
   const Pattern& gradient_;
   std::vector<int> shared_;  ///< constraints whose directions are Phi_q^T
@@ -38,9 +40,9 @@ class ConstraintDirections {
     int row, entry, coordinate;
   };
   std::vector<Tied> tied_;  ///< the others
-  Pattern rows_;            ///< of Phi_q, those of shared_
-  std::vector<int> source_;
-  TransposedPattern transposed_, again_;  ///< of rows_ and of its transpose
+  std::pair<Pattern, std::vector<int>>
+      rows_;                              ///< of Phi_q, those of shared_, and where their entries lie in it
+  TransposedPattern transposed_, again_;  ///< of the rows and of their transpose
   Augmentation square_;
   std::vector<double> values_;
   const double* now_ = nullptr;

@@ -235,8 +235,6 @@ class GeneralizedAlpha : public Formula {
   /// For the step, by which the error becomes half of what is allowed.
   double factor() const { return std::cbrt(1.0 / (2.0 * error_ + 1e-4)); }
 
-  /// As BDF's.
-  static constexpr double kSafety = 0.9, kLeastGrowth = 1.2;
   NextW next_w_;
   const double fixed_step_;
   const Executor& executor_;

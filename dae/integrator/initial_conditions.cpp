@@ -35,12 +35,6 @@ Pattern rows_on_velocities(const ConstrainedSystem& system) {
   return pattern;
 }
 
-double largest(const std::vector<double>& values) {
-  double most = 0.0;
-  for (const double value : values) most = std::isnan(value) ? HUGE_VAL : std::max(most, std::abs(value));
-  return most;
-}
-
 /// The matrix above.
 class SaddlePoint {
  public:
@@ -154,7 +148,7 @@ class StartFinder {
   }
 
   void move_velocities() {
-    if (largest(residual_.velocity) <= 1e-2 * options_.constraint_velocity) return;
+    if (largest_size(residual_.velocity) <= 1e-2 * options_.constraint_velocity) return;
     std::fill(right_side_.begin(), right_side_.end(), 0.0);
     for (int j = 0; j < m_; ++j) right_side_[n_ + j] = -residual_.velocity[j];
     const auto change = solve(SaddlePoint::Of::velocities);
@@ -170,7 +164,7 @@ class StartFinder {
     for (int iteration = 0;; ++iteration) {
       system_.evaluate(view(state_), residual_);
       for (int j = 0; j < m_; ++j) right_side_[n_ + j] = part * given_[j] - residual_.position[j];
-      const double violation = largest({right_side_.begin() + n_, right_side_.end()});
+      const double violation = largest_size({right_side_.begin() + n_, right_side_.end()});
       if (violation <= 1e-2 * options_.constraint_position) return true;
       if (iteration == kMostIterations || std::isinf(violation))
         return violation <= options_.constraint_position;
@@ -222,6 +216,12 @@ class StartFinder {
 };
 
 }  // namespace
+
+double largest_size(const std::vector<double>& values) {
+  double most = 0.0;
+  for (const double value : values) most = std::isnan(value) ? HUGE_VAL : std::max(most, std::abs(value));
+  return most;
+}
 
 std::vector<double> constraint_gradient(const ConstrainedSystem& system, double t,
                                         const std::vector<double>& q) {

@@ -21,6 +21,9 @@ void check_constraints(const ConstrainedSystem& system, const State& given);
 /// the given q violates most.
 State consistent_motion(const ConstrainedSystem& system, const IntegratorOptions& options, State given);
 
+/// The largest |x_i|; infinite where one is not a number.
+double largest_size(const std::vector<double>& x);
+
 /// Values of Phi_q at t and q.
 std::vector<double> constraint_gradient(const ConstrainedSystem& system, double t,
                                         const std::vector<double>& q);

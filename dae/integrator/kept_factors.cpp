@@ -11,6 +11,7 @@
 #include <Thyra_TpetraThyraWrappers.hpp>
 #include <Tpetra_CrsMatrix.hpp>
 
+#include "dae/integrator/composition.hpp"
 #include "dae/integrator/executor_vector.hpp"
 #include "ordering/stopwatch.hpp"
 
@@ -41,10 +42,6 @@ double flops_per_entry(Backend backend) {
 double flops_per_matrix_entry(Backend backend) {
   return backend == Backend::serial ? 40.0 : backend == Backend::openmp ? 300.0 : 15000.0;
 }
-
-/// What is tiny in a correction of Newton's method needs no accuracy of its own, and what a planar mechanism
-/// has across its plane is rounding: with MFS' tolerance, rows of the scaled system are solved to 1e-14.
-constexpr double kRowFloor = 0.01;
 
 RCP<Factory> make_strategy(const std::string& type, const Teuchos::ParameterList& parameters) {
   Stratimikos::DefaultLinearSolverBuilder builder;

@@ -36,9 +36,8 @@ using Evaluator = Thyra::ModelEvaluatorBase;
 
 /// A correction, in units of the local error allowed, that may be rounding.
 constexpr double kRounding = 1e-4;
-/// q_by_a of the kept matrix / q_by_a. Between the first two the matrix is kept, between the others its
-/// factors still are a preconditioner.
-constexpr double kKeptRates[] = {0.6, 1.7}, kRelatedRates[] = {0.25, 4.0};
+/// q_by_a of the kept matrix / q_by_a: between these its factors still are a preconditioner.
+constexpr double kRelatedRates[] = {0.25, 4.0};
 
 /// An array of Kokkos that holds f(0), f(1) ..., each written first by the thread that will use it.
 template <class View, class F>

@@ -13,6 +13,9 @@
 
 namespace mfs::dae {
 
+/// q_by_a of a kept matrix / q_by_a: between these it is kept.
+constexpr double kKeptRates[] = {0.6, 1.7};
+
 class NewtonProgress {
  public:
   enum class Verdict { go_on, converged, failed };

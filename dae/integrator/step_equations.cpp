@@ -22,20 +22,6 @@ std::vector<int> members(const std::vector<Role>& roles, std::initializer_list<R
   return found;
 }
 
-constexpr std::array<Block, 3> kForceByAVQ{Block::force_a, Block::force_v, Block::force_q};
-
-/// Where the diagonal entries are, -1 where there are none.
-std::vector<int> find_diagonal(const Pattern& pattern) {
-  std::vector<int> places;
-  for (int row = 0; row < pattern.rows; ++row) {
-    const auto begin = pattern.column.begin() + pattern.row_start[row];
-    const auto end = pattern.column.begin() + pattern.row_start[row + 1];
-    const auto place = std::lower_bound(begin, end, row);
-    places.push_back(place != end && *place == row ? static_cast<int>(place - pattern.column.begin()) : -1);
-  }
-  return places;
-}
-
 /// x = [lambda, a, v, q, kappa, mu], v and q of those coordinates that are kept.
 struct Pack {
   const int* kept;

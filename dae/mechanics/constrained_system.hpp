@@ -109,6 +109,7 @@ struct Residual {
 
 /// One number for each of the derivatives of F: by a, by v, by q.
 using ByAVQ = std::array<double, 3>;
+constexpr std::array<Block, 3> kForceByAVQ{Block::force_a, Block::force_v, Block::force_q};
 
 /// Newton's matrix in the memory of a device: what is evaluated there is added up there, and the host sends
 /// what it has for some of the entries. Where a solver takes the values from there, they never pass through

@@ -11,7 +11,7 @@ namespace {
 Options solver_options(int threads) {
   Options options;
   options.threads = threads;
-  options.solve.row_floor = 0.01;  // as the integrator: in equilibrium most rows are rounding
+  options.solve.row_floor = kRowFloor;
   return options;
 }
 
@@ -31,9 +31,9 @@ std::vector<Composition::Term> terms_of(const ConstrainedSystem& system, const T
 /// The median of the sizes of the diagonal's entries that are not zero, 1 where there are none.
 double typical_diagonal(const Pattern& pattern, const std::vector<double>& values, int rows) {
   std::vector<double> sizes;
+  const std::vector<int> place = find_diagonal(pattern);
   for (int i = 0; i < rows; ++i)
-    for (int k = pattern.row_start[i]; k < pattern.row_start[i + 1]; ++k)
-      if (pattern.column[k] == i && values[k] != 0) sizes.push_back(std::abs(values[k]));
+    if (const int k = place[i]; k >= 0 && values[k] != 0) sizes.push_back(std::abs(values[k]));
   if (sizes.empty()) return 1.0;
   const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
   std::nth_element(sizes.begin(), middle, sizes.end());

@@ -5,6 +5,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
+#include <functional>
 
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
@@ -177,7 +178,32 @@ TEST_F(DaeProgram, PlotsAreForThoseWhoWantThem) {
   }
 }
 
-class DaeSignal : public DaeProgram, public testing::WithParamInterface<int> {};
+class DaeSignal : public DaeProgram, public testing::WithParamInterface<int> {
+ protected:
+  /// Runs the program, sends it the signal once `begun`, and reads its report. Its standard output:
+  /// path("stdout").
+  void run_until_signal(std::vector<std::string> arguments, const std::function<bool()>& begun,
+                        ordered_json& read) {
+    const std::string report = path("report.json"), out = path("stdout"), err = path("stderr");
+    arguments.insert(arguments.end(), {"-o", path("out"), "--no-plots", "--json", report});
+    const pid_t child = fork();
+    if (child == 0) {
+      dup2(open(out.c_str(), O_WRONLY | O_CREAT, 0600), STDOUT_FILENO);
+      dup2(open(err.c_str(), O_WRONLY | O_CREAT, 0600), STDERR_FILENO);
+      exec_program(arguments);
+    }
+    int status = 0;
+    while (!begun() && waitpid(child, &status, WNOHANG) == 0) usleep(20000);
+    kill(child, GetParam());
+    waitpid(child, &status, 0);
+    ASSERT_TRUE(WIFEXITED(status)) << text_of(err);
+    EXPECT_EQ(WEXITSTATUS(status), 128 + GetParam());
+    const std::string word = GetParam() == SIGINT ? "interrupted" : "terminated";
+    EXPECT_EQ(text_of(err), "mfs-dae: " + word + "\n");
+    read = ordered_json::parse(text_of(report));
+    EXPECT_EQ(read["status"], word);
+  }
+};
 
 // The run would take hours; the signal comes when the first steps are there.
 TEST_P(DaeSignal, LeavesWhatIsThere) {
@@ -185,30 +211,16 @@ TEST_P(DaeSignal, LeavesWhatIsThere) {
   json["end"] = 1e6;
   json["outputs"] = 1000000;
   json["integrator"] = {{"max_step", 1e-3}};
-  const std::string model = file("long.json", json.dump()), report = path("report.json");
-  const std::string out = path("stdout"), err = path("stderr");
-  const pid_t child = fork();
-  if (child == 0) {
-    dup2(open(out.c_str(), O_WRONLY | O_CREAT, 0600), STDOUT_FILENO);
-    dup2(open(err.c_str(), O_WRONLY | O_CREAT, 0600), STDERR_FILENO);
-    exec_program({"run", model, "-o", path("out"), "--no-plots", "--json", report});
-  }
+  const std::string model = file("long.json", json.dump());
   const auto lines = [&](const char* table = "out/steps.csv") {
     const std::string text = text_of(path(table));
     return std::count(text.begin(), text.end(), '\n');
   };
-  int status = 0;
-  while (lines() < 3 && waitpid(child, &status, WNOHANG) == 0) usleep(20000);
-  kill(child, GetParam());
-  waitpid(child, &status, 0);
-  ASSERT_TRUE(WIFEXITED(status)) << text_of(err);
-  EXPECT_EQ(WEXITSTATUS(status), 128 + GetParam());
-  const std::string word = GetParam() == SIGINT ? "interrupted" : "terminated";
-  EXPECT_EQ(text_of(err), "mfs-dae: " + word + "\n");
-  const ordered_json json_report = ordered_json::parse(text_of(report));
-  EXPECT_EQ(json_report["status"], word);
+  ordered_json json_report;
+  ASSERT_NO_FATAL_FAILURE(run_until_signal(
+      {"run", model}, [&] { return lines() >= 3; }, json_report));
   EXPECT_EQ(json_report["steps"], lines() - 1);  // each step that was made is in the table
-  EXPECT_THAT(text_of(out), AllOf(HasSubstr("\nsteps "), HasSubstr("\nParaView ")));
+  EXPECT_THAT(text_of(path("stdout")), AllOf(HasSubstr("\nsteps "), HasSubstr("\nParaView ")));
   EXPECT_THAT(text_of(path("out/results.npy")),
               HasSubstr(" " + std::to_string(lines("out/time_series.csv") - 1) + ",), }"));
 }
@@ -220,22 +232,9 @@ TEST_P(DaeSignal, EndsTheSearchForAnEquilibrium) {
     "materials": {"soft": {"law": "neo_hookean", "young": 1e6, "poisson": 0.3, "density": 1000}},
     "bodies": {"block": {"type": "flexible", "material": "soft", "mesh":
       {"generator": "box", "element": "hex8", "refine": 1, "size": [1, 1, 1], "divisions": [12, 12, 12]}}}})");
-  const std::string report = path("report.json"), err = path("stderr");
-  const pid_t child = fork();
-  if (child == 0) {
-    dup2(open(err.c_str(), O_WRONLY | O_CREAT, 0600), STDERR_FILENO);
-    exec_program({"static", model, "-o", path("out"), "--no-plots", "--json", report});
-  }
-  int status = 0;
-  while (text_of(path("out/time_series.csv")).empty() && waitpid(child, &status, WNOHANG) == 0) usleep(20000);
-  kill(child, GetParam());
-  waitpid(child, &status, 0);
-  ASSERT_TRUE(WIFEXITED(status)) << text_of(err);
-  EXPECT_EQ(WEXITSTATUS(status), 128 + GetParam());
-  const std::string word = GetParam() == SIGINT ? "interrupted" : "terminated";
-  EXPECT_EQ(text_of(err), "mfs-dae: " + word + "\n");
-  const ordered_json json_report = ordered_json::parse(text_of(report));
-  EXPECT_EQ(json_report["status"], word);
+  ordered_json json_report;
+  const auto begun = [&] { return !text_of(path("out/time_series.csv")).empty(); };
+  ASSERT_NO_FATAL_FAILURE(run_until_signal({"static", model}, begun, json_report));
   EXPECT_GE(json_report["iterations"], 1);
   EXPECT_EQ(read_table(path("out/time_series.csv")).at("t [s]").size(), 1U);  // where it was then
 }

@@ -28,6 +28,11 @@ PetscErrorCode leave_solve_failure(Mat F, const Failure& failure) {
   PetscFunctionReturn(kSuccess);
 }
 
+/// Of `n` numbers. (VecSetInf is PETSc's own since 3.22.)
+void set_infinite(PetscScalar* x, PetscInt n) {
+  std::fill_n(x, n, PetscScalar(std::numeric_limits<PetscReal>::infinity()));
+}
+
 void solve(Factor& factor, bool transposed, const PetscScalar* b, PetscScalar* x, PetscInt columns,
            PetscInt ldb, PetscInt ldx) {
   if (transposed)
@@ -43,12 +48,10 @@ PetscErrorCode solve_vector(Mat F, Vec b, Vec x, bool transposed) {
   PetscCall(VecGetArrayRead(b, &from));
   PetscCall(VecGetArrayWrite(x, &to));
   const Failure failure = attempt([&] { solve(*factor_in(F), transposed, from, to, 1, 0, 0); });
+  if (failure.happened) set_infinite(to, F->rmap->n);
   PetscCall(VecRestoreArrayWrite(x, &to));
   PetscCall(VecRestoreArrayRead(b, &from));
-  if (failure.happened) {
-    PetscCall(VecSetInf(x));
-    PetscCall(leave_solve_failure(F, failure));
-  }
+  if (failure.happened) PetscCall(leave_solve_failure(F, failure));
   PetscFunctionReturn(kSuccess);
 }
 
@@ -74,8 +77,7 @@ PetscErrorCode solve_dense(Mat F, Mat B, Mat X, bool transposed) {
   if (columns > 0 && F->factorerrortype == MAT_FACTOR_NOERROR)
     failure = attempt([&] { solve(*factor_in(F), transposed, from, to, columns, ldb, ldx); });
   if (failure.happened || F->factorerrortype != MAT_FACTOR_NOERROR)
-    for (PetscInt j = 0; j < columns; ++j)
-      std::fill_n(to + j * ldx, n, PetscScalar(std::numeric_limits<PetscReal>::infinity()));
+    for (PetscInt j = 0; j < columns; ++j) set_infinite(to + j * ldx, n);
   PetscCall(MatDenseRestoreArrayWrite(X, &to));
   PetscCall(MatDenseRestoreArrayRead(B, &from));
   if (failure.happened) PetscCall(leave_solve_failure(F, failure));

@@ -57,6 +57,19 @@ bool in_order(const std::vector<Integer>& positions) {
   return true;
 }
 
+/// Whether an entry is stored whose value is 0.
+bool holds_zeros(const CsrView<double>& a) {
+  const double* end = a.values + a.row_offsets[a.rows];
+  return std::find(a.values, end, 0.0) != end;
+}
+
+/// Throws SingularMatrix where the pattern alone, with any values, is structurally singular.
+void analyze_pattern(Solver& solver, CsrView<double> a) {
+  const std::vector<double> ones(static_cast<std::size_t>(a.row_offsets[a.rows]), 1.0);
+  a.values = ones.data();
+  solver.analyze(a);
+}
+
 /// Ids of all ranks on rank 0.
 std::vector<std::int64_t> gather_ids(const Teuchos::Comm<int>& comm, const RankGather& gather,
                                      const std::vector<std::int64_t>& ids) {
@@ -81,7 +94,7 @@ void RootedSolver::set_options(Options options) {
   options_ = std::move(options);
   solver_.reset();
   bytes_.set(0);
-  analyzed_ = factored_ = false;
+  analyzed_ = factored_ = analysis_due_ = false;
 }
 
 void RootedSolver::load(const LocalIds& ids, const LocalRows& rows) {
@@ -252,9 +265,19 @@ void RootedSolver::on_root(const std::function<void(Solver&)>& work,
 }
 
 void RootedSolver::analyze() {
-  analyzed_ = factored_ = false;
+  analyzed_ = factored_ = analysis_due_ = false;
   bytes_.set(0);
-  on_root([&](Solver& solver) { counted(Phase::analysis, 1, [&] { solver.analyze(matrix_); }); });
+  on_root([&](Solver& solver) {
+    counted(Phase::analysis, 1, [&] {
+      try {
+        solver.analyze(matrix_);
+      } catch (const SingularMatrix&) {
+        if (!holds_zeros(matrix_)) throw;
+        analyze_pattern(solver, matrix_);
+        analysis_due_ = true;
+      }
+    });
+  });
   analyzed_ = true;
 }
 
@@ -277,6 +300,8 @@ void RootedSolver::factor() {
   const LocalRows local_rows = std::exchange(local_rows_, {});
   try {
     on_root([&](Solver& solver) {
+      if (analysis_due_) counted(Phase::analysis, 1, [&] { solver.analyze(matrix_); });
+      analysis_due_ = false;
       counted(Phase::factorization, 1, [&] {
         if (device_values.data != nullptr)
           solver.refactor_device(device_values.data, device_values.stream);

@@ -107,6 +107,8 @@ class RootedSolver {
   /// The caller's stream (a cudaStream_t) in which arrays on the device become what they are.
   void set_stream(void* stream) { stream_ = stream; }
 
+  /// Analyses pattern and values. A matrix that is structurally singular by entries stored as 0 may not have
+  /// its values yet (FROSch of Trilinos 16.1 analyses so): its pattern is checked, and factor() analyses.
   void analyze();
   /// Factors, or refactors where that was done before.
   void factor();
@@ -153,6 +155,7 @@ class RootedSolver {
   CountedBytes bytes_;
   bool analyzed_ = false;
   bool factored_ = false;
+  bool analysis_due_ = false;  ///< rank 0: the values were not there when the pattern was analysed
   std::string last_failure_;
 
   RankGather row_gather_, entry_gather_;

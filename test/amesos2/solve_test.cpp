@@ -436,6 +436,36 @@ TEST(Amesos2Errors, StructurallySingularNamesTheColumn) {
   EXPECT_LT(solve_error(*solver, *good), kSmall);
 }
 
+/// FROSch of Trilinos 16.1 analyses a subdomain before its values are there.
+TEST(Amesos2Solve, AnalysesBeforeTheValuesAreThere) {
+  const auto set_values = [](Matrix& a, double factor) {
+    a.resumeFill();
+    for (const auto& [place, value] : grid_entries(6, 5))
+      if (a.getRowMap()->isNodeGlobalElement(place.first))
+        a.replaceGlobalValues(place.first, Teuchos::tuple(place.second), Teuchos::tuple(factor * value));
+    a.fillComplete();
+  };
+  const auto a = assemble(grid_entries(6, 5), even_map(30));
+  set_values(*a, 0.0);
+  const auto solver = make(a);
+  solver->symbolicFactorization();
+  const Caught<mfs::SingularMatrix> e([&] { solver->numericFactorization(); });
+  EXPECT_EQ(e->kind(), mfs::SingularMatrix::Kind::structural);
+  for (const double factor : {1.0, 3.0}) {
+    set_values(*a, factor);
+    solver->numericFactorization();
+    EXPECT_LT(solve_error(*solver, *a), kSmall);
+  }
+  EXPECT_EQ(solver->getStatus().getNumSymbolicFact(), 1);
+
+  Entries entries = grid_entries(6, 5);
+  for (Ordinal row = 0; row < 30; ++row) entries.erase({row, 13});
+  for (auto& [place, value] : entries) value = 0.0;
+  const Caught<mfs::SingularMatrix> never(
+      [&] { make(assemble(entries, even_map(30)))->symbolicFactorization(); });
+  EXPECT_EQ(never->column(), 13) << never->what();
+}
+
 TEST(Amesos2Errors, RecoversFromASingularStep) {
   const auto a = assemble(grid_entries(6, 5), even_map(30));
   const auto solver = make(a);

@@ -16,11 +16,16 @@ namespace mfs::test {
 
 using Sparse = BasicSparseMatrix<PetscScalar>;
 
+/// `get` is PetscErrorMessage, whose text is const in newer versions.
+template <class Text>
+std::string error_text_by(PetscErrorCode (*get)(PetscErrorCode, const char*[], Text**)) {
+  Text* text = nullptr;
+  get(PETSC_ERR_LIB, nullptr, &text);
+  return text != nullptr ? text : "";
+}
 /// What PETSc said of its last error.
 inline std::string error_text() {
-  char* text = nullptr;
-  PetscErrorMessage(PETSC_ERR_LIB, nullptr, &text);
-  return text != nullptr ? text : "";
+  return error_text_by(PetscErrorMessage);
 }
 
 /// Throws where PETSc reports an error.

@@ -268,15 +268,13 @@ void RootedSolver::analyze() {
   analyzed_ = factored_ = analysis_due_ = false;
   bytes_.set(0);
   on_root([&](Solver& solver) {
-    counted(Phase::analysis, 1, [&] {
-      try {
-        solver.analyze(matrix_);
-      } catch (const SingularMatrix&) {
-        if (!holds_zeros(matrix_)) throw;
-        analyze_pattern(solver, matrix_);
-        analysis_due_ = true;
-      }
-    });
+    try {
+      counted(Phase::analysis, 1, [&] { solver.analyze(matrix_); });
+    } catch (const SingularMatrix&) {
+      if (!holds_zeros(matrix_)) throw;
+      analyze_pattern(solver, matrix_);
+      analysis_due_ = true;
+    }
   });
   analyzed_ = true;
 }

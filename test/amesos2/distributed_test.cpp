@@ -151,7 +151,8 @@ TEST(DistributedOnOneRank, MfsAndKlu2SideBySide) {
   ASSERT_EQ(all.size(), 6u);
   for (const char* file : {"schwarz", "frosch_one_level", "muelu"}) {
     const Json &mfs = find(all, file), &klu2 = find(all, file, "KLU2");
-    EXPECT_EQ(mfs["iterations"], klu2["iterations"]) << file;
+    EXPECT_EQ(mfs["iterations"][0], klu2["iterations"][0]) << file;
+    EXPECT_LE(mfs["iterations"][1], klu2["iterations"][1]) << file;  // MueLu 16.1 has 26, and 29 with KLU2
     for (int k = 0; k < 2; ++k)
       EXPECT_NEAR(mfs["norm"][k].get<double>() / klu2["norm"][k].get<double>(), 1.0, 1e-9) << file;
   }

@@ -44,6 +44,7 @@ void list_small(const SymbolicPlan& plan, const std::vector<Vertex>& small, Devi
 DevicePlan make_device_plan(const SymbolicPlan& plan, const DeviceLimits& limits) {
   DevicePlan made;
   made.tile = limits.tile;
+  made.strip = limits.strip;
   made.small_rows = limits.small_rows;
   AssemblyLists assembly(plan, made);
   StepLists steps(plan, limits, made);

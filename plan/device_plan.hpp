@@ -135,7 +135,7 @@ struct RootTask {
 };
 
 struct DevicePlan {
-  Vertex tile = 0, small_rows = 0;
+  Vertex tile = 0, strip = 0, small_rows = 0;
   std::vector<Vertex> small_fronts, tiny_fronts;
   RawVector<AssemblyPart> assemble;
   // Where the plan's original entries go: from the first entry of the first column of their part, or from the
@@ -176,8 +176,7 @@ constexpr AssemblyTurns kAssemblyTurns{4, 160};
 
 /// Entries that a block assembles, if that is more than kAssembleColumns columns.
 constexpr Vertex kAssembleEntries = 4096, kAssembleColumns = 4;
-/// Rows of a strip, of a tile of the solve.
-constexpr Vertex kStrip = 128;
+/// Rows of a tile of the solve.
 constexpr Vertex kSolveTile = 64, kTallTile = 256;
 /// The triangles of blocks of so many pivots are left inverted by what factors a diagonal tile.
 constexpr Vertex kInverted = 32;
@@ -190,10 +189,12 @@ constexpr Vertex kTinyPivots = 32, kTinyEntries = 16384;
 /// device (kernels/cuda) or given by a test. The sizes were measured on H100 and H200, which have 132
 /// multiprocessors.
 struct DeviceLimits {
-  // The kernels for one kind of numbers: pivots of a diagonal tile, rows of the largest front that a block
-  // factors in shared memory as a whole, and whether there are kernels for wide tiles of products.
+  // The kernels for one kind of numbers and the shared memory of the device: pivots of a diagonal tile, rows
+  // of the largest front that a block factors in shared memory as a whole, whether there are kernels for wide
+  // tiles of products, and rows of the strips beside a diagonal tile.
   Vertex tile = 128, small_rows = 160;
   bool wide_products = true;
+  Vertex strip = 128;
 
   Vertex multiprocessors = 132;
 

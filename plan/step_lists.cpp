@@ -151,7 +151,7 @@ void StepLists::place_strips(const std::vector<StepTask>& tiles, Order order) {
   for (StepTask task : tiles) {
     task.first_strip = launch.blocks;
     const Vertex below = task.left ? plan_.rows(task.front) - tile_end(task.front, task.k) : 0;
-    launch.blocks += tiles_of(below, kStrip) + tiles_of(task.end - task.begin, kStrip);
+    launch.blocks += tiles_of(below, limits_.strip) + tiles_of(task.end - task.begin, limits_.strip);
     launch.width = std::max(launch.width, tile_end(task.front, task.k) - task.k);
     made_.steps.push_back(task);
   }

@@ -11,6 +11,7 @@
 #include "kernels/runtime/scalars.hpp"
 #include "plan/device_plan.hpp"
 #include "solver/memory_limit.hpp"
+#include "solver/option_checks.hpp"
 
 namespace mfs {
 
@@ -83,6 +84,7 @@ class CudaBackend final : public BackendFor<Scalar> {
                                                std::to_string(AnalysisOptions().max_block_size));
     cuda::require_device();
   }
+  Precision automatic_precision() const override { return mfs::automatic_precision(cuda::speed_of_single()); }
   AssemblyTurns assembly_turns() const override { return kAssemblyTurns; }
   std::size_t available_memory() const override { return cuda::available_device_memory(); }
   std::future<void> load_beside(bool single_precision, const Pattern& pattern) const override {

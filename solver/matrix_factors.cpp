@@ -140,7 +140,7 @@ void MatrixFactors<Scalar>::reset_report() {
   report_ = Report();
   report_.backend = options_.backend;
   report_.threads = phases_.threads();
-  report_.single_precision = mixed_precision<Scalar>(options_.factor);
+  report_.single_precision = mixed_precision<Scalar>(options_.factor, backend_.automatic_precision());
 }
 
 template <class Scalar>

@@ -31,10 +31,16 @@ double pivot_tolerance_of(const FactorOptions& options) {
   return std::sqrt(static_cast<double>(std::numeric_limits<RealOf<Scalar>>::epsilon()));
 }
 
-/// Whether factors of single precision are asked for where the matrix has more.
+/// Precision::automatic on a device that computes `single_to_double` times as fast in single precision.
+inline Precision automatic_precision(int single_to_double) {
+  return single_to_double > kSlowDouble ? Precision::single : Precision::full;
+}
+/// Whether factors are to have single precision where the matrix has more; `automatic` is that of the
+/// backend.
 template <class Scalar>
-bool mixed_precision(const FactorOptions& options) {
-  return options.precision == Precision::single && !std::is_same_v<Scalar, Narrow<Scalar>>;
+bool mixed_precision(const FactorOptions& options, Precision automatic) {
+  const Precision asked = options.precision == Precision::automatic ? automatic : options.precision;
+  return asked == Precision::single && !std::is_same_v<Scalar, Narrow<Scalar>>;
 }
 
 }  // namespace mfs

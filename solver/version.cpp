@@ -5,8 +5,10 @@
 
 #include <Kokkos_Core.hpp>
 
+#include "kernels/cuda/cuda_factors.hpp"
 #include "kernels/dense/blas.hpp"
 #include "solver/backend.hpp"
+#include "solver/option_checks.hpp"
 
 namespace mfs {
 
@@ -28,6 +30,16 @@ std::vector<Backend> backends() {
     if (rules_of(backend).present()) present.push_back(backend);
   }
   return present;
+}
+
+std::vector<DeviceInfo> devices() {
+  std::vector<DeviceInfo> found;
+  for (const cuda::DeviceFacts& facts : cuda::devices()) {
+    found.push_back({facts.name, facts.compute_capability, facts.code, facts.multiprocessors, facts.bytes,
+                     facts.shared_memory, facts.tensor_cores, facts.single_to_double,
+                     automatic_precision(facts.single_to_double), facts.tile, facts.small_rows});
+  }
+  return found;
 }
 
 std::string better_blas_kernels() {

@@ -25,7 +25,8 @@ constexpr Choice<Backend> kBackends[] = {
     {"serial", Backend::serial}, {"openmp", Backend::openmp}, {"cuda", Backend::cuda}};
 constexpr Choice<Matching> kMatchings[] = {
     {"automatic", Matching::automatic}, {"always", Matching::always}, {"never", Matching::never}};
-constexpr Choice<Precision> kPrecisions[] = {{"full", Precision::full}, {"single", Precision::single}};
+constexpr Choice<Precision> kPrecisions[] = {
+    {"automatic", Precision::automatic}, {"full", Precision::full}, {"single", Precision::single}};
 /// As the other serial adapters spell it. Values are real: CONJ is TRANS.
 constexpr Choice<bool> kTrans[] = {{"NOTRANS", false}, {"TRANS", true}, {"CONJ", true}};
 
@@ -85,8 +86,10 @@ Teuchos::RCP<ParameterList> valid_parameters() {
             "Widest block into which a pivot block is divided; backend cuda has blocks of its own");
   list->set("LeafSize", defaults.analysis.leaf_size,
             "Sub-graphs of at most this many unknowns are not dissected further");
-  set_choice(*list, "Precision", defaults.factor.precision, kPrecisions,
-             "Precision of the factors; solutions are refined to the same accuracy");
+  set_choice(
+      *list, "Precision", defaults.factor.precision, kPrecisions,
+      "Precision of the factors; solutions are refined to the same accuracy. automatic: single on a device "
+      "that is slow in double precision, else full");
   list->set("PivotTolerance", defaults.factor.pivot_tolerance,
             "Smallest pivot relative to the scaled matrix; 0 takes sqrt(machine epsilon)");
   list->set("MaxReanalyses", defaults.factor.max_reanalyses,

@@ -65,7 +65,7 @@ PetscErrorCode view_options(const Options& options, PetscViewer viewer) {
                              analysis.max_block_size, analysis.leaf_size));
   PetscCall(PetscViewerASCIIPrintf(
       viewer, "  precision of the factors %s, pivot tolerance %g (0: the default), max reanalyses %d\n",
-      options.factor.precision == Precision::single ? "single" : "full", options.factor.pivot_tolerance,
+      precision_name(options.factor.precision), options.factor.pivot_tolerance,
       options.factor.max_reanalyses));
   PetscCall(PetscViewerASCIIPrintf(
       viewer, "  tolerance %g (0: the default), max refinement steps %d, row floor %g\n",

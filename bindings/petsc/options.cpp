@@ -11,7 +11,7 @@ namespace {
 /// The enumerators of Backend, Matching and Precision count these.
 constexpr const char* kBackends[] = {"serial", "openmp", "cuda"};
 constexpr const char* kMatchings[] = {"automatic", "always", "never"};
-constexpr const char* kPrecisions[] = {"full", "single"};
+constexpr const char* kPrecisions[] = {"automatic", "full", "single"};
 
 /// PETSc itself only remarks at the end, if asked, that nobody has read an option.
 PetscErrorCode refuse_unknown_names(Mat F) {

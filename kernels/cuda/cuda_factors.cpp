@@ -72,13 +72,27 @@ std::future<void> load_library_once(bool with_lu) {
 }  // namespace
 
 bool device_found() {
-  int count = 0;
-  const bool found = cudaGetDeviceCount(&count) == cudaSuccess && count > 0;
-  if (!found) cudaGetLastError();
-  return found;
+  return device_count() > 0;
 }
 void require_device() {
   if (!device_found()) throw BackendError("CUDA", 0, "no CUDA device was found");
+}
+
+std::vector<DeviceFacts> devices() {
+  std::vector<DeviceFacts> found;
+  for (int device = 0; device < device_count(); ++device) {
+    const OnDevice here(device);
+    const DeviceCode code = device_code();
+    const int memory = shared_memory_per_block();
+    const DeviceLimits limits = limits_for<double>(multiprocessors(), static_cast<std::size_t>(memory));
+    found.push_back({device_name(), compute_capability(), code.compute_capability, multiprocessors(),
+                     device_memory(), memory, code.tensor_cores, single_to_double(), limits.tile,
+                     limits.small_rows});
+  }
+  return found;
+}
+int speed_of_single() {
+  return device_found() ? single_to_double() : 1;
 }
 
 std::size_t available_device_memory() {

@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <future>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "kernels/factors.hpp"
 
@@ -14,6 +16,19 @@ namespace mfs::cuda {
 bool device_found();
 /// Throws BackendError where this build has no CUDA backend, or this process no device.
 void require_device();
+/// What the devices of this machine are, and what the kernels for double precision make of them.
+struct DeviceFacts {
+  std::string name;
+  int compute_capability, code, multiprocessors;  // 10 major + minor; of the device, of the kernels' code
+  Offset bytes, shared_memory;                    // of memory; of a block
+  bool tensor_cores;
+  int single_to_double;  // speed of single precision in that of double
+  int tile, small_rows;
+};
+/// Empty where this build has no CUDA backend.
+std::vector<DeviceFacts> devices();
+/// DeviceFacts::single_to_double of the current device, 1 where there is none.
+int speed_of_single();
 /// Bytes free on the device; inside Engine::run.
 std::size_t available_device_memory();
 

@@ -15,28 +15,14 @@
 
 namespace mfs::cuda {
 
-/// What one block may have on the devices of compute capability 9.0.
-constexpr std::size_t kMostSharedMemory = 227 * 1024;
-
 /// Vectors of kSolveColumns columns may take so many bytes beside the region of the plan, or this part of the
 /// factors' memory; where they would take more, kFewColumns are solved for at once.
 constexpr Offset kLittle = Offset(1) << 24, kShare = 8;
-
-template <class S>
-constexpr bool fits_shared_memory() {
-  return small_front_bytes<S>(kSmallRows<S>) <= kMostSharedMemory &&
-         block_lu_bytes<S>(kTile<S>) <= kMostSharedMemory &&
-         strip_bytes<S>(kTile<S> / kInverted) <= kMostSharedMemory &&
-         NarrowShape::bytes<S>() <= kMostSharedMemory &&
-         (!kWideProducts<S> || WideShape::bytes<S>() <= kMostSharedMemory) &&
-         substitution_bytes<S, kSolveColumns>() <= kMostSharedMemory;
-}
 
 template <class Value, class Scalar>
 class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   using S = DeviceScalar<Scalar>;
   using V = DeviceScalar<Value>;
-  static_assert(fits_shared_memory<S>());
 
  public:
   CudaFactors(std::shared_ptr<const SymbolicPlan> plan_of, std::shared_ptr<const Pattern> pattern)
@@ -57,8 +43,9 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
     status_ = host_->template at<DeviceStatus>(status);
     make_room(1);
     const Offset most = std::max(kLittle, plan().factor_entries * static_cast<Offset>(sizeof(S)) / kShare);
-    columns_at_once_ =
-        VectorLayout(stages_, n, kSolveColumns).beside.total() <= most ? kSolveColumns : kFewColumns;
+    columns_at_once_ = std::min(
+        stages_.most_columns(),
+        VectorLayout(stages_, n, kSolveColumns).beside.total() <= most ? kSolveColumns : kFewColumns);
   }
 
   Value* matrix_values() override {

@@ -98,6 +98,9 @@ class DeviceStages {
   /// on, large fronts are updated beside their next panel. `mark`, where given, is called before each launch,
   /// one after the other then, and once at the end.
   void factor(double tolerance, PivotSearch search, const Mark& mark = {});
+  /// As the plan was cut for this device.
+  Vertex tile() const { return lists_.tile; }
+  Vertex small_rows() const { return lists_.small_rows; }
   /// Whether PivotSearch::not_in_roots is another way than `tiles`.
   bool has_library_roots() const { return !lists_.roots.empty(); }
   /// No front is strict any more, until a factorization finds that it has to be.
@@ -107,6 +110,8 @@ class DeviceStages {
   struct Vectors {
     S *v, *y, *border, *partial;
   };
+  /// Columns of the widest substitution that this device has the shared memory for.
+  Vertex most_columns() const { return most_columns_; }
   Offset border_rows() const { return lists_.border_places; }
   Offset partial_rows() const { return lists_.solve_places * kSolveTile; }
   void substitute(const Vectors& vectors, Vertex width, bool transposed);
@@ -115,6 +120,7 @@ class DeviceStages {
   struct Layout;
   DeviceStages(const SymbolicPlan& plan, const Pattern& pattern, const Stream& stream, DevicePlan lists);
   void open_libraries();
+  void set_kernel_attributes();
   void launch_small_fronts(const std::vector<SmallLaunch>& launches);
   void join_small_fronts(const std::vector<SmallLaunch>& launches);
   void launch_stages(double tolerance, PivotSearch search, const Mark& mark);
@@ -142,6 +148,8 @@ class DeviceStages {
   DeviceArena arena_;
   DeviceStore<S, V> store_;
   DeviceStatus* status_;
+  Vertex most_columns_ = 1;
+  bool short_products_ = false;  // a block may have too little shared memory for NarrowShape
 };
 
 }  // namespace mfs::cuda

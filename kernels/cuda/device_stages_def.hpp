@@ -84,13 +84,46 @@ struct DeviceStages<S, V>::Layout {
 constexpr Vertex kLeastRoot = 1024;
 constexpr Offset kHandleShare = 10;
 
-/// Of the current device, for kernels with the numbers S.
+/// Tiles and strips as large as `memory` bytes a block allow, a wider tile before longer strips: it makes
+/// half as many passes over what is right of it.
 template <class S>
-DeviceLimits device_limits(Vertex least_root) {
+bool cut_tiles(std::size_t memory, DeviceLimits& limits) {
+  for (const Vertex tile : {kTile<S>, kNarrowTile<S>}) {
+    for (const Vertex strip : {kStrip, kShortStrip}) {
+      limits.tile = tile;
+      limits.strip = strip;
+      if (block_lu_bytes<S>(tile) <= memory && strip_bytes<S>(tile / kInverted, strip) <= memory) return true;
+    }
+  }
+  return false;
+}
+
+/// For kernels with the numbers S on a device of so many multiprocessors, a block of which may have `memory`
+/// bytes. Throws BackendError where that is too little.
+template <class S>
+DeviceLimits device_limits(int multiprocessors, std::size_t memory, Vertex least_root) {
   static_assert(kSmallRows<S> <= kAssemblyTurns.rows);
-  DeviceLimits limits{kTile<S>, kSmallRows<S>, kWideProducts<S>, multiprocessors()};
+  static_assert(strip_bytes<S>(kTile<S> / kInverted, kStrip) <= kMostSharedMemory);
+  static_assert(small_front_bytes<S>(kSmallRows<S>) <= kMostSharedMemory);
+  static_assert(substitution_bytes<S, kSolveColumns>() <= kMostSharedMemory);
+  static_assert(substitution_bytes<S, 1>() <= kLeastSharedMemory);
+  static_assert(sizeof(TileInverseWork<S>) <= kLeastSharedMemory);
+  static_assert(ShortShape::bytes<S>() <= kLeastSharedMemory);
+  static_assert(!kWideProducts<S> || WideShape::bytes<S>() <= kLeastSharedMemory);
+  DeviceLimits limits{kTile<S>, kSmallRows<S>, kWideProducts<S>, kStrip, multiprocessors};
+  if (memory < kLeastSharedMemory || !cut_tiles<S>(memory, limits)) {
+    throw BackendError("CUDA", 0,
+                       "a block of this device may have " + std::to_string(memory) +
+                           " bytes of shared memory; the kernels need " + std::to_string(kLeastSharedMemory));
+  }
+  while (small_front_bytes<S>(limits.small_rows) > memory) limits.small_rows -= 16;
   limits.least_root = least_root;
   return limits;
+}
+/// Of the current device.
+template <class S>
+DeviceLimits device_limits(Vertex least_root) {
+  return device_limits<S>(multiprocessors(), static_cast<std::size_t>(shared_memory_per_block()), least_root);
 }
 template <class S>
 Vertex least_root_for(const SymbolicPlan& plan) {
@@ -141,33 +174,48 @@ DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& patter
   store_.found_strict = &status_->found_strict;
   store_.pivots_needed = &status_->pivots_needed;
   store_.largest = &status_->largest;
+  store_.tile = lists_.tile;
   store_.tiny = pivot_rule<RealOf<S>>(0, 1).tiny;
   forget_strict_fronts();
   stream_.synchronize();  // copies that failed are told of here
   lists_.entry_place = {};
-  set_shared_memory(reinterpret_cast<const void*>(&factor_small_fronts<256, 2, S, V>),
-                    small_front_bytes<S>(kSmallRows<S>));
+  set_kernel_attributes();
+}
+
+template <class S, class V>
+void DeviceStages<S, V>::set_kernel_attributes() {
+  constexpr int kWide = kTile<S>, kNarrow = kNarrowTile<S>;
   constexpr std::size_t kUnasked = 48 * 1024, kMiddle = small_front_bytes<S>(64);  // what needs no attribute
+  set_shared_memory(reinterpret_cast<const void*>(&factor_small_fronts<256, 2, S, V>),
+                    small_front_bytes<S>(lists_.small_rows));
   if constexpr (kMiddle > kUnasked)
     set_shared_memory(reinterpret_cast<const void*>(&factor_small_fronts<128, 4, S, V>), kMiddle);
-  constexpr int kWide = kTile<S>, kNarrow = kNarrowTile<S>;
-  set_shared_memory(reinterpret_cast<const void*>(&factor_diagonal_tiles<kWide, kTileThreads, S, V>),
-                    block_lu_bytes<S>(kWide));
+  if (lists_.tile > kNarrow)
+    set_shared_memory(reinterpret_cast<const void*>(&factor_diagonal_tiles<kWide, kTileThreads, S, V>),
+                      block_lu_bytes<S>(kWide));
   set_shared_memory(reinterpret_cast<const void*>(&factor_diagonal_tiles<kNarrow, kNarrowThreads, S, V>),
                     block_lu_bytes<S>(kNarrow));
-  set_shared_memory(reinterpret_cast<const void*>(&take_unpivoted_tiles<S, V>), tile_bytes<S>());
+  set_shared_memory(reinterpret_cast<const void*>(&take_unpivoted_tiles<S, V>), tile_bytes<S>(lists_.tile));
   for (const Vertex pivots : {kInverted, 2 * kInverted, kTile<S>}) {
-    with_strip_blocks<S>(pivots, [](auto blocks) {
-      set_shared_memory(reinterpret_cast<const void*>(&solve_strips<blocks(), S, V>),
-                        strip_bytes<S>(blocks()));
+    if (pivots > lists_.tile) break;
+    with_strip_shape<S>(lists_.strip, pivots, [](auto rows, auto blocks) {
+      set_shared_memory(reinterpret_cast<const void*>(&solve_strips<rows(), blocks(), S, V>),
+                        strip_bytes<S>(blocks(), rows()));
     });
   }
   set_shared_memory(reinterpret_cast<const void*>(&invert_tiles<S, V>), sizeof(TileInverseWork<S>));
-  set_shared_memory(reinterpret_cast<const void*>(&subtract_products<NarrowShape, S, V>),
-                    NarrowShape::bytes<S>());
-  if constexpr (kWideProducts<S>)
-    set_shared_memory(reinterpret_cast<const void*>(&subtract_products<WideShape, S, V>),
-                      WideShape::bytes<S>());
+  const auto memory = static_cast<std::size_t>(shared_memory_per_block());
+  most_columns_ = substitution_bytes<S, kSolveColumns>() <= memory ? kSolveColumns
+                  : substitution_bytes<S, kFewColumns>() <= memory ? kFewColumns
+                                                                   : 1;
+  short_products_ = NarrowShape::bytes<S>() > memory;
+  for (const bool wide : {false, true}) {
+    with_product_shape<S>(wide, short_products_, [](auto shape) {
+      using Shape = decltype(shape);
+      set_shared_memory(reinterpret_cast<const void*>(&subtract_products<Shape, S, V>),
+                        Shape::template bytes<S>());
+    });
+  }
 }
 
 // Their working memory would be most of what a small system takes.
@@ -211,20 +259,19 @@ void DeviceStages<S, V>::launch(const Launch& what, const Stream& stream,
       break;
     case Launch::Kind::strips:
       if (blocks == 0) break;
-      with_strip_blocks<S>(what.width, [&](auto wide) {
-        solve_strips<wide()><<<blocks, kStripThreads, strip_bytes<S>(wide()), stream.get()>>>(
-            store_, what.tasks.begin, count);
+      with_strip_shape<S>(lists_.strip, what.width, [&](auto rows, auto wide) {
+        solve_strips<rows(), wide()>
+            <<<blocks, strip_threads(rows()), strip_bytes<S>(wide(), rows()), stream.get()>>>(
+                store_, what.tasks.begin, count);
       });
       break;
     case Launch::Kind::products:
-      subtract_products<NarrowShape><<<blocks, NarrowShape::threads, NarrowShape::bytes<S>(), stream.get()>>>(
-          store_, what.tasks.begin, count);
-      break;
     case Launch::Kind::wide_products:
-      if constexpr (kWideProducts<S>) {
-        subtract_products<WideShape><<<blocks, WideShape::threads, WideShape::bytes<S>(), stream.get()>>>(
+      with_product_shape<S>(what.kind == Launch::Kind::wide_products, short_products_, [&](auto shape) {
+        using Shape = decltype(shape);
+        subtract_products<Shape><<<blocks, Shape::threads, Shape::template bytes<S>(), stream.get()>>>(
             store_, what.tasks.begin, count);
-      }
+      });
       break;
     case Launch::Kind::vendor_gemm: {
       const ProductTask& task = lists_.products[what.tasks.begin];
@@ -303,7 +350,7 @@ void DeviceStages<S, V>::launch_stages(double tolerance, PivotSearch search, con
     next(Kernel::exchange);
     if (depth.exchange.count() > 0) {
       exchange_block_rows<<<static_cast<unsigned>(depth.exchange.count()), kTileThreads,
-                            sizeof(S) * kTile<S> * 32, stream_.get()>>>(store_, depth.exchange.begin);
+                            sizeof(S) * lists_.tile * 32, stream_.get()>>>(store_, depth.exchange.begin);
     }
     assembly_.join(stream_);
     next(Kernel::update);
@@ -347,8 +394,8 @@ void DeviceStages<S, V>::launch_roots() {
     check_unpivoted_tiles<<<static_cast<unsigned>(below.count()), kCheckThreads, 0, stream_.get()>>>(
         store_, below.begin);
   }
-  take_unpivoted_tiles<<<static_cast<unsigned>(on.count()), kTileThreads, tile_bytes<S>(), stream_.get()>>>(
-      store_, on.begin);
+  take_unpivoted_tiles<<<static_cast<unsigned>(on.count()), kTileThreads, tile_bytes<S>(lists_.tile),
+                         stream_.get()>>>(store_, on.begin);
 }
 
 // Contribution blocks beside all else, where it may be; later turns write over blocks that P, L and U of the

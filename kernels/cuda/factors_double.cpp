@@ -7,4 +7,13 @@ template std::unique_ptr<Factors<double>> make_factors<double, double>(std::shar
                                                                        std::shared_ptr<const Pattern>);
 template Offset bytes_of_factors<double, double>(const SymbolicPlan&, const Pattern&);
 
+template <>
+DeviceLimits limits_for<double>(int multiprocessors, std::size_t memory) {
+  return device_limits<double>(multiprocessors, memory, kNoRoots);
+}
+DeviceCode device_code() {
+  const int code = code_of(reinterpret_cast<const void*>(&settle_strict_fronts));
+  return {code, has_tensor_cores(10 * code)};
+}
+
 }  // namespace mfs::cuda

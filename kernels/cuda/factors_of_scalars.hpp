@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "kernels/factors.hpp"
+#include "plan/device_plan.hpp"
 
 namespace mfs::cuda {
 
@@ -12,6 +13,18 @@ namespace mfs::cuda {
 template <class Value, class Scalar>
 std::unique_ptr<Factors<Value>> make_factors(std::shared_ptr<const SymbolicPlan> plan,
                                              std::shared_ptr<const Pattern> pattern);
+
+/// How work in Scalar is cut for a device of so many multiprocessors, a block of which may have `memory`
+/// bytes of shared memory. Throws BackendError where that is too little.
+template <class Scalar>
+DeviceLimits limits_for(int multiprocessors, std::size_t memory);
+/// Compute capability of the code that this device runs, 10 major + minor, and whether its products of double
+/// precision are made by tensor cores.
+struct DeviceCode {
+  int compute_capability;
+  bool tensor_cores;
+};
+DeviceCode device_code();
 
 /// Bytes of device memory that these will take, those of the vendor's libraries left out.
 template <class Value, class Scalar>

@@ -11,6 +11,12 @@ bool device_found() {
 void require_device() {
   throw BackendError("CUDA", 0, "this build of MFS has no CUDA backend");
 }
+std::vector<DeviceFacts> devices() {
+  return {};
+}
+int speed_of_single() {
+  return 1;
+}
 std::size_t available_device_memory() {
   return 0;
 }

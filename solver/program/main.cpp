@@ -80,7 +80,8 @@ void add_solve_options(CLI::App& app, Command& command) {
            request.options.factor.precision =
                name == "single" ? mfs::Precision::single : mfs::Precision::full;
          },
-         "of the factors, double (default) or single; x is as accurate either way")
+         "of the factors, double or single (default: single on a GPU that is slow in double precision, "
+         "which info tells, else double); x is as accurate either way")
       ->type_name("NAME")
       ->check(CLI::IsMember({"double", "single"}).description(""));
   app.add_flag("--condition", request.condition, "estimate the condition number |A| |A^-1| in the 1-norm");

@@ -120,10 +120,25 @@ std::string usable_backends() {
   return comma_list(backends(), backend_name);
 }
 
+std::string device_summary(const DeviceInfo& d) {
+  const auto capability = [](int number) { return fmt::format("{}.{}", number / 10, number % 10); };
+  Text text;
+  line(text, "device", "{}, compute capability {}, {} multiprocessors, {}", d.name,
+       capability(d.compute_capability), d.multiprocessors, with_unit(static_cast<double>(d.bytes), "B"));
+  line(text, "", "code for {}; products of double precision by {}", capability(d.code),
+       d.tensor_cores ? "tensor cores" : "multiply-adds");
+  line(text, "", "{} KiB of shared memory for a block: {} pivots at once, fronts of up to {} rows as a whole",
+       d.shared_memory / 1024, d.tile, d.small_rows);
+  line(text, "", "{} precision factors by default: double precision is {} times as slow as single",
+       d.precision == Precision::single ? "single" : "double", d.single_to_double);
+  return fmt::to_string(text);
+}
+
 std::string library_summary() {
   Text text;
   line(text, "mfs", "{}", version());
   line(text, "backends", "{}", usable_backends());
+  for (const DeviceInfo& device : devices()) text.append(device_summary(device));
   line(text, "threads", "{}", std::max(1u, std::thread::hardware_concurrency()));
   for (const LibraryInfo& library : libraries()) line(text, library.name.c_str(), "{}", library.version);
   return fmt::to_string(text);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include <mfs/report.hpp>
+#include <mfs/version.hpp>
 
 #include "solver/program/case_result.hpp"
 
@@ -18,6 +19,8 @@ std::string analysis_summary(const CaseResult& result);
 
 /// Names of the backends that this build can use on this machine: "serial, openmp".
 std::string usable_backends();
+/// What Backend::cuda uses of a device, and why.
+std::string device_summary(const DeviceInfo& device);
 
 /// What `mfs info` prints.
 std::string library_summary();

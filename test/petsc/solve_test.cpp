@@ -211,7 +211,7 @@ TEST(PetscView, ParametersAndFigures) {
   expect_solved(ksp, a);
   const std::string text = text_of(PETSC_COMM_SELF, [&](PetscViewer viewer) { return KSPView(ksp, viewer); });
   for (const char* part : {"package used to perform factorization: mfs", "MFS 0.", "backend openmp, threads ",
-                           "precision of the factors full", "nonzeros of L and U", "backward error "})
+                           "precision of the factors automatic", "nonzeros of L and U", "backward error "})
     EXPECT_THAT(text, HasSubstr(part));
   MatInfo info;
   good(MatGetInfo(factors_of(ksp), MAT_LOCAL, &info));

@@ -164,6 +164,22 @@ TEST(Summary, Units) {
   EXPECT_EQ(with_unit(2e21, "flop"), "2000 Eflop");
 }
 
+TEST(Summary, DevicesSayWhatIsUsedAndWhy) {
+  mfs::DeviceInfo device{"NVIDIA A40",           86, 80, 84, 48000000000, 99 * 1024, false, 32,
+                         mfs::Precision::single, 64, 96};
+  EXPECT_EQ(device_summary(device),
+            "device          NVIDIA A40, compute capability 8.6, 84 multiprocessors, 48.0 GB\n"
+            "                code for 8.0; products of double precision by multiply-adds\n"
+            "                99 KiB of shared memory for a block: 64 pivots at once, fronts of up to 96 rows "
+            "as a whole\n"
+            "                single precision factors by default: double precision is 32 times as slow as "
+            "single\n");
+  device.tensor_cores = true;
+  device.precision = mfs::Precision::full;
+  EXPECT_THAT(device_summary(device), testing::AllOf(testing::HasSubstr("by tensor cores\n"),
+                                                     testing::HasSubstr(" double precision factors by")));
+}
+
 TEST(BenchCases, FamiliesAndFiles) {
   const TemporaryFolder folder;
   const std::string a =

@@ -3,8 +3,8 @@
 set(files
   core/src/impl/Kokkos_MemoryPool.cpp
   bin/nvcc_wrapper
-  cmake/KokkosCore_config.h.in
   cmake/kokkos_arch.cmake
+  core/src/Cuda/Kokkos_Cuda_Instance.cpp
   core/src/Cuda/Kokkos_CudaSpace.cpp
   core/src/Cuda/Kokkos_Cuda_Half.hpp)
 
@@ -24,40 +24,40 @@ set(after_core/src/impl/Kokkos_MemoryPool.cpp [[
 
 set(before_bin/nvcc_wrapper [[
 default_arch="sm_35"
-#default_arch="sm_50"
+  #Handle -arch argument (if its not set use a default) this is the version with = sign
+  -arch=*|-gencode=*)
 ]])
 set(after_bin/nvcc_wrapper [[
-default_arch="sm_90"
-#default_arch="sm_50"
-]])
-
-set(before_cmake/KokkosCore_config.h.in [[
-#cmakedefine KOKKOS_ARCH_AMPERE80
-#cmakedefine KOKKOS_ARCH_AMPERE86
-#cmakedefine KOKKOS_ARCH_AMD_ZEN
-]])
-set(after_cmake/KokkosCore_config.h.in [[
-#cmakedefine KOKKOS_ARCH_AMPERE80
-#cmakedefine KOKKOS_ARCH_AMPERE86
-#cmakedefine KOKKOS_ARCH_HOPPER90
-#cmakedefine KOKKOS_ARCH_AMD_ZEN
+default_arch="sm_80"
+  -gencode=*)
+    arch_set=1
+    cuda_args="$cuda_args $1"
+    ;;
+  #Handle -arch argument (if its not set use a default) this is the version with = sign
+  -arch=*|-gencode=*)
 ]])
 
 set(before_cmake/kokkos_arch.cmake [[
-KOKKOS_ARCH_OPTION(AMPERE80        GPU  "NVIDIA Ampere generation CC 8.0")
-KOKKOS_ARCH_OPTION(AMPERE86        GPU  "NVIDIA Ampere generation CC 8.6")
-CHECK_CUDA_ARCH(AMPERE80  sm_80)
-CHECK_CUDA_ARCH(AMPERE86  sm_86)
-  IF (KOKKOS_ARCH_AMPERE80 OR KOKKOS_ARCH_AMPERE86)
+      GLOBAL_APPEND(KOKKOS_CUDA_OPTIONS "${CUDA_ARCH_FLAG}=${FLAG}")
+      IF(KOKKOS_ENABLE_CUDA_RELOCATABLE_DEVICE_CODE OR KOKKOS_CXX_COMPILER_ID STREQUAL NVIDIA)
+        GLOBAL_APPEND(KOKKOS_LINK_OPTIONS "${CUDA_ARCH_FLAG}=${FLAG}")
+      ENDIF()
 ]])
 set(after_cmake/kokkos_arch.cmake [[
-KOKKOS_ARCH_OPTION(AMPERE80        GPU  "NVIDIA Ampere generation CC 8.0")
-KOKKOS_ARCH_OPTION(AMPERE86        GPU  "NVIDIA Ampere generation CC 8.6")
-KOKKOS_ARCH_OPTION(HOPPER90        GPU  "NVIDIA Hopper generation CC 9.0")
-CHECK_CUDA_ARCH(AMPERE80  sm_80)
-CHECK_CUDA_ARCH(AMPERE86  sm_86)
-CHECK_CUDA_ARCH(HOPPER90  sm_90)
-  IF (KOKKOS_ARCH_AMPERE80 OR KOKKOS_ARCH_AMPERE86 OR KOKKOS_ARCH_HOPPER90)
+      GLOBAL_APPEND(KOKKOS_CUDA_OPTIONS ${MFS_CUDA_CODE})
+      IF(KOKKOS_ENABLE_CUDA_RELOCATABLE_DEVICE_CODE OR KOKKOS_CXX_COMPILER_ID STREQUAL NVIDIA)
+      ENDIF()
+]])
+
+set(before_core/src/Cuda/Kokkos_Cuda_Instance.cpp [[
+    if (compiled_major != cudaProp.major || compiled_minor > cudaProp.minor) {
+    if (Kokkos::show_warnings() && (compiled_major != cudaProp.major ||
+                                    compiled_minor != cudaProp.minor)) {
+]])
+set(after_core/src/Cuda/Kokkos_Cuda_Instance.cpp [[
+    if (10 * compiled_major + compiled_minor > 10 * cudaProp.major + cudaProp.minor) {
+    if (false && (compiled_major != cudaProp.major ||
+                                    compiled_minor != cudaProp.minor)) {
 ]])
 
 set(before_core/src/Cuda/Kokkos_CudaSpace.cpp [[

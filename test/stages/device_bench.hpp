@@ -57,6 +57,8 @@ class DeviceBench {
     }
   }
   int passes() const { return passes_; }
+  Vertex tile() const { return stages_.tile(); }
+  Vertex small_rows() const { return stages_.small_rows(); }
 
   /// The factors with their diagonal blocks as an LU has them.
   FactoredFronts<Scalar> factored() const {
@@ -97,9 +99,10 @@ class DeviceBench {
                              Launches launches = Launches::direct) {
     Substitution<Scalar> all;
     const std::size_t n = static_cast<std::size_t>(plan_->n);
-    for (Vertex first = 0; first < columns; first += kSolveColumns) {
+    const Vertex together = stages_.most_columns();
+    for (Vertex first = 0; first < columns; first += together) {
       const std::vector<Scalar> block(v.begin() + first * n,
-                                      v.begin() + std::min(first + kSolveColumns, columns) * n);
+                                      v.begin() + std::min(first + together, columns) * n);
       const Substitution<Scalar> part = solve_block(block, transposed, launches);
       all.y.insert(all.y.end(), part.y.begin(), part.y.end());
       all.x.insert(all.x.end(), part.x.begin(), part.x.end());

@@ -4,7 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "kernels/cuda/factor/device_store.hpp"
 #include "test/stages/device_bench.hpp"
 #include "test/stages/followed_reference.hpp"
 
@@ -26,20 +25,20 @@ constexpr double kDiagonalThreshold = 0.1;
 constexpr Vertex kOneWarpRows = 32;
 
 template <class Scalar>
-bool is_small(const SymbolicPlan& plan, Vertex f) {
-  return plan.pivots(f) + plan.border_rows(f) <= cuda::kSmallRows<cuda::DeviceScalar<Scalar>>;
+bool is_small(const SymbolicPlan& plan, const DeviceBench<Scalar>& bench, Vertex f) {
+  return plan.pivots(f) + plan.border_rows(f) <= bench.small_rows();
 }
 /// Where pivot k of front f is searched: in all rows, or in those of its tile, where the diagonal comes
 /// first; in roots that the library has it must do, beside all rows.
 template <class Scalar>
 SearchedRows searched(const SymbolicPlan& plan, const DeviceBench<Scalar>& bench,
                       const std::vector<int>& strict, Vertex f, Vertex k) {
-  constexpr Vertex tile = cuda::kTile<cuda::DeviceScalar<Scalar>>;
+  const Vertex tile = bench.tile();
   const Vertex p = plan.pivots(f);
-  if (bench.library_roots() && plan.parent[f] < 0 && !is_small<Scalar>(plan, f))
+  if (bench.library_roots() && plan.parent[f] < 0 && !is_small(plan, bench, f))
     return {p, 1 / kBorderThreshold};
   if (strict[f] || p + plan.border_rows(f) <= kOneWarpRows) return {p};
-  if (is_small<Scalar>(plan, f)) return {p, 1 / kDiagonalThreshold};
+  if (is_small(plan, bench, f)) return {p, 1 / kDiagonalThreshold};
   return {std::min(p, k / tile * tile + tile), 1 / kDiagonalThreshold};
 }
 

@@ -19,7 +19,7 @@ DeviceLimits for_double() {
 }
 
 DeviceLimits for_complex_double_with_tiles_ahead() {
-  DeviceLimits limits{64, 96, false};
+  DeviceLimits limits{64, 96, false, 64};
   limits.ahead_tiles = 0;
   limits.many_tiny = 10;
   limits.solve_steps = 1;
@@ -27,7 +27,7 @@ DeviceLimits for_complex_double_with_tiles_ahead() {
 }
 
 DeviceLimits with_slabs_and_tall_tiles() {
-  DeviceLimits limits{16, 10, true};
+  DeviceLimits limits{16, 10, true, 32};
   limits.panelled = 64;
   limits.panelled_rows = 0;
   limits.panel = 32;

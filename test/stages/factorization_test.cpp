@@ -7,6 +7,7 @@
 
 #include "accuracy/factorization.hpp"
 #include "ordering/order_matrix.hpp"
+#include "solver/option_checks.hpp"
 #include "test/reference/generators.hpp"
 #include "test/stages/stage_bench.hpp"
 
@@ -205,6 +206,19 @@ TEST(Factorization, NamesRowsAndShiftsOfPivots) {
     EXPECT_EQ(numeric->factors().pivot_shift(1), 8.0);  // the largest entry: its column depends on the other
     EXPECT_EQ(numeric->factors().pivot_shift(2), 0.0);
   });
+}
+
+TEST(Precision, AutomaticIsSingleWhereDoubleIsSlow) {
+  EXPECT_EQ(automatic_precision(2), Precision::full);     // compute capability 8.0, 9.0
+  EXPECT_EQ(automatic_precision(32), Precision::single);  // 8.6
+  FactorOptions options;
+  EXPECT_TRUE(mixed_precision<double>(options, Precision::single));
+  EXPECT_FALSE(mixed_precision<float>(options, Precision::single));
+  EXPECT_FALSE(mixed_precision<double>(options, Precision::full));
+  options.precision = Precision::full;
+  EXPECT_FALSE(mixed_precision<double>(options, Precision::single));
+  options.precision = Precision::single;
+  EXPECT_TRUE(mixed_precision<std::complex<double>>(options, Precision::full));
 }
 
 }  // namespace

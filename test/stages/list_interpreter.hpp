@@ -317,9 +317,10 @@ class ListInterpreter {
 
   void solve_strip(const StepTask& task, Vertex strip) {
     const Vertex f = task.front, k = task.k, next = std::min(k + lists_.tile, plan_.pivots(f));
-    const Vertex length = rows(f) - next, strips = task.left ? (length + kStrip - 1) / kStrip : 0;
+    const Vertex length = rows(f) - next, strips = task.left ? (length + lists_.strip - 1) / lists_.strip : 0;
     if (strip < strips) {
-      for (Vertex i = next + strip * kStrip; i < std::min(next + (strip + 1) * kStrip, rows(f)); ++i) {
+      for (Vertex i = next + strip * lists_.strip; i < std::min(next + (strip + 1) * lists_.strip, rows(f));
+           ++i) {
         for (Vertex j = k; j < next; ++j) {
           for (Vertex t = k; t < j; ++t) at(f, i, j) -= at(f, i, t) * at(f, t, j);
           at(f, i, j) /= at(f, j, j);
@@ -327,9 +328,9 @@ class ListInterpreter {
       }
       return;
     }
-    const Vertex begin = task.begin + (strip - strips) * kStrip;
+    const Vertex begin = task.begin + (strip - strips) * lists_.strip;
     EXPECT_LT(begin, task.end) << "a block without work";
-    for (Vertex j = next + begin; j < next + std::min(begin + kStrip, task.end); ++j) {
+    for (Vertex j = next + begin; j < next + std::min(begin + lists_.strip, task.end); ++j) {
       for (Vertex i = k; i < next; ++i) {
         for (Vertex t = k; t < i; ++t) at(f, i, j) -= at(f, i, t) * at(f, t, j);
       }

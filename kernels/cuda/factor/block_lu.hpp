@@ -99,7 +99,7 @@ __global__ void __launch_bounds__(Threads) factor_diagonal_tiles(DeviceStore<S, 
   const StepTask task = store.steps[first + blockIdx.x];
   const Vertex f = task.front;
   const Front<S> front = store.fronts.front(f);
-  const int k = task.k, s = min(kTile<S>, front.pivots - k);
+  const int k = task.k, s = min(store.tile, front.pivots - k);
   const Offset ld = front.lower_ld;
   S* const diagonal = front.lower + k + k * ld;
   TileWork<S>& work = *reinterpret_cast<TileWork<S>*>(memory);
@@ -139,7 +139,7 @@ __global__ void exchange_block_rows(DeviceStore<S, Value> store, Offset first) {
   const FrontPart part = store.exchange[first + blockIdx.x];
   if (store.is_strict(part.front)) return;  // has exchanged whole rows
   const Front<S> front = store.fronts.front(part.front);
-  const int s = min(kTile<S>, front.pivots - part.begin);
+  const int s = min(store.tile, front.pivots - part.begin);
   const Vertex* local_row = store.fronts.local_row + store.fronts.pivot_begin[part.front] + part.begin;
   int moved = 0;
   for (int i = threadIdx.x; i < s; i += blockDim.x) moved |= local_row[i] != part.begin + i;
@@ -147,7 +147,7 @@ __global__ void exchange_block_rows(DeviceStore<S, Value> store, Offset first) {
   S* const held = reinterpret_cast<S*>(memory);
   S* const a = front.lower + part.begin + static_cast<Offset>(part.column) * front.lower_ld;
   constexpr int kColumns = 32;
-  for (int c = 0; c < kTile<S>; c += kColumns) {
+  for (int c = 0; c < store.tile; c += kColumns) {
     for (int i = threadIdx.x; i < s * kColumns; i += blockDim.x)
       held[i] = a[i % s + static_cast<Offset>(c + i / s) * front.lower_ld];
     __syncthreads();

@@ -22,6 +22,7 @@ struct DeviceStore {
   const double* largest;  // scaled entry of the matrix
   double tolerance;       // of pivots, relative to it
   double tiny;
+  int tile;  // pivots of a diagonal tile, at most kTile<S>
 
   const Vertex *small_fronts, *tiny_fronts;
   const AssemblyPart* assemble;
@@ -71,10 +72,14 @@ __device__ int find_task(const Task* tasks, int count, Vertex Task::*first, int 
   return begin;
 }
 
-/// Pivots per block column: what fits shared memory twice over.
+/// What a block may have on devices of compute capability 9.0, and on the least that are supported (8.6).
+constexpr std::size_t kMostSharedMemory = 227 * 1024, kLeastSharedMemory = 99 * 1024;
+
+/// Pivots per block column where a block may have kMostSharedMemory; where it may have less, perhaps half of
+/// it (device_limits).
 template <class S>
 constexpr int kTile = sizeof(S) <= 8 ? 128 : 64;
-/// Rows of the largest front that is factored in shared memory as a whole.
+/// Rows of the largest front that is factored in shared memory as a whole, there.
 template <class S>
 constexpr int kSmallRows = sizeof(S) <= 8 ? 160 : 96;
 

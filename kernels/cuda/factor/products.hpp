@@ -22,9 +22,24 @@ struct ProductShape {
   }
 };
 using NarrowShape = ProductShape<2, 2, 2, 4, 3>;  // 64 x 64
+using ShortShape = ProductShape<2, 2, 2, 4, 2>;   // the same in less shared memory
 using WideShape = ProductShape<2, 2, 4, 4, 3>;    // 128 x 64; complex<double> has no registers for it
 template <class S>
 constexpr bool kWideProducts = sizeof(S) <= 8;
+/// Whether NarrowShape takes more than some devices have.
+template <class S>
+constexpr bool kShortProducts = NarrowShape::bytes<S>() > kLeastSharedMemory;
+/// Calls work with the shape of a launch.
+template <class S, class Work>
+void with_product_shape(bool wide, bool short_of_memory, const Work& work) {
+  if constexpr (kWideProducts<S>) {
+    if (wide) return work(WideShape());
+  }
+  if constexpr (kShortProducts<S>) {
+    if (short_of_memory) return work(ShortShape());
+  }
+  work(NarrowShape());
+}
 
 // Tiles go down bands of kBand rows of tiles: the blocks that run together then share A and B in the cache.
 __device__ inline int2 tile_place(int row_tiles, int column_tiles, int tile) {

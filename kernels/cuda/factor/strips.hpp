@@ -1,5 +1,5 @@
-// The triangular solves beside a diagonal tile T: strips of 128 rows of the block column, X := X U^-1, and of
-// 128 columns of the block row, X := L^-1 X, which is solved transposed, X^T := X^T L^-T. The 32 x 32 blocks
+// The triangular solves beside a diagonal tile T: strips of rows of the block column, X := X U^-1, and of
+// columns of the block row, X := L^-1 X, which is solved transposed, X^T := X^T L^-T. The 32 x 32 blocks
 // on T's diagonal are inverted already, so all is products, on the tensor cores. A strip lies in shared
 // memory and is read and written in rows of memory: what a strip costs is its instructions, most of all where
 // few run.
@@ -9,7 +9,13 @@
 
 namespace mfs::cuda {
 
-constexpr int kStripThreads = kStrip / 16 * kWarp;
+/// Strips have kStrip rows, or kShortStrip where a block may have less shared memory.
+constexpr int kStrip = 128, kShortStrip = 64;
+
+/// A warp for 16 rows.
+__host__ __device__ constexpr int strip_threads(int rows) {
+  return rows / 16 * kWarp;
+}
 
 /// A triangle in 32 x 32 blocks, as it lies in the tile: block (i, j), i <= j, of the upper one and block (j,
 /// i) of the lower one at j (j + 1) / 2 + i.
@@ -19,34 +25,37 @@ __device__ inline int block_place(int i, int j) {
   return (j * (j + 1) / 2 + i) * kBlockEntries;
 }
 
-/// Calls work with the blocks of 32 columns that tiles of up to `pivots` pivots may have: beside narrow
-/// tiles, strips need less shared memory, so that a multiprocessor holds more of them.
+/// Calls work with the rows of a strip and the blocks of 32 columns that tiles of up to `pivots` pivots may
+/// have: beside narrow tiles, strips need less shared memory, so that a multiprocessor holds more of them.
 template <class S, class Work>
-void with_strip_blocks(Vertex pivots, const Work& work) {
-  if (pivots <= kInverted) return work(std::integral_constant<int, 1>());
-  if (pivots <= 2 * kInverted) return work(std::integral_constant<int, 2>());
-  constexpr int tile = kTile<S>;
-  if constexpr (tile > 2 * kInverted) work(std::integral_constant<int, tile / kInverted>());
+void with_strip_shape(Vertex rows, Vertex pivots, const Work& work) {
+  const auto with_blocks = [&](auto strip) {
+    if (pivots <= kInverted) return work(strip, std::integral_constant<int, 1>());
+    if (pivots <= 2 * kInverted) return work(strip, std::integral_constant<int, 2>());
+    constexpr int tile = kTile<S>;
+    if constexpr (tile > 2 * kInverted) work(strip, std::integral_constant<int, tile / kInverted>());
+  };
+  if (rows == kStrip) return with_blocks(std::integral_constant<int, kStrip>());
+  with_blocks(std::integral_constant<int, kShortStrip>());
 }
 __host__ __device__ constexpr int triangle_entries(int blocks) {
   return blocks * (blocks + 1) / 2 * kBlockEntries;
 }
 /// X by columns in one kind of strip, X^T by columns in the other.
-constexpr int kStripLd = tile_ld(kStrip);
 __host__ __device__ constexpr int transposed_ld(int blocks) {
   return tile_ld(blocks * kInverted);
 }
 template <class S>
-constexpr std::size_t strip_bytes(int blocks) {
-  const int x = kStripLd * blocks * kInverted, transposed = transposed_ld(blocks) * kStrip;
+constexpr std::size_t strip_bytes(int blocks, int rows) {
+  const int x = tile_ld(rows) * blocks * kInverted, transposed = transposed_ld(blocks) * rows;
   return sizeof(S) * (triangle_entries(blocks) + (x > transposed ? x : transposed));
 }
 
 // The triangle that the strips are solved with: U, or L with ones on its diagonal; zero beyond s.
-template <bool Upper, class S>
+template <int Rows, bool Upper, class S>
 __device__ void load_triangle(S* t, const S* diagonal, Offset ld, int s, int blocks) {
   const int lane = threadIdx.x % kWarp;
-  for (int column = threadIdx.x / kWarp; column < blocks * kInverted; column += kStripThreads / kWarp) {
+  for (int column = threadIdx.x / kWarp; column < blocks * kInverted; column += strip_threads(Rows) / kWarp) {
     const int j = column / kInverted, c = column % kInverted, row = j * kInverted + lane;
     const S* const from = diagonal + lane + column * ld;
     S* const to = t + lane + c * kBlockLd;
@@ -66,9 +75,9 @@ __device__ void load_triangle(S* t, const S* diagonal, Offset ld, int s, int blo
 }
 
 /// 16 rows of X, in shared memory, by one warp: X(r, c) at x[r * row_step + c * column_step].
-template <int Blocks, bool Upper, class S>
+template <int Rows, int Blocks, bool Upper, class S>
 struct StripRows {
-  static constexpr int row_step = Upper ? 1 : transposed_ld(Blocks), column_step = Upper ? kStripLd : 1;
+  static constexpr int row_step = Upper ? 1 : transposed_ld(Blocks), column_step = Upper ? tile_ld(Rows) : 1;
   S* x;
 
   // X := X t^-1 in place, t upper triangular or the transposed of what was loaded.
@@ -100,23 +109,24 @@ struct StripRows {
   }
 };
 
-// 128 rows below a tile.
-template <int Blocks, class S, class Value>
+// Rows below a tile.
+template <int Rows, int Blocks, class S, class Value>
 __device__ void solve_column_strip(const DeviceStore<S, Value>& store, const StepTask& task,
                                    const Front<S>& front, int strip, S* memory) {
   const Vertex f = task.front;
   const Offset ld = front.lower_ld;
-  const int k = task.k, s = min(kTile<S>, front.pivots - k), next = k + s;
+  const int k = task.k, s = min(store.tile, front.pivots - k), next = k + s;
   const int rest = front.pivots - next, length = rest + front.border;
   const bool strict = store.is_strict(f);
-  if (strict && (strip + 1) * kStrip <= rest) return;  // multipliers already
+  if (strict && (strip + 1) * Rows <= rest) return;  // multipliers already
   const int lane = threadIdx.x % kWarp, warp_begin = static_cast<int>(threadIdx.x / kWarp) * 16;
-  const int begin = strip * kStrip + warp_begin;
+  const int begin = strip * Rows + warp_begin;
   // Lanes take a row each, of two columns at a time.
   const int row = lane % 16, first = lane / 16;
   const bool there = begin + row < length;
+  constexpr int kLd = tile_ld(Rows);
   S* const t = memory;
-  const StripRows<Blocks, true, S> rows{memory + triangle_entries(Blocks) + warp_begin};
+  const StripRows<Rows, Blocks, true, S> rows{memory + triangle_entries(Blocks) + warp_begin};
   S* const own = rows.x + row;
   S* const column = front.lower + next + begin + row + k * ld;
   const int blocks = (s + kInverted - 1) / kInverted;
@@ -124,10 +134,10 @@ __device__ void solve_column_strip(const DeviceStore<S, Value>& store, const Ste
     const S* from = column + first * ld;
 #pragma unroll 8
     for (int c = first; c < s; c += 2, from += 2 * ld)
-      copy_async<sizeof(S)>(shared_address(own + c * kStripLd), from);
-    for (int c = s + (s + first) % 2; c < blocks * kInverted; c += 2) own[c * kStripLd] = S(0);
+      copy_async<sizeof(S)>(shared_address(own + c * kLd), from);
+    for (int c = s + (s + first) % 2; c < blocks * kInverted; c += 2) own[c * kLd] = S(0);
   }
-  load_triangle<true>(t, front.lower + k + k * ld, ld, s, blocks);
+  load_triangle<Rows, true>(t, front.lower + k + k * ld, ld, s, blocks);
   commit_copies();
   wait_copies<0>();
   __syncthreads();
@@ -136,27 +146,27 @@ __device__ void solve_column_strip(const DeviceStore<S, Value>& store, const Ste
   if (!there || (strict && begin + row < rest)) return;
   S* to = column + first * ld;
 #pragma unroll 8
-  for (int c = first; c < s; c += 2, to += 2 * ld) *to = own[c * kStripLd];
+  for (int c = first; c < s; c += 2, to += 2 * ld) *to = own[c * kLd];
   if (begin + row >= rest) return;
   double most = 0;
 #pragma unroll 4
-  for (int c = first; c < s; c += 2) most = fmax(most, magnitude(own[c * kStripLd]));
+  for (int c = first; c < s; c += 2) most = fmax(most, magnitude(own[c * kLd]));
   if (most > kMostGrowth) store.make_strict(f);
 }
 
-// 128 columns right of a tile, which come with their rows exchanged.
-template <int Blocks, class S, class Value>
+// Columns right of a tile, which come with their rows exchanged.
+template <int Rows, int Blocks, class S, class Value>
 __device__ void solve_row_strip(const DeviceStore<S, Value>& store, const StepTask& task,
                                 const Front<S>& front, int strip, S* memory) {
   const Vertex f = task.front;
   const Offset ld = front.lower_ld;
-  const int k = task.k, s = min(kTile<S>, front.pivots - k), next = k + s, rest = front.pivots - next;
+  const int k = task.k, s = min(store.tile, front.pivots - k), next = k + s, rest = front.pivots - next;
   const bool strict = store.is_strict(f);
   const int lane = threadIdx.x % kWarp, warp_begin = static_cast<int>(threadIdx.x / kWarp) * 16;
-  const int begin = task.begin + strip * kStrip + warp_begin, width = min(16, task.end - begin);
+  const int begin = task.begin + strip * Rows + warp_begin, width = min(16, task.end - begin);
   constexpr int kLd = transposed_ld(Blocks);
   S* const t = memory;
-  const StripRows<Blocks, false, S> rows{memory + triangle_entries(Blocks) + warp_begin * kLd};
+  const StripRows<Rows, Blocks, false, S> rows{memory + triangle_entries(Blocks) + warp_begin * kLd};
   const int blocks = (s + kInverted - 1) / kInverted;
   const auto block_row = [&](int r) {
     const int c = begin + r;
@@ -180,7 +190,7 @@ __device__ void solve_row_strip(const DeviceStore<S, Value>& store, const StepTa
                             inside);
     }
   }
-  load_triangle<false>(t, front.lower + k + k * ld, ld, s, blocks);
+  load_triangle<Rows, false>(t, front.lower + k + k * ld, ld, s, blocks);
   commit_copies();
   wait_copies<0>();
   __syncthreads();
@@ -197,21 +207,21 @@ __device__ void solve_row_strip(const DeviceStore<S, Value>& store, const StepTa
   }
 }
 
-template <int Blocks, class S, class Value>
-__global__ void __launch_bounds__(kStripThreads, Blocks == 4 ? 1 : 2)
+template <int Rows, int Blocks, class S, class Value>
+__global__ void __launch_bounds__(strip_threads(Rows), Blocks == 4 ? 1 : 2)
     solve_strips(DeviceStore<S, Value> store, Offset first, int count) {
   extern __shared__ __align__(16) unsigned char memory[];
   S* const shared = reinterpret_cast<S*>(memory);
   const StepTask task =
       store.steps[first + find_task(store.steps + first, count, &StepTask::first_strip, blockIdx.x)];
   const Front<S> front = store.fronts.front(task.front);
-  const int below = front.rows() - min(task.k + kTile<S>, front.pivots);
-  const int strips = task.left ? (below + kStrip - 1) / kStrip : 0;
+  const int below = front.rows() - min(task.k + store.tile, front.pivots);
+  const int strips = task.left ? (below + Rows - 1) / Rows : 0;
   const int strip = static_cast<int>(blockIdx.x) - task.first_strip;
   if (strip < strips) {
-    solve_column_strip<Blocks>(store, task, front, strip, shared);
+    solve_column_strip<Rows, Blocks>(store, task, front, strip, shared);
   } else {
-    solve_row_strip<Blocks>(store, task, front, strip - strips, shared);
+    solve_row_strip<Rows, Blocks>(store, task, front, strip - strips, shared);
   }
 }
 

@@ -13,8 +13,8 @@ constexpr double kMostUnpivoted = 1 / kBorderThreshold;
 constexpr int kCheckThreads = 256;
 
 template <class S>
-constexpr std::size_t tile_bytes() {
-  return sizeof(S) * tile_entries(kTile<S>);
+constexpr std::size_t tile_bytes(int pivots) {
+  return sizeof(S) * tile_entries(pivots);
 }
 
 template <class S, class Value>
@@ -28,11 +28,11 @@ __global__ void __launch_bounds__(kCheckThreads)
     check_unpivoted_tiles(DeviceStore<S, Value> store, Offset first) {
   const FrontPart part = store.unpivoted[first + blockIdx.x];
   const Front<S> front = store.fronts.front(part.front);
-  const int rows = min(kTile<S>, front.pivots - part.begin);
+  const int rows = min(store.tile, front.pivots - part.begin);
   const S* const a = front.lower + part.begin + static_cast<Offset>(part.column) * front.lower_ld;
   unsigned most = 0;
-  for (int i = threadIdx.x; i < kTile<S> * kTile<S>; i += kCheckThreads) {
-    const int r = i % kTile<S>, c = i / kTile<S>;
+  for (int i = threadIdx.x; i < store.tile * store.tile; i += kCheckThreads) {
+    const int r = i % store.tile, c = i / store.tile;
     if (r < rows) most = max(most, size_bits(a[r + static_cast<Offset>(c) * front.lower_ld]));
   }
   tell_pivots_needed(store, most > bound_bits<S>(kMostUnpivoted));
@@ -46,9 +46,9 @@ __global__ void __launch_bounds__(kTileThreads)
   extern __shared__ __align__(16) unsigned char memory[];
   const FrontPart part = store.unpivoted[first + blockIdx.x];
   const Front<S> front = store.fronts.front(part.front);
-  const int k = part.begin, s = min(kTile<S>, front.pivots - k);
+  const int k = part.begin, s = min(store.tile, front.pivots - k);
   S* const diagonal = front.lower + k + static_cast<Offset>(k) * front.lower_ld;
-  const Tile<S> tile{reinterpret_cast<S*>(memory), tile_ld(kTile<S>), s, s};
+  const Tile<S> tile{reinterpret_cast<S*>(memory), tile_ld(store.tile), s, s};
   load_tile(tile, diagonal, front.lower_ld);
   const unsigned least = bound_bits<S>(store.rule().bound), most = bound_bits<S>(kMostUnpivoted);
   bool needed = false;

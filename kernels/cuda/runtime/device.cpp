@@ -1,6 +1,7 @@
 #include "kernels/cuda/runtime/device.hpp"
 
 #include <algorithm>
+#include <cstdlib>
 #include <cstring>
 
 #include <mfs/error.hpp>
@@ -42,12 +43,67 @@ Offset free_memory() {
   return static_cast<Offset>(free);
 }
 
-int multiprocessors() {
-  int device = 0, count = 0;
+int device_count() {
+  int count = 0;
+  const cudaError_t code = cudaGetDeviceCount(&count);
+  if (code != cudaSuccess) cudaGetLastError();
+  return code == cudaSuccess ? count : 0;
+}
+
+namespace {
+
+int current_device() {
+  int device = 0;
   checked("cudaGetDevice", [&] { return cudaGetDevice(&device); });
-  checked("cudaDeviceGetAttribute",
-          [&] { return cudaDeviceGetAttribute(&count, cudaDevAttrMultiProcessorCount, device); });
-  return count;
+  return device;
+}
+int attribute(cudaDeviceAttr which) {
+  int value = 0;
+  checked("cudaDeviceGetAttribute", [&] { return cudaDeviceGetAttribute(&value, which, current_device()); });
+  return value;
+}
+cudaDeviceProp properties() {
+  cudaDeviceProp found;
+  checked("cudaGetDeviceProperties", [&] { return cudaGetDeviceProperties(&found, current_device()); });
+  return found;
+}
+
+}  // namespace
+
+OnDevice::OnDevice(int device) : before_(current_device()) {
+  checked("cudaSetDevice", [&] { return cudaSetDevice(device); });
+}
+OnDevice::~OnDevice() {
+  cudaSetDevice(before_);
+}
+
+int multiprocessors() {
+  return attribute(cudaDevAttrMultiProcessorCount);
+}
+
+int shared_memory_per_block() {
+  const int bytes = attribute(cudaDevAttrMaxSharedMemoryPerBlockOptin);
+  const char* less = std::getenv("MFS_CUDA_SHARED_MEMORY");
+  return less ? std::min(bytes, std::atoi(less)) : bytes;
+}
+
+std::string device_name() {
+  return properties().name;
+}
+Offset device_memory() {
+  return static_cast<Offset>(properties().totalGlobalMem);
+}
+int compute_capability() {
+  return 10 * attribute(cudaDevAttrComputeCapabilityMajor) + attribute(cudaDevAttrComputeCapabilityMinor);
+}
+int single_to_double() {
+  return attribute(cudaDevAttrSingleToDoublePrecisionPerfRatio);
+}
+
+int code_of(const void* kernel) {
+  cudaFuncAttributes attributes{};
+  checked("cudaFuncGetAttributes", [&] { return cudaFuncGetAttributes(&attributes, kernel); });
+  return attributes.ptxVersion;
 }
 
 void set_shared_memory(const void* kernel, std::size_t bytes) {

@@ -5,6 +5,7 @@
 #include <cuda_runtime.h>
 
 #include <algorithm>
+#include <string>
 #include <utility>
 
 #include "kernels/runtime/arena.hpp"
@@ -18,8 +19,29 @@ void check_launch(const char* what);
 
 /// Bytes free on the current device.
 Offset free_memory();
-/// Of the current device.
+/// Of the current device, as all that follows but the number of devices.
 int multiprocessors();
+/// Bytes that a kernel's block may ask for on the current device; MFS_CUDA_SHARED_MEMORY in the environment
+/// (bytes) makes it a device that has less, for tests.
+int shared_memory_per_block();
+int device_count();
+std::string device_name();
+Offset device_memory();
+/// 10 major + minor.
+int compute_capability();
+/// Speed of single precision in that of double.
+int single_to_double();
+/// Makes another the current device, as long as this lives.
+class OnDevice {
+ public:
+  explicit OnDevice(int device);
+  ~OnDevice();
+
+ private:
+  int before_;
+};
+/// Compute capability that a kernel was compiled for, of the code that the current device runs.
+int code_of(const void* kernel);
 void set_shared_memory(const void* kernel, std::size_t bytes);
 
 /// What both kinds of memory are once they have been taken.

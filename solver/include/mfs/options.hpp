@@ -25,11 +25,25 @@ inline const char* backend_name(Backend backend) {
 
 /// Precision of the factors. With `single` a double precision solver takes half the memory and less time;
 /// every solution is refined to the asked accuracy all the same, and where that is not reached, the matrix is
-/// factored again in full precision.
-enum class Precision { full, single };
+/// factored again in full precision. `automatic` is `single` on a device whose double precision is more than
+/// kSlowDouble times as slow (DeviceInfo::precision), else `full`.
+enum class Precision { automatic, full, single };
+constexpr int kSlowDouble = 8;
+
+inline const char* precision_name(Precision precision) {
+  switch (precision) {
+    case Precision::automatic:
+      return "automatic";
+    case Precision::full:
+      return "full";
+    case Precision::single:
+      return "single";
+  }
+  return "unknown";
+}
 
 struct FactorOptions {
-  Precision precision = Precision::full;
+  Precision precision = Precision::automatic;
 
   /// A pivot below pivot_tolerance times the largest entry of the scaled matrix is replaced by that bound,
   /// counted and remembered; 0 takes sqrt(machine epsilon).

@@ -1,6 +1,7 @@
 // Version of the library and of what it stands on.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -19,10 +20,27 @@ struct LibraryInfo {
   std::string version;
 };
 
+/// A CUDA device, and what Backend::cuda uses of it.
+struct DeviceInfo {
+  std::string name;
+  int compute_capability = 0;  ///< 10 major + minor
+  int code = 0;                ///< compute capability that the kernels were compiled for
+  int multiprocessors = 0;
+  std::int64_t bytes = 0;                 ///< of memory
+  std::int64_t shared_memory = 0;         ///< bytes that a thread block may have
+  bool tensor_cores = false;              ///< make the products of double precision
+  int single_to_double = 0;               ///< how many times as fast it computes in single precision
+  Precision precision = Precision::full;  ///< Precision::automatic of double precision matrices
+  int tile = 0;        ///< pivots that are eliminated at once in a large front, double precision
+  int small_rows = 0;  ///< rows of the largest front that is factored in shared memory as a whole
+};
+
 /// Version of the loaded libmfs (compare with MFS_VERSION of the headers).
 MFS_API const char* version();
 /// Backends compiled into this library and usable on this machine.
 MFS_API std::vector<Backend> backends();
+/// The CUDA devices of this machine; empty where the library has no Backend::cuda.
+MFS_API std::vector<DeviceInfo> devices();
 /// Kokkos, METIS, CAMD, BLAS, ... with their versions as far as they tell.
 MFS_API std::vector<LibraryInfo> libraries();
 /// An OpenBLAS that does not know this processor works with kernels of an old one, at a third of the speed.

@@ -2,7 +2,8 @@
 // decides:
 //   1. set_default_threads;
 //   2. the environment variable MFS_NUM_THREADS, from 1 to 512 (empty or 0: as if it were not there);
-//   3. the processors that this process may use, divided by the processes that the launcher of MPI has
+//   3. the processors that this process may use, by its affinity mask and the quota of its control groups (a
+//      container's limit, rounded up), divided by the processes that the launcher of MPI has
 //      started beside it on this node. Their number stands in the environment (of Open MPI, MPICH, Intel MPI,
 //      MVAPICH, Cray PALS and Slurm's srun), so nobody has to be asked. A process that its launcher has bound
 //      to processors of its own keeps them all.

@@ -26,6 +26,15 @@ struct NumericBytes {
   Offset total() const { return factor + contribution + other + solve; }
 };
 
+/// What an executor makes of a symbolic plan before any number is known.
+template <class Product>
+struct Planned {
+  NumericBytes bytes;         // that the product will take where the factors lie
+  BlockFlops flops{0, 0, 0};  // of one factorization
+  /// Once. Throws OutOfMemory, std::bad_alloc.
+  std::function<std::unique_ptr<Product>()> make;
+};
+
 /// What factor() did, and the largest scaled entry of the matrix.
 struct Factored {
   FactorStatus status;

@@ -30,6 +30,10 @@ std::vector<Backend> backends() {
   return present;
 }
 
+BackendInfo backend_info(Backend backend) {
+  return rules_of(backend).info();
+}
+
 std::string better_blas_kernels() {
   return blas::better_kernels();
 }

@@ -99,14 +99,25 @@ Vertex least_root_for(const SymbolicPlan& plan) {
 }
 
 template <class S, class V>
-Offset DeviceStages<S, V>::bytes_for(const SymbolicPlan& plan, const Pattern& pattern) {
-  const DevicePlan lists = make_device_plan(plan, device_limits<S>(least_root_for<S>(plan)));
-  return Layout(plan, pattern, lists).arena.total();
+DevicePlan DeviceStages<S, V>::lists_for(const SymbolicPlan& plan) {
+  return make_device_plan(plan, device_limits<S>(least_root_for<S>(plan)));
+}
+
+template <class S, class V>
+NumericBytes DeviceStages<S, V>::bytes_for(const SymbolicPlan& plan, const Pattern& pattern,
+                                           const DevicePlan& lists) {
+  ArenaLayout storage;
+  storage.add(plan.storage_entries * static_cast<Offset>(sizeof(S)));
+  NumericBytes bytes;
+  bytes.factor = plan.factor_entries * static_cast<Offset>(sizeof(S));
+  bytes.contribution = storage.total() - bytes.factor;
+  bytes.other = Layout(plan, pattern, lists).arena.total() - storage.total();
+  return bytes;
 }
 
 template <class S, class V>
 DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& pattern, const Stream& stream)
-    : DeviceStages(plan, pattern, stream, least_root_for<S>(plan)) {}
+    : DeviceStages(plan, pattern, stream, lists_for(plan)) {}
 
 template <class S, class V>
 DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& pattern, const Stream& stream,
@@ -119,6 +130,7 @@ DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& patter
     : plan_(plan),
       stream_(stream),
       lists_(std::move(lists)),
+      flops_{count_flops(plan, lists_, false), count_flops(plan, lists_, true)},
       arena_(Layout(plan, pattern, lists_).arena.total()) {
   open_libraries();
   Upload upload(stream_, Layout(plan, pattern, lists_).copied);
@@ -419,7 +431,7 @@ void DeviceStages<S, V>::substitute_columns(const Vectors& at) {
         });
   }
   unset(vectors.v, plan_.n);
-  unset(vectors.partial, partial_rows());
+  unset(vectors.partial, partial_rows(lists_));
   for (const SolveLaunch& launch : lists_.backward) {
     beside(
         launch.tiny.count() > 0, launch.tiles.count() > 0,

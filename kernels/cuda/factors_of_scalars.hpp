@@ -8,13 +8,9 @@
 
 namespace mfs::cuda {
 
-/// Factors of Scalar, on the device, for matrices and vectors of Value. Throws OutOfMemory, BackendError.
+/// As plan_cuda_factors: factors of Scalar, on the device, for matrices and vectors of Value.
 template <class Value, class Scalar>
-std::unique_ptr<Factors<Value>> make_factors(std::shared_ptr<const SymbolicPlan> plan,
-                                             std::shared_ptr<const Pattern> pattern);
-
-/// Bytes of device memory that these will take, those of the vendor's libraries left out.
-template <class Value, class Scalar>
-Offset bytes_of_factors(const SymbolicPlan& plan, const Pattern& pattern);
+Planned<Factors<Value>> plan_factors(std::shared_ptr<const SymbolicPlan> plan,
+                                     std::shared_ptr<const Pattern> pattern);
 
 }  // namespace mfs::cuda

@@ -4,6 +4,7 @@
 #include <set>
 #include <string>
 
+#include "plan/device_flops.hpp"
 #include "test/stages/list_interpreter.hpp"
 
 namespace mfs::test {
@@ -108,6 +109,10 @@ void check(const StageProblem<double>& problem, const DeviceLimits& limits) {
         EXPECT_LT(difference(actual.contribution, wanted.contribution), kTolerance) << "C";
       }
     });
+    const DeviceFlops counted = count_flops(plan, lists, false);
+    EXPECT_EQ(interpreter.flops().getrf, counted.done.getrf);
+    EXPECT_EQ(interpreter.flops().trsm, counted.done.trsm);
+    EXPECT_EQ(interpreter.flops().gemm, counted.done.gemm + counted.padding);
     std::vector<double> v = right_hand_side;
     interpreter.solve(v);
     EXPECT_LT(difference(v, expected), kTolerance);
@@ -172,6 +177,40 @@ TEST(DevicePlan, TilesOfOneStepAreTallWhereBordersAreCrowded) {
       }
     }
     for (Vertex f = 0; f < plan.num_fronts; ++f) EXPECT_EQ(covered[f], plan.pivots(f) + plan.border_rows(f));
+  }
+}
+
+/// One by one: each pivot divides what is below it, and subtracts a product from all entries right of that.
+double operations_of(Vertex pivots, Vertex rows) {
+  double sum = 0;
+  for (Vertex k = 0; k < pivots; ++k) sum += (rows - k - 1) + 2.0 * (rows - k - 1) * (rows - k - 1);
+  return sum;
+}
+
+TEST(DevicePlan, AllDivisionsIntoTilesCountAsManyOperations) {
+  std::vector<StageProblem<double>> problems;
+  for (const auto& shapes : {mixed_tree(), chain(), leaf_and_root(270, 1030), leaf_and_root(501, 0)})
+    problems.push_back(artificial_problem(shapes, {14, 0.05}));
+  for (const StageProblem<double>& problem : problems) {
+    const SymbolicPlan& plan = *problem.plan;
+    double expected = 0, roots = 0;
+    for (Vertex f = 0; f < plan.num_fronts; ++f) {
+      const double front = operations_of(plan.pivots(f), plan.pivots(f) + plan.border_rows(f));
+      expected += front;
+      if (plan.border_rows(f) == 0) roots += front;
+    }
+    for (DeviceLimits limits : kLimits) {
+      const DevicePlan lists = make_device_plan(plan, limits);
+      EXPECT_NEAR(count_flops(plan, lists, false).done.total(), expected, 1e-12 * expected);
+      limits.least_root = 1;
+      const DevicePlan with_roots = make_device_plan(plan, limits);
+      const DeviceFlops by_tiles = count_flops(plan, with_roots, false),
+                        as_a_whole = count_flops(plan, with_roots, true);
+      EXPECT_NEAR(by_tiles.done.total(), expected, 1e-12 * expected);
+      EXPECT_NEAR(as_a_whole.done.total(), expected, 1e-12 * expected);
+      if (with_roots.roots.empty()) continue;
+      EXPECT_GE(as_a_whole.done.getrf, roots * (1 - 1e-12));
+    }
   }
 }
 

@@ -76,6 +76,10 @@ class ListInterpreter {
     }
   }
 
+  /// Additions, multiplications and divisions so far: of diagonal tiles, strips and products; in small
+  /// fronts, of the pivot block, of the contribution block, and of all else.
+  const BlockFlops& flops() const { return flops_; }
+
   FrontBlocks<double> front(Vertex f) const { return blocks_in(plan_, storage_.data(), f); }
 
   /// v := A^-1 v by position. Forward, a tile that needs what comes later in its list makes NaN of it;
@@ -199,10 +203,17 @@ class ListInterpreter {
 
   // Eliminates pivots [k, next) of a front from rows and columns up to `end`.
   void eliminate(Vertex f, Vertex k, Vertex next, Vertex end) {
+    const Vertex p = plan_.pivots(f);
     for (; k < next; ++k) {
-      for (Vertex i = k + 1; i < end; ++i) at(f, i, k) /= at(f, k, k);
+      for (Vertex i = k + 1; i < end; ++i) {
+        at(f, i, k) /= at(f, k, k);
+        ++(i < p ? flops_.getrf : flops_.trsm);
+      }
       for (Vertex j = k + 1; j < end; ++j) {
-        for (Vertex i = k + 1; i < end; ++i) at(f, i, j) -= at(f, i, k) * at(f, k, j);
+        for (Vertex i = k + 1; i < end; ++i) {
+          at(f, i, j) -= at(f, i, k) * at(f, k, j);
+          (i < p && j < p ? flops_.getrf : i < p || j < p ? flops_.trsm : flops_.gemm) += 2;
+        }
       }
     }
   }
@@ -321,8 +332,9 @@ class ListInterpreter {
     if (strip < strips) {
       for (Vertex i = next + strip * kStrip; i < std::min(next + (strip + 1) * kStrip, rows(f)); ++i) {
         for (Vertex j = k; j < next; ++j) {
-          for (Vertex t = k; t < j; ++t) at(f, i, j) -= at(f, i, t) * at(f, t, j);
+          for (Vertex t = k; t < j; ++t, flops_.trsm += 2) at(f, i, j) -= at(f, i, t) * at(f, t, j);
           at(f, i, j) /= at(f, j, j);
+          ++flops_.trsm;
         }
       }
       return;
@@ -331,7 +343,7 @@ class ListInterpreter {
     EXPECT_LT(begin, task.end) << "a block without work";
     for (Vertex j = next + begin; j < next + std::min(begin + kStrip, task.end); ++j) {
       for (Vertex i = k; i < next; ++i) {
-        for (Vertex t = k; t < i; ++t) at(f, i, j) -= at(f, i, t) * at(f, t, j);
+        for (Vertex t = k; t < i; ++t, flops_.trsm += 2) at(f, i, j) -= at(f, i, t) * at(f, t, j);
       }
     }
   }
@@ -341,7 +353,7 @@ class ListInterpreter {
     for (Offset j = right.first; j < right.second; ++j) {
       for (Offset i = down.first; i < down.second; ++i) {
         double sum = before[task.c + i + j * task.ldc];
-        for (Offset k = 0; k < task.k; ++k)
+        for (Offset k = 0; k < task.k; ++k, flops_.gemm += 2)
           sum -= before[task.a + i + k * task.lda] * before[task.b + k + j * task.ldb];
         storage_[task.c + i + j * task.ldc] = sum;
       }
@@ -422,6 +434,7 @@ class ListInterpreter {
   const SymbolicPlan& plan_;
   const DevicePlan& lists_;
   std::vector<double> storage_;
+  BlockFlops flops_{0, 0, 0};
   Aside aside_;
   std::map<Vertex, std::vector<double>> border_seen_;  // by the last tile of a front
   std::size_t waiting_tiles_;

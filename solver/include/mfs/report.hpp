@@ -10,7 +10,7 @@
 
 namespace mfs {
 
-/// Floating-point operations by kind of operation (complex operations count their real ones).
+/// Floating-point operations by kind. An operation with complex numbers counts as one.
 struct Flops {
   double getrf = 0;  ///< LU of the diagonal blocks
   double trsm = 0;   ///< triangular solves of their row and column blocks
@@ -81,15 +81,18 @@ struct Report {
 
   bool matched = false;  ///< a matching was computed (rows permuted, or unknowns paired)
   std::int64_t nnz_factor = 0;
-  Flops flops;       ///< predicted by the plan
-  Flops flops_used;  ///< counted by the kernels in the last factorization
+  Flops flops;       ///< predicted, as the backend divides fronts into blocks or tiles
+  Flops flops_used;  ///< done by the last factorization, on a device with those that pivots made it repeat
   std::int64_t fronts = 0;
   std::int64_t depths = 0;
   std::int64_t max_front = 0;
 
+  // Of the memory where the factors lie, that of the host or of the device.
   std::int64_t bytes_factor = 0;  ///< predicted bytes of the factors alone
-  std::int64_t bytes_peak = 0;  ///< predicted bytes of factors, contribution blocks, plan copy and workspace
-  std::int64_t bytes_used = 0;  ///< bytes that the numeric phases really took
+  /// Predicted bytes of factors, contribution blocks, plan copy and the vectors of a solve for one right-hand
+  /// side. What libraries of a device's vendor take is left out.
+  std::int64_t bytes_peak = 0;
+  std::int64_t bytes_used = 0;  ///< bytes that the numeric phases really took, those libraries included
 
   double time_order = 0;  ///< s, matrix check, matching, graph, separators
   double time_symbolic = 0;

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include <mfs/error.hpp>
 #include <mfs/export.hpp>
 #include <mfs/options.hpp>
 
@@ -23,6 +24,17 @@ struct LibraryInfo {
 MFS_API const char* version();
 /// Backends compiled into this library and usable on this machine.
 MFS_API std::vector<Backend> backends();
+/// What a backend is, whether this library has it or not. The rates are of the machines in
+/// docs/performance.md; they choose between ways of which one is much faster, and no result depends on the
+/// machine at hand.
+struct BackendInfo {
+  MemorySpace memory;  ///< where the factors lie; on `device`, refactor_device and solve_device take arrays
+  double factor_rate;  ///< operations per second in the factorization of a large matrix
+  double flops_per_entry;  ///< operations for which a factorization takes as long as a solve for an entry of
+                           ///< L or U
+};
+/// Throws InvalidInput for what is no backend.
+MFS_API BackendInfo backend_info(Backend backend);
 /// Kokkos, METIS, CAMD, BLAS, ... with their versions as far as they tell.
 MFS_API std::vector<LibraryInfo> libraries();
 /// An OpenBLAS that does not know this processor works with kernels of an old one, at a third of the speed.

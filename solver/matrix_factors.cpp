@@ -346,8 +346,8 @@ bool MatrixFactors<Scalar>::merge_failed_fronts(double allowed_flops) {
 }
 
 // Pivots large enough to pass can still be small beside their border, and then the factors grow. Factors
-// once with every pivot judged by its border, as threshold pivoting does (tolerance 1: the largest entry),
-// and merges the fronts that have no better ones. False where nothing is left to merge.
+// once with every pivot compared with its border, as threshold pivoting does (tolerance 1: the largest
+// entry), and merges the fronts that have no better ones. False where nothing is left to merge.
 template <class Scalar>
 bool MatrixFactors<Scalar>::strengthen() {
   constexpr double kGrowth = 4, kFree = 2e10;  // a second, against a refusal

@@ -132,8 +132,8 @@ class DeviceStages {
   void launch(const Launch& what, const Stream& stream, const std::optional<DeviceBlas>& blas);
   void assemble(const DepthLaunches& depth, bool look_ahead);
   void assemble(const Range& parts, const Stream& stream);
-  template <class Aside, class Here>
-  void beside(bool has_aside, bool has_here, const Aside& aside, const Here& here);
+  template <class Side, class Main>
+  void launch_side_by_side(bool has_side, bool has_main, const Side& side, const Main& main);
   template <class Work>
   void with_sides(const Work& work);
   template <int K, bool Transposed>

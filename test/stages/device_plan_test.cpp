@@ -96,9 +96,9 @@ void check(const StageProblem<double>& problem, const DeviceLimits& limits) {
   const std::vector<double> right_hand_side = expected;
   solve_forward(reference, false, expected);
   solve_backward(reference, false, expected);
-  for (const auto aside : {ListInterpreter::Aside::at_once, ListInterpreter::Aside::late}) {
-    SCOPED_TRACE(aside == ListInterpreter::Aside::late ? "late" : "at once");
-    ListInterpreter interpreter(problem, lists, aside, limits.waiting_tiles);
+  for (const auto concurrent : {ListInterpreter::Concurrent::at_once, ListInterpreter::Concurrent::late}) {
+    SCOPED_TRACE(concurrent == ListInterpreter::Concurrent::late ? "late" : "at once");
+    ListInterpreter interpreter(problem, lists, concurrent, limits.waiting_tiles);
     interpreter.factor([&](Vertex step) {
       for (Vertex f = plan.depth_begin[step]; f < plan.depth_begin[step + 1]; ++f) {
         SCOPED_TRACE("front " + std::to_string(f));
@@ -245,7 +245,7 @@ TEST(DevicePlan, CutsManyDeepProductsWide) {
 // their own.
 TEST(DevicePlan, LooksAheadWhereStepsAreLargeAndThereAreNoPanels) {
   const StageProblem<double> problem = artificial_problem(leaf_and_root(200, 300), {5, 0.01});
-  const auto asides = [&](Offset ahead_tiles, Vertex panelled_rows) {
+  const auto concurrent_launches = [&](Offset ahead_tiles, Vertex panelled_rows) {
     DeviceLimits limits{64, 96, false};
     limits.panelled = limits.panel = 128;
     limits.slab = 256;
@@ -256,11 +256,11 @@ TEST(DevicePlan, LooksAheadWhereStepsAreLargeAndThereAreNoPanels) {
     return std::count_if(launches.begin(), launches.end(),
                          [](const Launch& launch) { return launch.order == Order::concurrent; });
   };
-  EXPECT_EQ(asides(0, 501), 3);  // all but the last of four steps
+  EXPECT_EQ(concurrent_launches(0, 501), 3);  // all but the last of four steps
   // The steps have 8 x 8 - 5 x 5, 7 x 7 - 5 x 5 and 6 x 6 - 5 x 5 tiles, those of L and of U apart.
-  EXPECT_EQ(asides(30, 501), 1);
-  EXPECT_EQ(asides(1000, 501), 0);
-  EXPECT_EQ(asides(0, 500), asides(1000, 500));
+  EXPECT_EQ(concurrent_launches(30, 501), 1);
+  EXPECT_EQ(concurrent_launches(1000, 501), 0);
+  EXPECT_EQ(concurrent_launches(0, 500), concurrent_launches(1000, 500));
 }
 
 // Rows of a block that are exchanged later must be exchanged in all blocks left of it.

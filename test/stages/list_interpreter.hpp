@@ -29,14 +29,14 @@ inline std::set<Vertex> fronts_of(const DevicePlan& lists, const SolveLaunch& la
 class ListInterpreter {
  public:
   /// When what may run beside other launches runs.
-  enum class Aside { at_once, late };
+  enum class Concurrent { at_once, late };
 
-  ListInterpreter(const StageProblem<double>& problem, const DevicePlan& lists, Aside aside,
+  ListInterpreter(const StageProblem<double>& problem, const DevicePlan& lists, Concurrent concurrent,
                   Vertex waiting_tiles)
       : problem_(problem),
         plan_(*problem.plan),
         lists_(lists),
-        aside_(aside),
+        concurrent_(concurrent),
         waiting_tiles_(static_cast<std::size_t>(waiting_tiles)) {
     storage_.assign(static_cast<std::size_t>(plan_.storage_entries), kNothing);
   }
@@ -46,7 +46,7 @@ class ListInterpreter {
   void factor(const After& after_depth) {
     for (std::size_t step = 0; step < lists_.depths.size(); ++step) {
       const DepthLaunches& depth = lists_.depths[step];
-      if (aside_ == Aside::at_once) {
+      if (concurrent_ == Concurrent::at_once) {
         factor_small(depth);
         assemble(depth.assemble_contribution.front());
       }
@@ -54,7 +54,7 @@ class ListInterpreter {
       const auto assemble_from = [&](std::size_t turn) {
         for (; turn < depth.assemble_contribution.size(); ++turn) assemble(depth.assemble_contribution[turn]);
       };
-      if (aside_ == Aside::at_once) assemble_from(1);
+      if (concurrent_ == Concurrent::at_once) assemble_from(1);
       std::vector<Launch> late;
       const auto join = [&] {
         for (const Launch& launch : late) run(launch);
@@ -62,16 +62,16 @@ class ListInterpreter {
       };
       for (const Launch& launch : depth.factor) {
         if (launch.order == Order::join) join();
-        if (launch.order == Order::concurrent && aside_ == Aside::late) {
+        if (launch.order == Order::concurrent && concurrent_ == Concurrent::late) {
           late.push_back(launch);
         } else {
           run(launch);
         }
       }
       join();
-      if (aside_ == Aside::late) assemble_from(0);
+      if (concurrent_ == Concurrent::late) assemble_from(0);
       for (const Launch& launch : depth.update) run(launch);
-      if (aside_ == Aside::late) factor_small(depth);
+      if (concurrent_ == Concurrent::late) factor_small(depth);
       after_depth(static_cast<Vertex>(step));
     }
   }
@@ -435,7 +435,7 @@ class ListInterpreter {
   const DevicePlan& lists_;
   std::vector<double> storage_;
   BlockFlops flops_{0, 0, 0};
-  Aside aside_;
+  Concurrent concurrent_;
   std::map<Vertex, std::vector<double>> border_seen_;  // by the last tile of a front
   std::size_t waiting_tiles_;
   std::set<std::tuple<Vertex, Vertex, Vertex>> assembled_;  // fronts, their columns and first rows

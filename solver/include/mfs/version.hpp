@@ -1,4 +1,4 @@
-// Version of the library and of what it stands on.
+// Versions of the library and of those that it uses, and its backends.
 #pragma once
 
 #include <string>
@@ -24,21 +24,21 @@ struct LibraryInfo {
 MFS_API const char* version();
 /// Backends compiled into this library and usable on this machine.
 MFS_API std::vector<Backend> backends();
-/// What a backend is, whether this library has it or not. The rates are of the machines in
-/// docs/performance.md; they choose between ways of which one is much faster, and no result depends on the
-/// machine at hand.
+/// Facts of a backend, whether it is usable on this machine or not. The rates were measured on the machines
+/// in docs/performance.md. Callers choose between algorithms by them, so that no choice depends on the
+/// machine.
 struct BackendInfo {
-  MemorySpace memory;  ///< where the factors lie; on `device`, refactor_device and solve_device take arrays
+  MemorySpace memory;  ///< where the factors lie; with `device`, refactor_device and solve_device can be used
   double factor_rate;  ///< operations per second in the factorization of a large matrix
-  double flops_per_entry;  ///< operations for which a factorization takes as long as a solve for an entry of
-                           ///< L or U
+  double flops_per_entry;  ///< operations that a factorization does while a solve uses one entry of L or U
 };
-/// Throws InvalidInput for what is no backend.
+/// Throws InvalidInput where the value is none of the enumerators.
 MFS_API BackendInfo backend_info(Backend backend);
-/// Kokkos, METIS, CAMD, BLAS, ... with their versions as far as they tell.
+/// Names and versions of Kokkos, METIS, CAMD and BLAS, as far as these tell them.
 MFS_API std::vector<LibraryInfo> libraries();
-/// An OpenBLAS that does not know this processor works with kernels of an old one, at a third of the speed.
-/// What the environment variable OPENBLAS_CORETYPE should say then, when the program is started; else empty.
+/// The value that the environment variable OPENBLAS_CORETYPE should have when the program is started, because
+/// OpenBLAS does not know this processor and uses kernels of an old one, at a third of the speed. Empty where
+/// it does.
 MFS_API std::string better_blas_kernels();
 
 }  // namespace mfs

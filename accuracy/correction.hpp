@@ -5,7 +5,7 @@
 //   A^-1 = A'^-1 + Z C^-1 V^T A'^-1,    Z = A'^-1 U,    C = I - V^T Z   (k x k, the capacitance matrix).
 //
 // A is singular exactly when C is, and of the same nullity: this is where "singular" is decided. With C q = 0
-// the null vector of A is Z q, and it is judged as one: |A Z q| / | |A| |Z q| | is at least the reciprocal
+// the null vector of A is Z q, and it is tested as one: |A Z q| / | |A| |Z q| | is at least the reciprocal
 // condition number of A. Its largest entry names a column that depends on the others. The singular
 // values are those of C between scaled unknowns, D^-1 C D, with rows and columns of C that hold large entries
 // scaled down to the identity's 1, so that they mean something. C is a difference of nearly equal numbers
@@ -14,7 +14,7 @@
 //
 // Z q is only as good as what cancels in the sum of Z's columns leaves, and where A is singular but for
 // rounding, as good as the part that the null vector has of the perturbed unknowns. So it is made better on A
-// itself before it is judged, which proves no less for that: by x - A^-1 A x, where C q is zero but for
+// itself before it is tested, which proves no less for that: by x - A^-1 A x, where C q is zero but for
 // rounding, and where it is more (then that leaves nothing of x), by inverse iteration.
 #pragma once
 

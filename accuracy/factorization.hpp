@@ -12,7 +12,7 @@
 
 namespace mfs {
 
-/// What became of a solve where the factors lie.
+/// The result of a solve in the memory where the factors lie.
 enum class ResidentSolve { solved, missed, refused };
 
 template <class Value>
@@ -34,9 +34,9 @@ class Factorization {
   /// solve_resident has just left of the same right-hand sides, from where this goes on.
   virtual SolveOutcome solve(Vertex columns, const TransposedPattern* transposed,
                              const SolveControls& controls, const SolveOutcome* tried = nullptr) = 0;
-  /// Solves for arrays in the memory of resident factors by what they can do there alone. Nothing is written
-  /// unless that reaches the tolerance. Where it is missed, because b is not finite or the ladder must be
-  /// climbed, solve() can go on from `outcome`; where pivots were perturbed, it is refused without a try.
+  /// Solves for arrays in the memory of resident factors, with refinement there. The solution is written only
+  /// if it reaches the tolerance. Where the tolerance is missed, because b is not finite or further rungs are
+  /// needed, solve() goes on from `outcome`. Where pivots were perturbed, nothing is tried.
   virtual ResidentSolve solve_resident(const SolveBlock<Value>& block, const SolveControls& controls,
                                        void* stream, SolveOutcome& outcome) = 0;
 

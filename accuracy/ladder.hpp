@@ -7,10 +7,10 @@
 //   refinement   iterative, in twice the precision, then FGMRES with the factors as preconditioner
 //   (accuracy/refinement.hpp)
 //
-// Where the factors lie in the memory of a device, the first steps of refinement are made there
-// (accuracy/resident_refinement.hpp), and the ladder goes on from what they leave. All else has its vectors
-// and the matrix on the host, where vector operations run on Exec. The same inverse gives the condition
-// estimate and the determinant.
+// Iterative refinement is one loop (accuracy/iterative_refinement.hpp) wherever the vectors lie. Where the
+// factors lie in the memory of a device, it begins there (accuracy/resident_refinement.hpp), and the ladder
+// goes on from what it leaves. All else has its vectors and the matrix on the host, where vector operations
+// run on Exec. The same inverse gives the condition estimate and the determinant.
 #pragma once
 
 #include <algorithm>
@@ -205,7 +205,8 @@ class AccuracyLadder final : public Factorization<Value> {
            work_->template at<Value>(layout.best),
            work_->template at<Value>(layout.r),
            work_->template at<Value>(layout.d),
-           work_->template at<double>(layout.size)};
+           work_->template at<double>(layout.size),
+           &krylov_space_};
   }
 
   // The inverse corrected for perturbed pivots, where that has been made.
@@ -266,9 +267,8 @@ class AccuracyLadder final : public Factorization<Value> {
     const auto doubled = [&](const Value* b, const Value* x, const Value* low, Value* r) {
       doubled_residual(exec_, plan_->n, matrix_rows(transposed), b, x, low, r);
     };
-    Refinement<Exec, Value, decltype(inverse), decltype(residual), decltype(doubled)> refinement(
-        exec_, plan_->n, columns, controls, at_, inverse, residual, doubled);
-    refinement.run(krylov_space_, outcome, begun);
+    const HostVectors vectors(exec_, plan_->n, columns, at_, inverse, residual, doubled);
+    Refinement(vectors, controls).run(outcome, begun);
   }
 
   RowFloor row_floor(double part, const Value* x, bool transposed) const {

@@ -22,7 +22,7 @@ struct NullDirection {
   Vertex unknown = -1;  // and this is its largest scaled entry
 };
 
-/// As far as refinement gets: whether the solution is good enough is judged by the residual beside b.
+/// As far as refinement gets: the residual beside b then says whether the solution is good enough.
 template <class Scalar>
 SolveControls probing_controls() {
   return {2.0 * std::numeric_limits<RealOf<Scalar>>::epsilon(), 10};

@@ -1,21 +1,19 @@
-// From an approximate inverse to a solution whose componentwise backward error is known: iterative
-// refinement, and, for a column where that stalls, refinement in twice the precision, then FGMRES with the
-// factors as preconditioner.
+// From an approximate inverse to a solution whose componentwise backward error is known, by vectors on the
+// host: iterative refinement (accuracy/iterative_refinement.hpp), and, for a column where that stalls,
+// refinement in twice the precision, then FGMRES with the factors as preconditioner.
 //
 // Unknowns that are tiny beside the others, as what a planar mechanism has across its plane, get from each
 // correction an error that is small beside the correction, and corrections end at the rounding of the large
 // unknowns. With residual and solution of twice the precision they go on to nothing, and the tiny unknowns
 // become right.
 //
-// Else refinement stalls where pivots were perturbed (with k of them A differs from the factored matrix by a
+// Refinement also stalls where pivots were perturbed (with k of them A differs from the factored matrix by a
 // matrix of rank k, so FGMRES needs about k + 1 steps), and where |A| |x| + |b| differs by many decades
-// between rows: then small rows drown in what large entries of x leave there. FGMRES therefore measures row i
-// of the residual by
-// (|A| |x| + |b|)_i: what it makes small is the backward error itself.
+// between rows: small rows then drown in what large entries of x leave there. FGMRES therefore measures row i
+// of the residual by (|A| |x| + |b|)_i: what it makes small is the backward error itself.
 //
-// Sources: Skeel 1979, 1980; Arioli, Demmel, Duff 1989 (refinement and its stopping); Demmel, Hida, Kahan,
-// Li, Mukherjee and Riedy 2006 (residual and solution of twice the precision); Saad 1993 (FGMRES); Arioli,
-// Duff, Gratton, Pralet 2007 (FGMRES on factors with static pivoting).
+// Sources: Demmel, Hida, Kahan, Li, Mukherjee and Riedy 2006 (residual and solution of twice the precision);
+// Saad 1993 (FGMRES); Arioli, Duff, Gratton, Pralet 2007 (FGMRES on factors with static pivoting).
 #pragma once
 
 #include <algorithm>
@@ -23,11 +21,11 @@
 #include <cmath>
 #include <vector>
 
+#include "accuracy/iterative_refinement.hpp"
 #include "accuracy/solve_controls.hpp"
 #include "kernels/factors.hpp"
 #include "kernels/stages/residual.hpp"
 #include "kernels/stages/vector_ops.hpp"
-#include "ordering/stopwatch.hpp"
 
 namespace mfs {
 
@@ -35,7 +33,8 @@ namespace mfs {
 template <class Scalar>
 struct RefinementVectors {
   Scalar *b, *x, *best, *r, *d;
-  double* size;  // n: what the residual of each row is measured by
+  double* size;                // n: what the residual of each row is measured by
+  std::vector<Scalar>* space;  // of refinement in twice the precision and of FGMRES, taken when first needed
 };
 
 /// FGMRES keeps this many directions before it restarts, and restarts this often at most.
@@ -45,144 +44,161 @@ constexpr int kKrylovRestarts = 3;
 /// tolerance.
 constexpr double kEnough = 0.1;
 
-/// One use: one block of right-hand sides. `Inverse` is called as inverse(from, to, columns), `Residual` as
-/// residual(b or null, x, r, sizes of rows or null) and returns the componentwise backward error,
-/// `DoubledResidual` as doubled(b, x, low, r) for r = b - A (x + low).
+/// One block of right-hand sides and its solutions in the memory of the host, where Exec works on them. Each
+/// column is a part, as IterativeRefinement calls it. `Inverse` is called as inverse(from, to, columns),
+/// `Residual` as residual(b or null, x, r, sizes of rows or null) and returns the componentwise backward
+/// error, `DoubledResidual` as doubled(b, x, low, r) for r = b - A (x + low).
 template <class Exec, class Scalar, class Inverse, class Residual, class DoubledResidual>
-class Refinement {
+class HostVectors {
  public:
-  Refinement(const Exec& exec, Vertex n, Vertex columns, const SolveControls& controls,
-             const RefinementVectors<Scalar>& vectors, const Inverse& inverse, const Residual& residual,
-             const DoubledResidual& doubled)
-      : exec_(exec),
-        n_(n),
-        columns_(columns),
-        controls_(controls),
-        at_(vectors),
-        inverse_(inverse),
-        residual_(residual),
-        doubled_(doubled) {}
+  using Value = Scalar;
+  HostVectors(const Exec& exec, Vertex n, Vertex columns, const RefinementVectors<Scalar>& vectors,
+              const Inverse& inverse, const Residual& residual, const DoubledResidual& doubled)
+      : n(n),
+        columns(columns),
+        inverse(inverse),
+        residual(residual),
+        doubled(doubled),
+        exec_(exec),
+        at_(vectors) {}
 
-  /// Leaves the best solution found in vectors.x; adds to `outcome` what it took. Goes on from what is in
-  /// vectors.x where that has been `begun`.
-  void run(std::vector<Scalar>& krylov_space, SolveOutcome& outcome, bool begun = false) {
-    if (!begun) inverse_(at_.b, at_.x, columns_);
-    for (Vertex j = 0; j < columns_; ++j) {
-      error_[j] = measure(j);
-      open_[j] = error_[j] > controls_.tolerance;
-    }
-    const Stopwatch beyond_the_factors;
-    refine();
-    for (Vertex j = 0; j < columns_; ++j) {
-      if (controls_.max_steps == 0) break;
-      if (fails(j)) refine_doubled(j, krylov_space);
-      if (fails(j)) accelerate(j, krylov_space);
-    }
-    outcome.backward_error = *std::max_element(error_.begin(), error_.begin() + columns_);
-    outcome.refinement_steps = refinement_steps_;
-    outcome.krylov_steps = krylov_steps_;
-    if (refinement_steps_ + krylov_steps_ > 0) outcome.time_ladder += beyond_the_factors.seconds();
+  Vertex parts() const { return columns; }
+  double measure(Vertex j) const { return residual(b(j), x(j), r(j), nullptr); }
+  void correct(const Vertex* parts, Vertex count) const {
+    for (Vertex place = 0; place < count; ++place) copy(r(parts[place]), d(place));
+    inverse(d(0), d(0), count);
   }
-
- private:
-  bool fails(Vertex j) const { return error_[j] > controls_.tolerance && std::isfinite(error_[j]); }
-
-  // Refines all open columns together; a column is closed when it is good enough or no longer halves its
-  // error.
-  void refine() {
-    for (int step = 0; step < controls_.max_steps; ++step) {
-      Vertex open = 0;
-      for (Vertex j = 0; j < columns_; ++j) {
-        if (open_[j]) copy(column(at_.r, j), column(at_.d, open++));
-      }
-      if (open == 0) return;
-      ++refinement_steps_;
-      inverse_(at_.d, at_.d, open);
-      open = 0;
-      for (Vertex j = 0; j < columns_; ++j) {
-        if (open_[j]) improve(j, column(at_.d, open++));
-      }
-    }
+  double add_correction(Vertex j, Vertex place) const {
+    copy(x(j), best(j));
+    add(Scalar(1), d(place), x(j));
+    return measure(j);
   }
-
-  // The residual of column j, and its backward error.
-  double measure(Vertex j) const {
-    return residual_(column(at_.b, j), column(at_.x, j), column(at_.r, j), nullptr);
-  }
-
-  // x += d, kept only if it is better.
-  void improve(Vertex j, const Scalar* correction) {
-    const double before = error_[j];
-    copy(column(at_.x, j), column(at_.best, j));
-    add(Scalar(1), correction, column(at_.x, j));
-    double after = measure(j);
-    if (stalls(before, after)) after = without_remainders(j, correction, after);
-    if (after < before) {
-      error_[j] = after;
-    } else {
-      copy(column(at_.best, j), column(at_.x, j));
-    }
-    open_[j] = after > controls_.tolerance && !stalls(before, after);
-  }
-
-  bool stalls(double before, double after) const {
-    return after > controls_.tolerance && !(after < 0.5 * before);
-  }
-
   // Where entries of the solution are zero, as those across the plane of a symmetric mechanism, steps make
   // them smaller and smaller, but a row that meets only such entries measures rounding by rounding: its error
   // stays near 1. Zeros in their place end that, if zeros they are.
-  double without_remainders(Vertex j, const Scalar* correction, double after) {
-    drop_remainders(exec_, n_, column(at_.best, j), column(at_.x, j));
+  double drop_remainders(Vertex j, Vertex place, double error) const {
+    mfs::drop_remainders(exec_, n, best(j), x(j));
     const double dropped = measure(j);
-    if (dropped < after) return dropped;
-    copy(column(at_.best, j), column(at_.x, j));
-    add(Scalar(1), correction, column(at_.x, j));
-    return after;
+    if (dropped < error) return dropped;
+    take_back(j);
+    add(Scalar(1), d(place), x(j));
+    return error;
+  }
+  void take_back(Vertex j) const { copy(best(j), x(j)); }
+
+  /// As measure; keeps what the residual of each row is measured by, for weigh.
+  void measure_rows(Vertex j) const { residual(b(j), x(j), r(j), at_.size); }
+
+  // Column j of each vector.
+  Scalar* b(Vertex j) const { return column(at_.b, j); }
+  Scalar* x(Vertex j) const { return column(at_.x, j); }
+  Scalar* best(Vertex j) const { return column(at_.best, j); }
+  Scalar* r(Vertex j) const { return column(at_.r, j); }
+  Scalar* d(Vertex j) const { return column(at_.d, j); }
+  /// A vector of zeros, and so many vectors: until the other is asked for.
+  Scalar* zeros() const {
+    at_.space->assign(static_cast<std::size_t>(n), Scalar(0));
+    return at_.space->data();
+  }
+  Scalar* more(Vertex count) const {
+    at_.space->resize(static_cast<std::size_t>(n) * count);
+    return at_.space->data();
   }
 
+  void copy(const Scalar* from, Scalar* to) const { copy_vector(exec_, n, from, to); }
+  void add(Scalar factor, const Scalar* from, Scalar* to) const { add_vector(exec_, n, factor, from, to); }
+  void add_doubled(const Scalar* d, Scalar* x, Scalar* low) const { mfs::add_doubled(exec_, n, d, x, low); }
+  void drop_noise(const Scalar* d, Scalar* x) const { mfs::drop_noise(exec_, n, d, x); }
+  void scale(Scalar factor, Scalar* x) const { scale_vector(exec_, n, factor, x); }
+  void weigh(const Scalar* from, Scalar* to, bool inverse) const {
+    weigh_vector(exec_, n, at_.size, !inverse, from, to);
+  }
+  Scalar dot(const Scalar* a, const Scalar* b) const { return dot_product(exec_, n, a, b); }
+  double norm2(const Scalar* a) const { return std::sqrt(std::abs(dot(a, a))); }
+
+  const Vertex n, columns;
+  const Inverse& inverse;
+  const Residual& residual;
+  const DoubledResidual& doubled;
+
+ private:
+  Scalar* column(Scalar* block, Vertex j) const { return block + static_cast<Offset>(j) * n; }
+
+  Exec exec_;
+  RefinementVectors<Scalar> at_;
+};
+
+/// One use: one block of right-hand sides. All that depends on where the vectors lie is done by `Vectors`.
+template <class Vectors>
+class Refinement {
+  using Scalar = typename Vectors::Value;
+
+ public:
+  Refinement(const Vectors& vectors, const SolveControls& controls)
+      : controls_(controls), vectors_(vectors), refinement_(vectors_, controls) {}
+
+  /// Leaves the best solution found in vectors.x; adds to `outcome` what it took. Goes on from what is in
+  /// vectors.x where that has been `begun`.
+  void run(SolveOutcome& outcome, bool begun = false) {
+    if (!begun) vectors_.inverse(vectors_.b(0), vectors_.x(0), vectors_.columns);
+    refinement_.measure();
+    refinement_.run();
+    for (Vertex j = 0; j < vectors_.columns; ++j) {
+      if (controls_.max_steps == 0) break;
+      if (fails(j)) refine_doubled(j);
+      if (fails(j)) accelerate(j);
+    }
+    outcome.backward_error = refinement_.worst_error();
+    outcome.refinement_steps = refinement_.steps() + further_steps_;
+    outcome.krylov_steps = krylov_steps_;
+    if (outcome.refinement_steps + krylov_steps_ > 0) outcome.time_ladder += refinement_.seconds();
+  }
+
+ private:
+  bool misses(Vertex j) { return error(j) > controls_.tolerance; }
+  bool fails(Vertex j) { return misses(j) && std::isfinite(error(j)); }
+  double& error(Vertex j) { return refinement_.error(j); }
+
   // As long as each correction is less than half of the one before.
-  void refine_doubled(Vertex j, std::vector<Scalar>& space) {
-    space.assign(static_cast<size_t>(n_), Scalar(0));
-    Scalar *const x = column(at_.x, j), *const d = column(at_.d, 0), *const low = space.data();
-    const double before = error_[j];
-    copy(x, column(at_.best, j));
+  void refine_doubled(Vertex j) {
+    Scalar *const x = vectors_.x(j), *const d = vectors_.d(0), *const low = vectors_.zeros();
+    const double before = error(j);
+    vectors_.copy(x, vectors_.best(j));
     double last = std::numeric_limits<double>::infinity();
-    for (int step = 0; step < controls_.max_steps && error_[j] > controls_.tolerance; ++step) {
-      doubled_(column(at_.b, j), x, low, d);
-      inverse_(d, d, 1);
-      ++refinement_steps_;
-      const double length = norm2(d);
+    for (int step = 0; step < controls_.max_steps && misses(j); ++step) {
+      vectors_.doubled(vectors_.b(j), x, low, d);
+      vectors_.inverse(d, d, 1);
+      ++further_steps_;
+      const double length = vectors_.norm2(d);
       if (!(length < 0.5 * last)) {
-        drop_noise(exec_, n_, d, x);
-        error_[j] = measure(j);
+        vectors_.drop_noise(d, x);
+        error(j) = vectors_.measure(j);
         break;
       }
       last = length;
-      add_doubled(exec_, n_, d, x, low);
-      error_[j] = measure(j);
+      vectors_.add_doubled(d, x, low);
+      error(j) = vectors_.measure(j);
     }
-    if (error_[j] < before) return;
-    copy(column(at_.best, j), x);
-    error_[j] = before;
+    if (error(j) < before) return;
+    vectors_.copy(vectors_.best(j), x);
+    error(j) = before;
   }
 
   // FGMRES for one column, each row of the residual measured by its size for the x at hand.
-  void accelerate(Vertex j, std::vector<Scalar>& space) {
-    space.resize(static_cast<size_t>(n_) * (2 * kKrylovDirections + 1));
-    Scalar* const basis = space.data();
-    Scalar* const directions = basis + static_cast<Offset>(n_) * (kKrylovDirections + 1);
-    for (int restart = 0; restart < kKrylovRestarts && error_[j] > controls_.tolerance; ++restart) {
-      const double before = error_[j];
-      residual_(column(at_.b, j), column(at_.x, j), column(at_.r, j), at_.size);
+  void accelerate(Vertex j) {
+    Scalar* const basis = vectors_.more(2 * kKrylovDirections + 1);
+    Scalar* const directions = basis + static_cast<Offset>(vectors_.n) * (kKrylovDirections + 1);
+    for (int restart = 0; restart < kKrylovRestarts && misses(j); ++restart) {
+      const double before = error(j);
+      vectors_.measure_rows(j);
       krylov_cycle(j, basis, directions);
-      for (int step = 0; step < 2 && error_[j] > controls_.tolerance; ++step) {
-        measure(j);
-        inverse_(column(at_.r, j), column(at_.d, 0), 1);
-        ++refinement_steps_;
-        improve(j, column(at_.d, 0));
+      for (int step = 0; step < 2 && misses(j); ++step) {
+        vectors_.measure(j);
+        vectors_.inverse(vectors_.r(j), vectors_.d(0), 1);
+        ++further_steps_;
+        refinement_.improve(j, 0);
       }
-      if (!(error_[j] < 0.5 * before)) break;
+      if (!(error(j) < 0.5 * before)) break;
     }
   }
 
@@ -190,35 +206,35 @@ class Refinement {
     std::vector<std::vector<Scalar>> h;  // columns of the Hessenberg matrix, already rotated
     std::vector<std::array<Scalar, 2>> rotations;
     std::vector<Scalar> rhs;
-    weigh(column(at_.r, j), basis, false);
-    const double norm = norm2(basis);
+    vectors_.weigh(vectors_.r(j), basis, false);
+    const double norm = vectors_.norm2(basis);
     if (!(norm > 0) || !std::isfinite(norm)) return;
-    scale(real(1 / norm), basis);
+    vectors_.scale(real(1 / norm), basis);
     rhs.push_back(real(norm));
     while (static_cast<Vertex>(h.size()) < kKrylovDirections) {
       const Offset k = static_cast<Offset>(h.size());
-      Scalar *v = basis + k * n_, *z = directions + k * n_, *w = v + n_;
-      weigh(v, column(at_.d, 0), true);
-      inverse_(column(at_.d, 0), z, 1);
+      Scalar *v = basis + k * vectors_.n, *z = directions + k * vectors_.n, *w = v + vectors_.n;
+      vectors_.weigh(v, vectors_.d(0), true);
+      vectors_.inverse(vectors_.d(0), z, 1);
       ++krylov_steps_;
-      residual_(nullptr, z, column(at_.d, 0), nullptr);  // -A z
-      weigh(column(at_.d, 0), w, false);
-      scale(Scalar(-1), w);
+      vectors_.residual(nullptr, z, vectors_.d(0), nullptr);  // -A z
+      vectors_.weigh(vectors_.d(0), w, false);
+      vectors_.scale(Scalar(-1), w);
       std::vector<Scalar> hessenberg(k + 2);
       for (int pass = 0; pass < 2; ++pass) {  // twice is enough (Giraud et al. 2005)
         for (Offset i = 0; i <= k; ++i) {
-          const Scalar product = dot(basis + i * n_, w);
+          const Scalar product = vectors_.dot(basis + i * vectors_.n, w);
           hessenberg[i] += product;
-          add(-product, basis + i * n_, w);
+          vectors_.add(-product, basis + i * vectors_.n, w);
         }
       }
-      const double length = norm2(w);
+      const double length = vectors_.norm2(w);
       if (!std::isfinite(length)) break;
       hessenberg[k + 1] = real(length);
       rotate(hessenberg, rotations, rhs);
       h.push_back(hessenberg);
       if (length == 0 || std::abs(rhs.back()) < kEnough * controls_.tolerance) break;
-      scale(real(1 / length), w);
+      vectors_.scale(real(1 / length), w);
     }
     apply_directions(j, h, rhs, directions);
   }
@@ -253,39 +269,22 @@ class Refinement {
       for (Offset k = i + 1; k < m; ++k) y[i] -= h[k][i] * y[k];
       y[i] = h[i][i] == Scalar(0) ? Scalar(0) : y[i] / h[i][i];
     }
-    const double before = error_[j];
-    copy(column(at_.x, j), column(at_.best, j));
-    for (Offset k = 0; k < m; ++k) add(y[k], directions + k * n_, column(at_.x, j));
-    error_[j] = measure(j);
-    if (!(error_[j] < before)) {
-      copy(column(at_.best, j), column(at_.x, j));
-      error_[j] = before;
+    const double before = error(j);
+    vectors_.copy(vectors_.x(j), vectors_.best(j));
+    for (Offset k = 0; k < m; ++k) vectors_.add(y[k], directions + k * vectors_.n, vectors_.x(j));
+    error(j) = vectors_.measure(j);
+    if (!(error(j) < before)) {
+      vectors_.copy(vectors_.best(j), vectors_.x(j));
+      error(j) = before;
     }
   }
 
   static Scalar real(double value) { return Scalar(static_cast<RealOf<Scalar>>(value)); }
 
-  Scalar* column(Scalar* block, Vertex j) const { return block + static_cast<Offset>(j) * n_; }
-
-  void copy(const Scalar* from, Scalar* to) const { copy_vector(exec_, n_, from, to); }
-  void add(Scalar factor, const Scalar* from, Scalar* to) const { add_vector(exec_, n_, factor, from, to); }
-  void scale(Scalar factor, Scalar* x) const { scale_vector(exec_, n_, factor, x); }
-  void weigh(const Scalar* from, Scalar* to, bool inverse) const {
-    weigh_vector(exec_, n_, at_.size, !inverse, from, to);
-  }
-  Scalar dot(const Scalar* a, const Scalar* b) const { return dot_product(exec_, n_, a, b); }
-  double norm2(const Scalar* a) const { return std::sqrt(std::abs(dot(a, a))); }
-
-  Exec exec_;
-  Vertex n_, columns_;
   SolveControls controls_;
-  RefinementVectors<Scalar> at_;
-  const Inverse& inverse_;
-  const Residual& residual_;
-  const DoubledResidual& doubled_;
-  std::array<double, kSolveColumns> error_{};
-  std::array<bool, kSolveColumns> open_{};
-  int refinement_steps_ = 0, krylov_steps_ = 0;
+  Vectors vectors_;
+  IterativeRefinement<Vectors> refinement_;
+  int further_steps_ = 0, krylov_steps_ = 0;
 };
 
 }  // namespace mfs

@@ -1,32 +1,54 @@
-// The first rungs of the ladder where the factors lie: a substitution, and iterative refinement while that
-// halves the error. One wait for the device a step.
+// The vectors of a solve in the memory of a device, as iterative refinement sees them
+// (accuracy/iterative_refinement.hpp): one part, and one wait for the device a step. What the host does where
+// a step has stalled is left to it.
 #pragma once
 
-#include <limits>
+#include <cmath>
 
-#include "accuracy/solve_controls.hpp"
+#include "accuracy/iterative_refinement.hpp"
 #include "kernels/factors.hpp"
-#include "ordering/stopwatch.hpp"
 
 namespace mfs {
 
-/// Of the block that `factors` were started with. `improved`: whether the last step made the solution better,
-/// so that it is worth going on from.
+/// Of the block that `factors` were started with.
+template <class Value>
+class ResidentVectors {
+ public:
+  ResidentVectors(ResidentFactors<Value>& factors, double tolerance)
+      : factors_(factors), tolerance_(tolerance) {}
+
+  Vertex parts() const { return 1; }
+  double measure(Vertex) { return factors_.backward_error(tolerance_); }
+  void correct(const Vertex*, Vertex) { factors_.correct(); }
+  // correct() has added it.
+  double add_correction(Vertex, Vertex) { return factors_.backward_error(tolerance_); }
+  double drop_remainders(Vertex, Vertex, double error) const { return error; }
+  // No other solution is held.
+  void take_back(Vertex) { lost_ = true; }
+
+  /// Whether the last step made the solution worse.
+  bool lost() const { return lost_; }
+
+ private:
+  ResidentFactors<Value>& factors_;
+  double tolerance_;
+  bool lost_ = false;
+};
+
+/// Of the block that `factors` were started with. `improved`: whether the solution is worth going on from.
 template <class Value>
 SolveOutcome refine_resident(ResidentFactors<Value>& factors, const SolveControls& controls, bool& improved) {
+  ResidentVectors<Value> vectors(factors, controls.tolerance);
+  IterativeRefinement<ResidentVectors<Value>> refinement(vectors, controls);
+  refinement.measure();
+  // A right-hand side that is not finite has not been refused yet.
+  const bool finite = std::isfinite(refinement.worst_error());
+  if (finite) refinement.run();
+  improved = finite && !vectors.lost();
   SolveOutcome outcome;
-  outcome.backward_error = factors.backward_error(controls.tolerance);
-  const Stopwatch refining;
-  double before = std::numeric_limits<double>::max();  // a first step for every finite error
-  while (outcome.backward_error > controls.tolerance && outcome.backward_error <= before / 2 &&
-         outcome.refinement_steps < controls.max_steps) {
-    factors.correct();
-    before = outcome.backward_error;
-    outcome.backward_error = factors.backward_error(controls.tolerance);
-    ++outcome.refinement_steps;
-  }
-  if (outcome.refinement_steps > 0) outcome.time_ladder = refining.seconds();
-  improved = outcome.backward_error < before;
+  outcome.backward_error = refinement.worst_error();
+  outcome.refinement_steps = refinement.steps();
+  if (refinement.steps() > 0) outcome.time_ladder = refinement.seconds();
   return outcome;
 }
 

@@ -1,5 +1,5 @@
-// The factors of one matrix in the memory of an executor, and what it can do with them: all that the accuracy
-// ladder knows of it. Everything that factor() needs is allocated when the factors are made.
+// The factors of one matrix in the memory of an executor. This interface is all that the accuracy ladder
+// knows of an executor. Everything that factor() needs is allocated when the factors are made.
 #pragma once
 
 #include <complex>
@@ -26,6 +26,15 @@ struct NumericBytes {
   Offset total() const { return factor + contribution + other + solve; }
 };
 
+/// What an executor makes of a symbolic plan before any number is known.
+template <class Product>
+struct Planned {
+  NumericBytes bytes;         // that the product will take where the factors lie
+  BlockFlops flops{0, 0, 0};  // of one factorization
+  /// Once. Throws OutOfMemory, std::bad_alloc.
+  std::function<std::unique_ptr<Product>()> make;
+};
+
 /// What factor() did, and the largest scaled entry of the matrix.
 struct Factored {
   FactorStatus status;
@@ -50,24 +59,23 @@ struct SolveBlock {
   const TransposedPattern* transposed = nullptr;  // solve with A^T, whose pattern this is
 };
 
-/// What factors in the memory of a device can do beside: take and give arrays of that memory, and hold the
-/// vectors of a solve there. `stream` is a stream of the caller; what was put into it before is waited for on
-/// the device. Calls return when their work is done, but for start and correct, whose end backward_error
-/// waits for.
+/// Factors in the memory of a device also copy arrays of that memory, and hold the vectors of a solve there.
+/// `stream` is a stream of the caller; what was put into it before is waited for on the device. Calls return
+/// when their work is done. Only start and correct return before, and backward_error waits for their end.
 template <class Value>
 class ResidentFactors {
  public:
   virtual ~ResidentFactors() = default;
-  /// Takes the values, by slot of the pattern, for the next factor(); false if one of them is not finite.
+  /// Takes the values, by slot of the pattern, for the next factor(). False if one of them is not finite.
   virtual bool take_values(const Value* values, void* stream) = 0;
-  /// Copies of `columns` columns of `rows` entries, device to host and back.
+  /// Copy `columns` columns of `rows` entries, from the device to the host and back.
   virtual void download(const Value* from, Offset ld, Offset rows, Vertex columns, Value* to,
                         void* stream) = 0;
   virtual void upload(const Value* from, Offset rows, Vertex columns, Value* to, Offset ld, void* stream) = 0;
 
-  /// Vectors of its own: x = approximately A^-1 b. The block's arrays lie on the device and are used until
-  /// the next start; where the block is the host's (start_from_host, leading dimensions n), its solution
-  /// comes there.
+  /// x = approximately A^-1 b, in vectors of the factors' own. The arrays of the block lie on the device and
+  /// are used until the next start. Those of start_from_host lie on the host with leading dimensions n, and
+  /// the solution is copied there.
   virtual void start(const SolveBlock<Value>& block, double row_floor, void* stream) = 0;
   virtual void start_from_host(const SolveBlock<Value>& block, double row_floor) = 0;
   /// The worst componentwise backward error of x. Where it is at most `bound`, x goes to its place in the
@@ -84,41 +92,41 @@ class Factors {
  public:
   virtual ~Factors() = default;
 
-  /// A's values in the order of the pattern's slots and its scales, in memory of the host, to be filled
-  /// before factor().
+  /// Places on the host for A's values by slot of the pattern (nnz), and for its scales (n each), to be
+  /// filled before factor().
   virtual Value* matrix_values() = 0;
   virtual double* row_scale() = 0;
   virtual double* column_scale() = 0;
-  /// The same for reading only; values that came from a device are brought first.
+  /// The same for reading. Values that came from a device are copied to the host first.
   virtual HostMatrix<Value> matrix() = 0;
 
-  /// Factors the matrix; a pivot below tolerance times the largest scaled entry is perturbed. `progress` (may
-  /// be empty) is told the fraction of the operations done after each depth.
+  /// Factors the matrix. A pivot below tolerance times the largest scaled entry is perturbed. `progress`,
+  /// which may be empty, is called with the fraction of the operations that is done after each depth.
   virtual Factored factor(double tolerance, const std::function<void(double)>& progress) = 0;
 
   /// to = approximately A^-1 from (A^-T with `transposed`), scaling and permutation included: n x columns in
   /// memory of the host and in the caller's numbering. They may be the same array.
   virtual void apply_inverse(const Value* from, Value* to, Vertex columns, bool transposed) = 0;
-  /// Makes room for what apply_inverse needs for so many columns (std::bad_alloc, OutOfMemory): there is room
-  /// for one.
+  /// Takes the memory that apply_inverse needs for so many columns. From the start there is room for one.
+  /// Throws std::bad_alloc, OutOfMemory.
   virtual void make_room(Vertex columns) = 0;
-  /// Columns that many right-hand sides are best taken by: fewer than kSolveColumns where the vectors of so
-  /// many would need much memory beside the factors.
+  /// The number of columns by which many right-hand sides should be solved for. It is less than kSolveColumns
+  /// where the vectors of so many would need much memory beside the factors.
   virtual Vertex columns_at_once() const { return kSolveColumns; }
   /// Memory of the host for vectors that apply_inverse is given. Throws std::bad_alloc.
   virtual std::shared_ptr<char> host_vectors(Offset bytes) const = 0;
 
-  /// What factor() did to the pivots, by position: the row of its pivot block that came there, counted from
-  /// the block's first, and what was added.
+  /// What factor() did to the pivot at a position: the row of its pivot block that came there, counted from
+  /// the block's first, and the number that was added to the pivot.
   virtual Vertex local_row(Vertex position) const = 0;
   virtual Value pivot_shift(Vertex position) const = 0;
   /// pivots[0 ... n-1] = the pivots by position, as they are in the factors.
   virtual void diagonal_pivots(std::complex<double>* pivots) const = 0;
 
-  /// Where the factors lie, and how many bytes they take there, with all that is in use beside.
+  /// Where the factors lie, and the bytes that they and all that goes with them take there.
   virtual MemorySpace memory() const = 0;
   virtual Offset bytes() const = 0;
-  /// Null where that is the host.
+  /// Null where the factors lie on the host.
   virtual ResidentFactors<Value>* resident() { return nullptr; }
 };
 

@@ -12,9 +12,14 @@ namespace {
 
 Options options_for(Place place, int threads) {
   Options options;
-  options.backend = place == Place::device ? Backend::cuda : Backend::openmp;
   options.threads = threads;
-  return options;
+  if (place != Place::device) return options;
+  for (const Backend backend : backends()) {
+    if (backend_info(backend).memory != MemorySpace::device) continue;
+    options.backend = backend;
+    return options;
+  }
+  throw BackendError("MFS", 0, "no backend has a device here");
 }
 
 class MfsCandidate : public Candidate {

@@ -37,6 +37,7 @@ struct ProductTask {
   Vertex m, n, k;
   Vertex lda, ldb, ldc;
   Vertex first_tile;  // in its launch
+  Vertex padding;     // of the m rows: those that only align the next column
 };
 
 /// The diagonal tile of a front at its pivot k, and the strips beside it: of the block column, where `left`,

@@ -126,13 +126,13 @@ void StepLists::add_products(Vertex f, Vertex k, Vertex next, Span down, Span ri
     const Vertex end = down.end == plan_.rows(f) ? leading : down.end;
     products.push_back({lower + down.begin + k * ld, lower + k + own.begin * ld,
                         lower + down.begin + own.begin * ld, end - down.begin, own.length(), s, leading,
-                        leading, leading, 0});
+                        leading, leading, 0, end - down.end});
   }
   const Span border{std::max(right.begin, p), right.end}, pivots{down.begin, std::min(down.end, p)};
   if (border.length() > 0 && pivots.length() > 0) {
     const Offset first = static_cast<Offset>(border.begin - p) * p;
     products.push_back({lower + pivots.begin + k * ld, upper + k + first, upper + pivots.begin + first,
-                        pivots.length(), border.length(), s, leading, p, p, 0});
+                        pivots.length(), border.length(), s, leading, p, p, 0, 0});
   }
 }
 
@@ -176,8 +176,9 @@ void StepLists::list_update() {
     const Vertex p = plan_.pivots(f), b = plan_.border_rows(f);
     if (b == 0 || p == 0) continue;
     const Vertex leading = plan_.lower_ld(f), ldc = plan_.contribution_ld(f);
-    products.push_back({plan_.lower_begin[f] + p, plan_.upper_begin[f], plan_.contribution_begin[f],
-                        std::min(leading - p, ldc), b, p, leading, p, ldc, 0});
+    const Vertex down = std::min(leading - p, ldc);
+    products.push_back({plan_.lower_begin[f] + p, plan_.upper_begin[f], plan_.contribution_begin[f], down, b,
+                        p, leading, p, ldc, 0, down - b});
   }
   products_.add(products, depth_->update, Order::sequential);
 }

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include <mfs/options.hpp>
+#include <mfs/version.hpp>
 
 #include "accuracy/factorization.hpp"
 
@@ -16,6 +17,8 @@ namespace mfs {
 class BackendRules {
  public:
   virtual ~BackendRules() = default;
+  /// As the function backend_info() says.
+  virtual BackendInfo info() const = 0;
   /// Whether this build and this machine have it.
   virtual bool present() const { return true; }
   /// Throws InvalidInput for an option that it cannot obey, BackendError unless it is present.
@@ -37,14 +40,10 @@ class BackendFor : public BackendRules {
  public:
   /// What it may load beside the analysis of a matrix with this pattern. The future ends when that has.
   virtual std::future<void> load_beside(bool single_precision, const Pattern& pattern) const;
-  /// Bytes that make() will take where the factors lie; inside Engine::run.
-  virtual Offset bytes_needed(bool single_precision, const SymbolicPlan& plan, const Pattern& pattern) const;
-  /// The factors of a plan and the ladder over them. Throws OutOfMemory before it takes what is not there.
-  /// Inside Engine::run, with `threads` the number given there.
-  virtual std::unique_ptr<Factorization<Scalar>> make(bool single_precision,
-                                                      std::shared_ptr<const SymbolicPlan> plan,
-                                                      std::shared_ptr<const Pattern> pattern,
-                                                      int threads) const = 0;
+  /// The factors of a plan and the ladder over them. `make` throws OutOfMemory before it takes what is not
+  /// there, and is called inside Engine::run with `threads`.
+  virtual Planned<Factorization<Scalar>> plan(bool single_precision, std::shared_ptr<const SymbolicPlan> plan,
+                                              std::shared_ptr<const Pattern> pattern, int threads) const = 0;
 };
 
 template <class Scalar>

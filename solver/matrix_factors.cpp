@@ -4,6 +4,7 @@
 #include <complex>
 #include <future>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <mfs/error.hpp>
@@ -29,8 +30,10 @@ void MatrixFactors<Scalar>::analyze(const CsrView<Scalar>& a) {
     loading = backend_.load_beside(report_.single_precision, pattern);
   };
   phases_.run_analysis("matching", [&] {
-    analysis_ = analyze_matrix(a, options_.analysis, backend_.assembly_turns(), phases_.analysis_threads(),
-                               progress(), begin_loading);
+    Analysis analysis = analyze_matrix(a, options_.analysis, backend_.assembly_turns(),
+                                       phases_.analysis_threads(), progress(), begin_loading);
+    plan_numeric(analysis);
+    analysis_ = std::move(analysis);
   });
   analyzed_with_values_ = a.values != nullptr;
   report_analysis();
@@ -129,6 +132,7 @@ void MatrixFactors<Scalar>::forget() {
   factored_ = refactored_ = drifted_ = false;
   usual_effort_ = 0;
   rematches_ = 0;
+  planned_ = {};
   numeric_.reset();
   transposed_pattern_.reset();
   analysis_.reset();
@@ -146,17 +150,16 @@ void MatrixFactors<Scalar>::reset_report() {
 template <class Scalar>
 void MatrixFactors<Scalar>::report_analysis() {
   const SymbolicPlan& plan = *analysis_->plan;
-  const NumericBytes bytes = factor_bytes(plan);
   report_.n = plan.n;
   report_.nnz = plan.nnz;
   report_.matched = analysis_->matched.matched;
   report_.nnz_factor = plan.nnz_factor;
-  report_.flops = {plan.flops.getrf, plan.flops.trsm, plan.flops.gemm};
+  report_.flops = {planned_.flops.getrf, planned_.flops.trsm, planned_.flops.gemm};
   report_.fronts = plan.num_fronts;
   report_.depths = plan.num_depths;
   report_.max_front = plan.max_front;
-  report_.bytes_factor = bytes.factor;
-  report_.bytes_peak = bytes.total();
+  report_.bytes_factor = planned_.bytes.factor;
+  report_.bytes_peak = planned_.bytes.total();
   report_.time_order = analysis_->time_order;
   report_.time_symbolic = analysis_->time_symbolic;
   if (phases_.logs(2)) {
@@ -167,16 +170,26 @@ void MatrixFactors<Scalar>::report_analysis() {
 }
 
 template <class Scalar>
-NumericBytes MatrixFactors<Scalar>::factor_bytes(const SymbolicPlan& plan) const {
-  return numeric_bytes(plan, report_.single_precision ? sizeof(Narrow<Scalar>) : sizeof(Scalar),
-                       sizeof(Scalar));
+Planned<Factorization<Scalar>> MatrixFactors<Scalar>::planned_for(
+    std::shared_ptr<const SymbolicPlan> plan, std::shared_ptr<const Pattern> pattern) const {
+  return backend_.plan(report_.single_precision, std::move(plan), std::move(pattern), phases_.threads());
+}
+
+// What the executor makes of the plan counts as a part of the symbolic phase.
+template <class Scalar>
+void MatrixFactors<Scalar>::plan_numeric(Analysis& analysis) {
+  const Stopwatch watch;
+  planned_ = planned_for(analysis.plan, analysis.pattern);
+  analysis.time_symbolic += watch.seconds();
 }
 
 template <class Scalar>
 void MatrixFactors<Scalar>::make_numeric() {
   std::unique_ptr<Factorization<Scalar>> made;
   phases_.run("factor", [&] {
-    made = backend_.make(report_.single_precision, analysis_->plan, analysis_->pattern, phases_.threads());
+    if (!planned_.make) planned_ = planned_for(analysis_->plan, analysis_->pattern);
+    const auto planned = std::exchange(planned_, {});  // good once
+    made = planned.make();
   });
   numeric_ = std::move(made);
   use_scales(analysis_->matched.row_scale, analysis_->matched.column_scale);
@@ -312,6 +325,7 @@ void MatrixFactors<Scalar>::enlarge_pivot_blocks() {
 template <class Scalar>
 bool MatrixFactors<Scalar>::merge_failed_fronts(double allowed_flops) {
   std::shared_ptr<const SymbolicPlan> plan;
+  Planned<Factorization<Scalar>> planned;
   bool fits = false;
   phases_.run("symbolic", [&] {
     const SeparatorTree tree = merge_into_parents(*analysis_->plan, numeric_->failed_fronts());
@@ -320,18 +334,20 @@ bool MatrixFactors<Scalar>::merge_failed_fronts(double allowed_flops) {
                            options_.analysis.max_block_size, phases_.threads(), backend_.assembly_turns()));
     const bool cheap =
         plan->num_fronts != analysis_->plan->num_fronts && plan->flops.total() <= allowed_flops;
-    fits = cheap && static_cast<std::size_t>(backend_.bytes_needed(
-                        report_.single_precision, *plan, *analysis_->pattern)) <= backend_.available_memory();
+    if (!cheap) return;
+    planned = planned_for(plan, analysis_->pattern);
+    fits = static_cast<std::size_t>(planned.bytes.total()) <= backend_.available_memory();
   });
   if (!fits) return false;
   analysis_->plan = std::move(plan);
+  planned_ = std::move(planned);
   ++report_.reanalyses;
   return true;
 }
 
 // Pivots large enough to pass can still be small beside their border, and then the factors grow. Factors
-// once with every pivot judged by its border, as threshold pivoting does (tolerance 1: the largest entry),
-// and merges the fronts that have no better ones. False where nothing is left to merge.
+// once with every pivot compared with its border, as threshold pivoting does (tolerance 1: the largest
+// entry), and merges the fronts that have no better ones. False where nothing is left to merge.
 template <class Scalar>
 bool MatrixFactors<Scalar>::strengthen() {
   constexpr double kGrowth = 4, kFree = 2e10;  // a second, against a refusal
@@ -358,6 +374,7 @@ void MatrixFactors<Scalar>::replace_numeric() {
     const Scalar* held = old->factors().matrix().values;
     values.assign(held, held + analysis_->pattern->nnz());
     old.reset();
+    if (!planned_.make) plan_numeric(*analysis_);
   });
   report_analysis();
   make_numeric();

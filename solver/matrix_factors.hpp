@@ -69,11 +69,13 @@ class MatrixFactors {
   void forget();
   void reset_report();
   void report_analysis();
-  NumericBytes factor_bytes(const SymbolicPlan& plan) const;
   PhaseProgress progress() const {
     return [this](const char* phase, double fraction) { phases_.tell(phase, fraction); };
   }
 
+  Planned<Factorization<Scalar>> planned_for(std::shared_ptr<const SymbolicPlan> plan,
+                                             std::shared_ptr<const Pattern> pattern) const;
+  void plan_numeric(Analysis& analysis);
   void make_numeric();
   void use_scales(const std::vector<double>& row, const std::vector<double>& column);
   void begin_values();
@@ -97,6 +99,7 @@ class MatrixFactors {
   Report& report_;
   std::optional<Analysis> analysis_;
   bool analyzed_with_values_ = false;
+  Planned<Factorization<Scalar>> planned_;  // what numeric_ is made of; empty once it is
   std::unique_ptr<Factorization<Scalar>> numeric_;
   std::optional<TransposedPattern> transposed_pattern_;
   bool factored_ = false;

@@ -9,6 +9,8 @@
 #include <cstring>
 #include <limits>
 
+#include "kernels/runtime/control_groups.hpp"
+
 namespace mfs {
 
 namespace {
@@ -46,14 +48,12 @@ std::size_t difference(std::size_t limit, std::size_t used) {
 std::size_t available_host_memory() {
   const std::size_t kilobytes = read_number("/proc/meminfo", "MemAvailable:", kUnlimited / 1024);
   const std::size_t machine = kilobytes * 1024;
-  const std::size_t group = difference(read_number("/sys/fs/cgroup/memory.max", "", kUnlimited),
-                                       read_number("/sys/fs/cgroup/memory.current", "", 0));
   rlimit address_space{};
   std::size_t process = kUnlimited;
   if (getrlimit(RLIMIT_AS, &address_space) == 0 && address_space.rlim_cur != RLIM_INFINITY) {
     process = difference(address_space.rlim_cur, read_number("/proc/self/statm", "", 0) * 4096);
   }
-  return std::min({machine, group, process});
+  return std::min({machine, group_memory(), process});
 }
 
 }  // namespace mfs

@@ -8,6 +8,8 @@
 #include <cstdlib>
 #include <string>
 
+#include "kernels/runtime/control_groups.hpp"
+
 namespace mfs {
 
 namespace {
@@ -113,7 +115,8 @@ int share_of_processors(int own, int launchers, int ranks) {
 int node_share(int own) {
   const LocalRanks ranks = local_ranks();
   if (ranks.count == 1) return own;
-  return share_of_processors(own, processors_of(launcher_of(ranks.variable)), ranks.count);
+  const int launchers = processors_of(launcher_of(ranks.variable)), quota = processor_quota();
+  return share_of_processors(own, quota > 0 ? std::min(launchers, quota) : launchers, ranks.count);
 }
 
 }  // namespace mfs

@@ -42,6 +42,10 @@ std::vector<DeviceInfo> devices() {
   return found;
 }
 
+BackendInfo backend_info(Backend backend) {
+  return rules_of(backend).info();
+}
+
 std::string better_blas_kernels() {
   return blas::better_kernels();
 }

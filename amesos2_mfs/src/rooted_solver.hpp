@@ -98,8 +98,10 @@ class RootedSolver {
   /// columns, where they differ from those of the load. Throws PatternChanged, with the global id of the row.
   void load_values(const LocalRows& rows, const std::vector<std::int64_t>* column_ids = nullptr);
 
-  /// Whether the solver can read and write arrays on the device: on one rank, with Backend::cuda.
-  bool takes_device_arrays() const { return one_rank() && options_.backend == Backend::cuda; }
+  /// Whether the solver can read and write arrays on the device: on one rank, with factors there.
+  bool takes_device_arrays() const {
+    return one_rank() && backend_info(options_.backend).memory == MemorySpace::device;
+  }
   /// The same for values: they replace others.
   bool takes_device_values() const { return takes_device_arrays() && solver_ && solver_->factored(); }
   /// As load_values, for a pattern that the caller knows to be that of the last load().

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include <mfs/error.hpp>
+#include <mfs/version.hpp>
 
 #include "dae/integrator/bdf.hpp"
 #include "dae/integrator/condensed_newton.hpp"
@@ -273,7 +274,7 @@ class Integrator::Impl {
     for (auto* state : {&state_, &next_}) *state = StepState();
     relation_ = StepRelation();
     for (auto* array : {&weights_, &scale_there_, &last_lambda_, &lambda_}) *array = Array<double>();
-    if (options_.backend == Backend::cuda) {
+    if (backend_info(options_.backend).memory == MemorySpace::device) {
       executor_ = std::make_unique<Executor>(Executor::Place::device, options_.threads);
       remote_ = system_->remote_residual(*executor_);
     }

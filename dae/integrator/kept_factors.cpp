@@ -10,6 +10,7 @@
 #include <Thyra_LinearOpWithSolveFactoryHelpers.hpp>
 #include <Thyra_TpetraThyraWrappers.hpp>
 #include <Tpetra_CrsMatrix.hpp>
+#include <mfs/version.hpp>
 
 #include "dae/integrator/composition.hpp"
 #include "dae/integrator/executor_vector.hpp"
@@ -30,18 +31,9 @@ using MfsSolver = Amesos2::MFS<Matrix, Tpetra::MultiVector<double>>;
 
 /// Relative residual at which FGMRES stops. Rows of the matrix differ in size, so it has to be small.
 constexpr double kKrylovTolerance = 1e-8;
-/// A solve takes for an entry of the factors the time that a factorization takes for this many flops, by the
-/// tables in docs/experiments: 103 to 115 on an H200, about 40 on a host with BLAS kernels that suit its
-/// processor.
-double flops_per_entry(Backend backend) {
-  return backend == Backend::cuda ? 100.0 : 40.0;
-}
-/// The same for an entry of the matrix, by which FGMRES multiplies on one core of the host (Debian's
-/// Trilinos): about 1.5 ns, in which a core does some 40 flops of a factorization, eight cores 300 and an
-/// H200 15 000. Not by the number of threads, on which no result depends.
-double flops_per_matrix_entry(Backend backend) {
-  return backend == Backend::serial ? 40.0 : backend == Backend::openmp ? 300.0 : 15000.0;
-}
+/// Seconds that FGMRES takes for an entry of the matrix, by which it multiplies on one core of the host
+/// (Debian's Trilinos).
+constexpr double kSecondsPerMatrixEntry = 1.5e-9;
 
 RCP<Factory> make_strategy(const std::string& type, const Teuchos::ParameterList& parameters) {
   Stratimikos::DefaultLinearSolverBuilder builder;
@@ -181,9 +173,10 @@ class KeptSolve : public Thyra::LinearOpWithSolveBase<double> {
     solves_.time_analysis += analysis;
     solves_.time_factor += seconds - analysis;
     solves_.bytes = report.bytes_used;
-    krylov_budget_ =
-        report.flops.total() / (flops_per_entry(report.backend) * static_cast<double>(report.nnz_factor) +
-                                flops_per_matrix_entry(report.backend) * static_cast<double>(report.nnz));
+    const BackendInfo backend = backend_info(report.backend);
+    krylov_budget_ = report.flops.total() /
+                     (backend.flops_per_entry * static_cast<double>(report.nnz_factor) +
+                      kSecondsPerMatrixEntry * backend.factor_rate * static_cast<double>(report.nnz));
   }
   /// Of FGMRES with the next matrix, if that is like those before; at least, where none was tried.
   double expected_steps() const {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include <mfs/error.hpp>
+#include <mfs/version.hpp>
 
 #include "dae/mechanics/divided_residual.hpp"
 
@@ -44,7 +45,8 @@ BlockSet constant_blocks_of(const LocalStructure& structure) {
 Multibody::Multibody(Groups groups, std::vector<BodyCoordinates> bodies, int coordinates, int threads,
                      Backend backend)
     : groups_(std::move(groups)), bodies_(std::move(bodies)), n_(coordinates), threads_(threads) {
-  const std::set<int> on_device = backend == Backend::cuda ? make_device_forces() : std::set<int>{};
+  const bool device = backend_info(backend).memory == MemorySpace::device;
+  const std::set<int> on_device = device ? make_device_forces() : std::set<int>{};
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     structure_.push_back(on_device.count(static_cast<int>(g)) > 0 ? kNothing : groups_[g]->structure());
     blocks_.push_back(blocks_of(*groups_[g], structure_.back()));

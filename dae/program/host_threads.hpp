@@ -7,21 +7,22 @@
 
 #include <algorithm>
 
-#include <mfs/options.hpp>
+#include <mfs/version.hpp>
 
 namespace mfs::dae {
 
-/// For each of the two teams where `asked` threads are wanted; 0: all. With Backend::cuda, whose loops on the
-/// host are short, both fit on the processors; the factorizations of other backends are worth all of them.
+/// For each of the two teams where `asked` threads are wanted; 0: all. Of a backend with a device, whose
+/// loops on the host are short, both fit on the processors; the factorizations of other backends are worth
+/// all of them.
 inline int host_threads(int asked, Backend backend, int processors) {
-  if (backend != Backend::cuda) return asked;
+  if (backend_info(backend).memory == MemorySpace::host) return asked;
   const int most = std::max(processors / 2, 1);
   return asked > 0 ? std::min(asked, most) : most;
 }
 
 /// For the analysis of a matrix, while which the integrator's team has nothing to do; 0: as many as above.
 inline int analysis_threads(int asked, Backend backend, int processors) {
-  if (backend != Backend::cuda) return 0;
+  if (backend_info(backend).memory == MemorySpace::host) return 0;
   return asked > 0 ? std::min(asked, processors) : processors;
 }
 

@@ -16,13 +16,6 @@ namespace mfs::cuda {
 
 namespace {
 
-template <class Value, class Scalar>
-std::unique_ptr<Factors<Value>> make(std::shared_ptr<const SymbolicPlan> plan,
-                                     std::shared_ptr<const Pattern> pattern) {
-  Engine::use_cuda();
-  return make_factors<Value, Scalar>(std::move(plan), std::move(pattern));
-}
-
 /// A product that the plans of devices give to the library (place_products), with the numbers S.
 template <class S>
 void make_product() {
@@ -110,24 +103,21 @@ std::future<void> load_library(bool single_precision, const Pattern& pattern) {
 }
 
 template <class Value>
-std::unique_ptr<Factors<Value>> make_cuda_factors(bool single_precision,
-                                                  std::shared_ptr<const SymbolicPlan> plan,
-                                                  std::shared_ptr<const Pattern> pattern) {
-  if (single_precision) return make<Value, Narrow<Value>>(std::move(plan), std::move(pattern));
-  return make<Value, Value>(std::move(plan), std::move(pattern));
+Planned<Factors<Value>> plan_cuda_factors(bool single_precision, std::shared_ptr<const SymbolicPlan> plan,
+                                          std::shared_ptr<const Pattern> pattern) {
+  Planned<Factors<Value>> planned = single_precision ? plan_factors<Value, Narrow<Value>>(plan, pattern)
+                                                     : plan_factors<Value, Value>(plan, pattern);
+  planned.make = [make = planned.make] {
+    Engine::use_cuda();
+    return make();
+  };
+  return planned;
 }
 
-template <class Value>
-Offset device_bytes(bool single_precision, const SymbolicPlan& plan, const Pattern& pattern) {
-  return single_precision ? bytes_of_factors<Value, Narrow<Value>>(plan, pattern)
-                          : bytes_of_factors<Value, Value>(plan, pattern);
-}
-
-#define MFS_INSTANTIATE(Value)                                                    \
-  template Offset device_bytes<Value>(bool, const SymbolicPlan&, const Pattern&); \
-  template std::future<void> load_library<Value>(bool, const Pattern&);           \
-  template std::unique_ptr<Factors<Value>> make_cuda_factors<Value>(              \
-      bool, std::shared_ptr<const SymbolicPlan>, std::shared_ptr<const Pattern>);
+#define MFS_INSTANTIATE(Value)                                                                         \
+  template std::future<void> load_library<Value>(bool, const Pattern&);                                \
+  template Planned<Factors<Value>> plan_cuda_factors<Value>(bool, std::shared_ptr<const SymbolicPlan>, \
+                                                            std::shared_ptr<const Pattern>);
 MFS_INSTANTIATE(float)
 MFS_INSTANTIATE(double)
 MFS_INSTANTIATE(std::complex<float>)

@@ -38,14 +38,10 @@ std::size_t available_device_memory();
 template <class Value>
 std::future<void> load_library(bool single_precision, const Pattern& pattern);
 
-/// Bytes of device memory that factors of this plan will take, those of the vendor's libraries left out.
+/// The launches for the factors of this plan on the present device. What the vendor's libraries take is left
+/// out of the bytes. `make` is as make_host_factors, and throws OutOfMemory(device) and BackendError as well.
 template <class Value>
-Offset device_bytes(bool single_precision, const SymbolicPlan& plan, const Pattern& pattern);
-
-/// As make_host_factors; throws OutOfMemory(device) and BackendError as well.
-template <class Value>
-std::unique_ptr<Factors<Value>> make_cuda_factors(bool single_precision,
-                                                  std::shared_ptr<const SymbolicPlan> plan,
-                                                  std::shared_ptr<const Pattern> pattern);
+Planned<Factors<Value>> plan_cuda_factors(bool single_precision, std::shared_ptr<const SymbolicPlan> plan,
+                                          std::shared_ptr<const Pattern> pattern);
 
 }  // namespace mfs::cuda

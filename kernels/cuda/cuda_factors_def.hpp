@@ -25,11 +25,12 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   using V = DeviceScalar<Value>;
 
  public:
-  CudaFactors(std::shared_ptr<const SymbolicPlan> plan_of, std::shared_ptr<const Pattern> pattern)
+  CudaFactors(std::shared_ptr<const SymbolicPlan> plan_of, std::shared_ptr<const Pattern> pattern,
+              DevicePlan lists)
       : plan_(std::move(plan_of)),
         pattern_(std::move(pattern)),
         exec_(stream_.get()),
-        stages_(plan(), *pattern_, stream_) {
+        stages_(plan(), *pattern_, stream_, std::move(lists)) {
     const Offset n = plan().n;
     ArenaLayout layout;
     const Offset values = layout.add(plan().nnz * sizeof(Value)), row_scale = layout.add(n * sizeof(double)),
@@ -43,9 +44,17 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
     status_ = host_->template at<DeviceStatus>(status);
     make_room(1);
     const Offset most = std::max(kLittle, plan().factor_entries * static_cast<Offset>(sizeof(S)) / kShare);
-    columns_at_once_ = std::min(
-        stages_.most_columns(),
-        VectorLayout(stages_, n, kSolveColumns).beside.total() <= most ? kSolveColumns : kFewColumns);
+    columns_at_once_ =
+        std::min(stages_.most_columns(),
+                 VectorLayout(plan(), stages_.lists(), kSolveColumns).beside.total() <= most ? kSolveColumns
+                                                                                             : kFewColumns);
+  }
+
+  /// What these factors will take.
+  static NumericBytes bytes_for(const SymbolicPlan& plan, const Pattern& pattern, const DevicePlan& lists) {
+    NumericBytes bytes = DeviceStages<S, V>::bytes_for(plan, pattern, lists);
+    bytes.solve = bytes_of(plan, 1) + VectorLayout(plan, lists, 1).beside.total();
+    return bytes;
   }
 
   Value* matrix_values() override {
@@ -69,11 +78,12 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   Factored factor(double tolerance, const std::function<void(double)>& progress) override {
     pivots_read_ = false;
     send_matrix();
+    done_ = {0, 0, 0};
     find_factors(tolerance);
     FactorStatus status = status_->pivots;
-    status.getrf = plan().flops.getrf;
-    status.trsm = plan().flops.trsm;
-    status.gemm = plan().flops.gemm;
+    status.getrf = done_.getrf;
+    status.trsm = done_.trsm;
+    status.gemm = done_.gemm;
     if (progress) progress(1.0);
     return {status, status_->largest};
   }
@@ -173,9 +183,10 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
  private:
   const SymbolicPlan& plan() const { return *plan_; }
   /// Of so many columns of right-hand sides or solutions.
-  Offset bytes_of(Vertex columns) const {
-    return static_cast<Offset>(plan().n) * columns * static_cast<Offset>(sizeof(Value));
+  static Offset bytes_of(const SymbolicPlan& plan, Vertex columns) {
+    return static_cast<Offset>(plan.n) * columns * static_cast<Offset>(sizeof(Value));
   }
+  Offset bytes_of(Vertex columns) const { return bytes_of(plan(), columns); }
 
   void send_matrix() {
     const Offset n = plan().n;
@@ -246,6 +257,9 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
       if (!graph.recorded()) graph.record(stream_, [&] { stages_.factor(tolerance, where); });
       graph.launch(stream_);
     }
+    done_.getrf += stages_.flops(where).getrf;
+    done_.trsm += stages_.flops(where).trsm;
+    done_.gemm += stages_.flops(where).gemm;
     stream_.to_host(status_, stages_.status(), sizeof(DeviceStatus));
     stream_.synchronize();
     return *status_;
@@ -353,9 +367,11 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
     };
     Place border, partial, error, v, y, x;
 
-    VectorLayout(const DeviceStages<S, V>& stages, Offset n, Offset width) : free_(stages.spare_bytes()) {
-      border = add(stages.border_rows() * width * sizeof(S));
-      partial = add(stages.partial_rows() * width * sizeof(S));
+    VectorLayout(const SymbolicPlan& plan, const DevicePlan& lists, Offset width)
+        : free_(DeviceStages<S, V>::spare_bytes(plan)) {
+      const Offset n = plan.n;
+      border = add(DeviceStages<S, V>::border_rows(lists) * width * sizeof(S));
+      partial = add(DeviceStages<S, V>::partial_rows(lists) * width * sizeof(S));
       error = add((1 + kSolveColumns) * sizeof(double));
       v = add(n * width * sizeof(S));
       y = add(n * width * sizeof(S));
@@ -374,7 +390,7 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
 
   void make_vectors(Vertex width) {
     if (width <= width_) return;
-    const VectorLayout layout(stages_, plan().n, width);
+    const VectorLayout layout(plan(), stages_.lists(), width);
     auto beside = std::make_unique<DeviceArena>(layout.beside.total());
     const auto at = [&](const typename VectorLayout::Place& place) {
       return place.in_spare ? static_cast<char*>(stages_.spare()) + place.at
@@ -437,8 +453,9 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   double* error_;
   DeviceStatus* status_;
   bool scales_sent_ = false, values_sent_ = false, values_here_ = true, warm_ = false;
-  Fallback strict_;         // some front is, else none
-  Fallback pivoted_roots_;  // those that the vendor's LAPACK could have are factored by tiles
+  BlockFlops done_{0, 0, 0};  // by the present factorization and those that it had to repeat
+  Fallback strict_;           // some front is, else none
+  Fallback pivoted_roots_;    // those that the vendor's LAPACK could have are factored by tiles
   Event foreign_;
   Graph graph_[3], solve_graph_[2][3];  // by PivotSearch; by transposed, by width
   double graph_tolerance_ = 0;
@@ -456,16 +473,13 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
 };
 
 template <class Value, class Scalar>
-Offset bytes_of_factors(const SymbolicPlan& plan, const Pattern& pattern) {
-  using V = DeviceScalar<Value>;
-  return DeviceStages<DeviceScalar<Scalar>, V>::bytes_for(plan, pattern) +
-         plan.n * static_cast<Offset>(sizeof(V));  // a right-hand side
-}
-
-template <class Value, class Scalar>
-std::unique_ptr<Factors<Value>> make_factors(std::shared_ptr<const SymbolicPlan> plan,
-                                             std::shared_ptr<const Pattern> pattern) {
-  return std::make_unique<CudaFactors<Value, Scalar>>(std::move(plan), std::move(pattern));
+Planned<Factors<Value>> plan_factors(std::shared_ptr<const SymbolicPlan> plan,
+                                     std::shared_ptr<const Pattern> pattern) {
+  using Made = CudaFactors<Value, Scalar>;
+  const auto lists =
+      std::make_shared<DevicePlan>(DeviceStages<DeviceScalar<Scalar>, DeviceScalar<Value>>::lists_for(*plan));
+  return {Made::bytes_for(*plan, *pattern, *lists), count_flops(*plan, *lists, true).done,
+          [=] { return std::make_unique<Made>(plan, pattern, std::move(*lists)); }};
 }
 
 }  // namespace mfs::cuda

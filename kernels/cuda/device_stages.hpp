@@ -11,7 +11,7 @@
 #include "kernels/dense/device_blas.hpp"
 #include "kernels/dense/device_lapack.hpp"
 #include "kernels/factors.hpp"
-#include "plan/device_plan.hpp"
+#include "plan/device_flops.hpp"
 #include "plan/symbolic_plan.hpp"
 
 namespace mfs::cuda {
@@ -72,9 +72,13 @@ class DeviceStages {
   /// With the library for roots of `least_root` pivots and more, however much its handle takes beside the
   /// factors.
   DeviceStages(const SymbolicPlan& plan, const Pattern& pattern, const Stream& stream, Vertex least_root);
+  /// With the launches that have been made of the plan.
+  DeviceStages(const SymbolicPlan& plan, const Pattern& pattern, const Stream& stream, DevicePlan lists);
 
-  /// Of the memory that the stages of a plan will take, the libraries' left out.
-  static Offset bytes_for(const SymbolicPlan& plan, const Pattern& pattern);
+  /// The launches for the current device.
+  static DevicePlan lists_for(const SymbolicPlan& plan);
+  /// Of the memory that stages with these launches will take, the libraries' left out.
+  static NumericBytes bytes_for(const SymbolicPlan& plan, const Pattern& pattern, const DevicePlan& lists);
 
   V* matrix_values() const { return store_.fronts.matrix_values; }
   double* row_scale() const { return store_.fronts.row_scale; }
@@ -87,10 +91,10 @@ class DeviceStages {
     for (const auto* blas : {&blas_, &blas_ahead_}) bytes += *blas ? (*blas)->bytes() : 0;
     return bytes + (lapack_ ? lapack_->bytes() : 0);
   }
-  /// What contribution blocks leave free between two factorizations: `spare_bytes` bytes.
+  /// What contribution blocks leave free between two factorizations: spare_bytes(plan) bytes.
   void* spare() const { return store_.fronts.storage + plan_.factor_entries; }
-  Offset spare_bytes() const {
-    return (plan_.storage_entries - plan_.factor_entries) * static_cast<Offset>(sizeof(S));
+  static Offset spare_bytes(const SymbolicPlan& plan) {
+    return (plan.storage_entries - plan.factor_entries) * static_cast<Offset>(sizeof(S));
   }
 
   /// Launches assemble, factor and update of all depths for matrix_values(). `tolerance` of pivots is
@@ -98,9 +102,10 @@ class DeviceStages {
   /// on, large fronts are updated beside their next panel. `mark`, where given, is called before each launch,
   /// one after the other then, and once at the end.
   void factor(double tolerance, PivotSearch search, const Mark& mark = {});
-  /// As the plan was cut for this device.
-  Vertex tile() const { return lists_.tile; }
-  Vertex small_rows() const { return lists_.small_rows; }
+  /// Operations of that (plan/device_flops.hpp).
+  const BlockFlops& flops(PivotSearch search) const {
+    return flops_[search == PivotSearch::not_in_roots && has_library_roots()].done;
+  }
   /// Whether PivotSearch::not_in_roots is another way than `tiles`.
   bool has_library_roots() const { return !lists_.roots.empty(); }
   /// No front is strict any more, until a factorization finds that it has to be.
@@ -112,13 +117,13 @@ class DeviceStages {
   };
   /// Columns of the widest substitution that this device has the shared memory for.
   Vertex most_columns() const { return most_columns_; }
-  Offset border_rows() const { return lists_.border_places; }
-  Offset partial_rows() const { return lists_.solve_places * kSolveTile; }
+  static Offset border_rows(const DevicePlan& lists) { return lists.border_places; }
+  static Offset partial_rows(const DevicePlan& lists) { return lists.solve_places * kSolveTile; }
+  const DevicePlan& lists() const { return lists_; }
   void substitute(const Vectors& vectors, Vertex width, bool transposed);
 
  private:
   struct Layout;
-  DeviceStages(const SymbolicPlan& plan, const Pattern& pattern, const Stream& stream, DevicePlan lists);
   void open_libraries();
   void set_kernel_attributes();
   void launch_small_fronts(const std::vector<SmallLaunch>& launches);
@@ -130,8 +135,8 @@ class DeviceStages {
   void launch(const Launch& what, const Stream& stream, const std::optional<DeviceBlas>& blas);
   void assemble(const DepthLaunches& depth, bool look_ahead);
   void assemble(const Range& parts, const Stream& stream);
-  template <class Aside, class Here>
-  void beside(bool has_aside, bool has_here, const Aside& aside, const Here& here);
+  template <class Side, class Main>
+  void launch_side_by_side(bool has_side, bool has_main, const Side& side, const Main& main);
   template <class Work>
   void with_sides(const Work& work);
   template <int K, bool Transposed>
@@ -143,6 +148,7 @@ class DeviceStages {
   Event fork_, joined_[kMostSmallLaunches];
   SideStream assembly_, ahead_;
   DevicePlan lists_;
+  DeviceFlops flops_[2];                         // with the roots by tiles, and by the library
   std::optional<DeviceBlas> blas_, blas_ahead_;  // where the plan has products for them
   std::optional<DeviceLapack> lapack_;           // or roots
   DeviceArena arena_;

@@ -132,14 +132,25 @@ Vertex least_root_for(const SymbolicPlan& plan) {
 }
 
 template <class S, class V>
-Offset DeviceStages<S, V>::bytes_for(const SymbolicPlan& plan, const Pattern& pattern) {
-  const DevicePlan lists = make_device_plan(plan, device_limits<S>(least_root_for<S>(plan)));
-  return Layout(plan, pattern, lists).arena.total();
+DevicePlan DeviceStages<S, V>::lists_for(const SymbolicPlan& plan) {
+  return make_device_plan(plan, device_limits<S>(least_root_for<S>(plan)));
+}
+
+template <class S, class V>
+NumericBytes DeviceStages<S, V>::bytes_for(const SymbolicPlan& plan, const Pattern& pattern,
+                                           const DevicePlan& lists) {
+  ArenaLayout storage;
+  storage.add(plan.storage_entries * static_cast<Offset>(sizeof(S)));
+  NumericBytes bytes;
+  bytes.factor = plan.factor_entries * static_cast<Offset>(sizeof(S));
+  bytes.contribution = storage.total() - bytes.factor;
+  bytes.other = Layout(plan, pattern, lists).arena.total() - storage.total();
+  return bytes;
 }
 
 template <class S, class V>
 DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& pattern, const Stream& stream)
-    : DeviceStages(plan, pattern, stream, least_root_for<S>(plan)) {}
+    : DeviceStages(plan, pattern, stream, lists_for(plan)) {}
 
 template <class S, class V>
 DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& pattern, const Stream& stream,
@@ -152,6 +163,7 @@ DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& patter
     : plan_(plan),
       stream_(stream),
       lists_(std::move(lists)),
+      flops_{count_flops(plan, lists_, false), count_flops(plan, lists_, true)},
       arena_(Layout(plan, pattern, lists_).arena.total()) {
   open_libraries();
   Upload upload(stream_, Layout(plan, pattern, lists_).copied);
@@ -420,18 +432,19 @@ void DeviceStages<S, V>::assemble(const Range& parts, const Stream& stream) {
                                                                                                parts.begin);
 }
 
-// Launches `aside` in another stream while `here` runs, where there are both.
+// Launches `side` in another stream while `main` runs, where there are both.
 template <class S, class V>
-template <class Aside, class Here>
-void DeviceStages<S, V>::beside(bool has_aside, bool has_here, const Aside& aside, const Here& here) {
-  const bool both = has_aside && has_here;
+template <class Side, class Main>
+void DeviceStages<S, V>::launch_side_by_side(bool has_side, bool has_main, const Side& side,
+                                             const Main& main) {
+  const bool both = has_side && has_main;
   if (both) {
     fork_.record(stream_);
     side_[0].wait_for(fork_);
   }
-  if (has_aside) aside(both ? side_[0] : stream_);
+  if (has_side) side(both ? side_[0] : stream_);
   if (both) joined_[0].record(side_[0]);
-  if (has_here) here();
+  if (has_main) main();
   if (both) stream_.wait_for(joined_[0]);
 }
 
@@ -453,7 +466,7 @@ void DeviceStages<S, V>::substitute_columns(const Vectors& at) {
   for (const SolveLaunch& launch : lists_.forward) {
     const bool waits = launch.tiny.count() == 0;  // for what it leaves itself
     if (waits) unset(vectors.border + launch.border.begin * K, launch.border.count());
-    beside(
+    launch_side_by_side(
         launch.tiny.count() > 0, launch.tiles.count() > 0,
         [&](const Stream& stream) {
           substitute_tiny_forward<Transposed, K><<<tiny_blocks(launch), kTinyThreads, 0, stream.get()>>>(
@@ -466,9 +479,9 @@ void DeviceStages<S, V>::substitute_columns(const Vectors& at) {
         });
   }
   unset(vectors.v, plan_.n);
-  unset(vectors.partial, partial_rows());
+  unset(vectors.partial, partial_rows(lists_));
   for (const SolveLaunch& launch : lists_.backward) {
-    beside(
+    launch_side_by_side(
         launch.tiny.count() > 0, launch.tiles.count() > 0,
         [&](const Stream& stream) {
           substitute_tiny_backward<Transposed, K><<<tiny_blocks(launch), kTinyThreads, 0, stream.get()>>>(

@@ -2,10 +2,7 @@
 
 namespace mfs::cuda {
 
-template std::unique_ptr<Factors<std::complex<double>>>
-    make_factors<std::complex<double>, std::complex<float>>(std::shared_ptr<const SymbolicPlan>,
-                                                            std::shared_ptr<const Pattern>);
-template Offset bytes_of_factors<std::complex<double>, std::complex<float>>(const SymbolicPlan&,
-                                                                            const Pattern&);
+template Planned<Factors<std::complex<double>>> plan_factors<std::complex<double>, std::complex<float>>(
+    std::shared_ptr<const SymbolicPlan>, std::shared_ptr<const Pattern>);
 
 }  // namespace mfs::cuda

@@ -3,9 +3,8 @@
 namespace mfs::cuda {
 
 template class DeviceStages<double, double>;  // perf/depths.cpp takes its times
-template std::unique_ptr<Factors<double>> make_factors<double, double>(std::shared_ptr<const SymbolicPlan>,
-                                                                       std::shared_ptr<const Pattern>);
-template Offset bytes_of_factors<double, double>(const SymbolicPlan&, const Pattern&);
+template Planned<Factors<double>> plan_factors<double, double>(std::shared_ptr<const SymbolicPlan>,
+                                                               std::shared_ptr<const Pattern>);
 
 template <>
 DeviceLimits limits_for<double>(int multiprocessors, std::size_t memory) {

@@ -2,8 +2,7 @@
 
 namespace mfs::cuda {
 
-template std::unique_ptr<Factors<double>> make_factors<double, float>(std::shared_ptr<const SymbolicPlan>,
-                                                                      std::shared_ptr<const Pattern>);
-template Offset bytes_of_factors<double, float>(const SymbolicPlan&, const Pattern&);
+template Planned<Factors<double>> plan_factors<double, float>(std::shared_ptr<const SymbolicPlan>,
+                                                              std::shared_ptr<const Pattern>);
 
 }  // namespace mfs::cuda

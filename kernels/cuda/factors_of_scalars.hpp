@@ -9,10 +9,10 @@
 
 namespace mfs::cuda {
 
-/// Factors of Scalar, on the device, for matrices and vectors of Value. Throws OutOfMemory, BackendError.
+/// As plan_cuda_factors: factors of Scalar, on the device, for matrices and vectors of Value.
 template <class Value, class Scalar>
-std::unique_ptr<Factors<Value>> make_factors(std::shared_ptr<const SymbolicPlan> plan,
-                                             std::shared_ptr<const Pattern> pattern);
+Planned<Factors<Value>> plan_factors(std::shared_ptr<const SymbolicPlan> plan,
+                                     std::shared_ptr<const Pattern> pattern);
 
 /// How work in Scalar is cut for a device of so many multiprocessors, a block of which may have `memory`
 /// bytes of shared memory. Throws BackendError where that is too little.
@@ -25,9 +25,5 @@ struct DeviceCode {
   bool tensor_cores;
 };
 DeviceCode device_code();
-
-/// Bytes of device memory that these will take, those of the vendor's libraries left out.
-template <class Value, class Scalar>
-Offset bytes_of_factors(const SymbolicPlan& plan, const Pattern& pattern);
 
 }  // namespace mfs::cuda

@@ -27,23 +27,16 @@ std::future<void> load_library(bool, const Pattern&) {
 }
 
 template <class Value>
-std::unique_ptr<Factors<Value>> make_cuda_factors(bool, std::shared_ptr<const SymbolicPlan>,
-                                                  std::shared_ptr<const Pattern>) {
+Planned<Factors<Value>> plan_cuda_factors(bool, std::shared_ptr<const SymbolicPlan>,
+                                          std::shared_ptr<const Pattern>) {
   require_device();
-  return nullptr;
+  return {};
 }
 
-template <class Value>
-Offset device_bytes(bool, const SymbolicPlan&, const Pattern&) {
-  require_device();
-  return 0;
-}
-
-#define MFS_INSTANTIATE(Value)                                                    \
-  template Offset device_bytes<Value>(bool, const SymbolicPlan&, const Pattern&); \
-  template std::future<void> load_library<Value>(bool, const Pattern&);           \
-  template std::unique_ptr<Factors<Value>> make_cuda_factors<Value>(              \
-      bool, std::shared_ptr<const SymbolicPlan>, std::shared_ptr<const Pattern>);
+#define MFS_INSTANTIATE(Value)                                                                         \
+  template std::future<void> load_library<Value>(bool, const Pattern&);                                \
+  template Planned<Factors<Value>> plan_cuda_factors<Value>(bool, std::shared_ptr<const SymbolicPlan>, \
+                                                            std::shared_ptr<const Pattern>);
 MFS_INSTANTIATE(float)
 MFS_INSTANTIATE(double)
 MFS_INSTANTIATE(std::complex<float>)

@@ -8,6 +8,8 @@
 
 #include <mfs/error.hpp>
 
+#include "kernels/runtime/control_groups.hpp"
+
 namespace mfs {
 
 Engine& Engine::instance() {
@@ -24,9 +26,11 @@ void Engine::check_process(pid_t process) {
 int available_threads() {
   cpu_set_t set;
   CPU_ZERO(&set);
-  if (sched_getaffinity(0, sizeof set, &set) != 0)
-    return std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, kMostThreads);
-  return std::min(CPU_COUNT(&set), kMostThreads);
+  const int offered = sched_getaffinity(0, sizeof set, &set) == 0
+                          ? CPU_COUNT(&set)
+                          : static_cast<int>(std::thread::hardware_concurrency());
+  const int quota = processor_quota();
+  return std::clamp(quota > 0 ? std::min(offered, quota) : offered, 1, kMostThreads);
 }
 
 }  // namespace mfs

@@ -46,7 +46,8 @@ class Engine {
 /// Kokkos' OpenMP space has room for no more.
 constexpr int kMostThreads = 512;
 
-/// Processors that this process may use; at most kMostThreads.
+/// Processors that this process may use, by its affinity mask and the quota of its control groups; at most
+/// kMostThreads.
 int available_threads();
 
 }  // namespace mfs

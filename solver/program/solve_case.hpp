@@ -1,4 +1,4 @@
-// One matrix from its values to a judged solution: what `mfs solve` and `mfs bench` have in common.
+// One matrix from its values to a checked solution: what `mfs solve` and `mfs bench` have in common.
 #pragma once
 
 #include <cstdint>
@@ -22,15 +22,15 @@ struct SolveRequest {
   std::string rhs = "ones";          ///< "ones", "random" or an array file
   std::optional<std::int64_t> nrhs;  ///< columns; a file brings its own
   bool transpose = false;
-  double tolerance = 1e-12;  ///< for the solver and for the program's own judgement
+  double tolerance = 1e-12;  ///< for the solver and for the program's own check
   int refactor = 0;          ///< refactorizations with the same values, to time them
   std::string output;        ///< array file for X; empty: none
   bool condition = false;    ///< estimate the condition number
   bool determinant = false;
 };
 
-/// Never throws what concerns the case: the result says how far it came and what stopped it. A numerical
-/// solution is believed only after backward_error (above) has judged it.
+/// Throws nothing that concerns the case: the result says how far it came and what stopped it. A numerical
+/// solution counts only if the program's own backward_error is small enough.
 CaseResult solve_case(const std::string& name, const std::function<io::SquareMatrix()>& load,
                       const SolveRequest& request, ProgressDisplay& display);
 

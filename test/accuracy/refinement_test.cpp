@@ -36,11 +36,10 @@ std::vector<double> refined(const std::vector<double>& b, mfs::SolveOutcome& out
     const auto doubled = [&](const double* rhs, const double* at, const double* low, double* left) {
       for (Vertex i = 0; i < n; ++i) left[i] = (rhs[i] - at[i]) - low[i];
     };
-    mfs::Refinement<Kokkos::Serial, double, decltype(inverse), decltype(residual), decltype(doubled)>
-        refinement(exec, n, 1, mfs::SolveControls{},
-                   {right_side.data(), x.data(), best.data(), r.data(), d.data(), size.data()}, inverse,
-                   residual, doubled);
-    refinement.run(krylov_space, outcome);
+    const mfs::RefinementVectors<double> vectors{right_side.data(), x.data(),    best.data(),  r.data(),
+                                                 d.data(),          size.data(), &krylov_space};
+    mfs::Refinement(mfs::HostVectors(exec, n, 1, vectors, inverse, residual, doubled), mfs::SolveControls{})
+        .run(outcome);
   });
   return x;
 }
@@ -96,11 +95,10 @@ TEST(Refinement, MakesTinyUnknownsRightInTwiceThePrecision) {
     const auto doubled = [&](const double* rhs, const double* at, const double* low, double* left) {
       mfs::doubled_residual(exec, n, a, rhs, at, low, left);
     };
-    mfs::Refinement<Kokkos::Serial, double, decltype(inverse), decltype(residual), decltype(doubled)>
-        refinement(exec, n, 1, mfs::SolveControls{},
-                   {b.data(), x.data(), best.data(), r.data(), d.data(), size.data()}, inverse, residual,
-                   doubled);
-    refinement.run(krylov_space, outcome);
+    const mfs::RefinementVectors<double> vectors{b.data(), x.data(),    best.data(),  r.data(),
+                                                 d.data(), size.data(), &krylov_space};
+    mfs::Refinement(mfs::HostVectors(exec, n, 1, vectors, inverse, residual, doubled), mfs::SolveControls{})
+        .run(outcome);
   });
   EXPECT_LE(outcome.backward_error, 1e-12);
   EXPECT_EQ(outcome.krylov_steps, 0);

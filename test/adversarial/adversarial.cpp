@@ -67,7 +67,7 @@ std::vector<double> right_hand_side(const HardMatrix& hard, std::uint64_t seed) 
                              x);  // a singular system gets a consistent one: it must be refused as well
 }
 
-void judge_refusal(const HardMatrix& hard, const std::vector<double>& b, const mfs::Error& error,
+void check_refusal(const HardMatrix& hard, const std::vector<double>& b, const mfs::Error& error,
                    Tally& tally) {
   const mfs::test::BestCondition condition = mfs::test::best_condition(hard.matrix, b);
   tally.unproved += !condition.proved;
@@ -80,7 +80,7 @@ void judge_refusal(const HardMatrix& hard, const std::vector<double>& b, const m
               condition.beyond_range ? ", not solvable in double precision" : "", error.what());
 }
 
-void judge(std::uint64_t seed, mfs::Backend backend, Tally& tally) {
+void check_answer(std::uint64_t seed, mfs::Backend backend, Tally& tally) {
   const HardMatrix hard = mfs::test::hard_matrix(seed);
   const std::vector<double> b = right_hand_side(hard, seed);
   std::vector<double> x(b.size(), 0.0);
@@ -92,7 +92,7 @@ void judge(std::uint64_t seed, mfs::Backend backend, Tally& tally) {
     solver.solve(b.data(), x.data());
   } catch (const mfs::Error& error) {
     ++tally.refused;
-    if (!hard.singular) judge_refusal(hard, b, error, tally);
+    if (!hard.singular) check_refusal(hard, b, error, tally);
     return;
   }
   ++tally.solved;
@@ -123,11 +123,11 @@ int main(int argc, char** argv) {
     const std::string name = mfs::test::hard_matrix(seed).name;
     Tally& tally = kinds[name.substr(0, name.rfind(", seed"))];
     const int before = tally.wrong + tally.refused_regular;
-    judge(seed,
-          on_device  ? mfs::Backend::cuda
-          : seed % 2 ? mfs::Backend::serial
-                     : mfs::Backend::openmp,
-          tally);
+    check_answer(seed,
+                 on_device  ? mfs::Backend::cuda
+                 : seed % 2 ? mfs::Backend::serial
+                            : mfs::Backend::openmp,
+                 tally);
     bad += tally.wrong + tally.refused_regular - before;
   }
   std::printf("%-28s %8s %8s %8s %8s %8s %10s\n", "kind", "solved", "refused", "unproved", "wrong", "too shy",

@@ -1,6 +1,6 @@
 // Amesos2::MFS with a Tpetra whose arrays lie on a CUDA device. With Backend::cuda they must be read and
 // written there: copies between host and device that Tpetra or the adapter make show in the events of the
-// Kokkos that both use. Solutions are judged by plain loops on the host.
+// Kokkos that both use. Solutions are checked by plain loops on the host.
 #include <Amesos2_MFS.hpp>
 
 #include <gmock/gmock.h>

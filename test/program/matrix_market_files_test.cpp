@@ -157,7 +157,7 @@ TEST(MatrixMarketFiles, MalformedFilesByTheDefinition) {
     const std::string name = file.path().filename().string();
     if (name == "manifest.csv") continue;
     const auto verdict = kVerdicts.find(name);
-    ASSERT_NE(verdict, kVerdicts.end()) << name << " is new here: judge it";
+    ASSERT_NE(verdict, kVerdicts.end()) << name << " is new here: add what is expected";
     EXPECT_EQ(refusal(file.path().string()).substr(0, verdict->second.size()), verdict->second) << name;
   }
 }

@@ -14,6 +14,7 @@
 
 #include <mfs/mfs.hpp>
 
+#include "kernels/runtime/control_groups.hpp"
 #include "solver/node_share.hpp"
 #include "test/solver/systems.hpp"
 
@@ -38,7 +39,8 @@ int own_processors() {
   cpu_set_t set;
   CPU_ZERO(&set);
   sched_getaffinity(0, sizeof set, &set);
-  return CPU_COUNT(&set);
+  const int quota = processor_quota();
+  return quota > 0 ? std::min(CPU_COUNT(&set), quota) : CPU_COUNT(&set);
 }
 
 TEST(NodeShare, EqualPartsOfWhatTheLauncherMayUse) {

@@ -248,6 +248,34 @@ TEST_F(ManyColumns, TakeLittleMemory) {
   EXPECT_LT(solver.report().bytes_used - before, 24 * column);
 }
 
+// What the plan says of memory and operations is what is taken and done there, where no library is needed.
+using DeviceReport = DeviceArrays<double>;
+TEST_F(DeviceReport, FiguresAreThoseOfTheDevice) {
+  const SparseMatrix a = grid_2d(160, 161);
+  for (const Precision precision : {Precision::full, Precision::single}) {
+    options_.factor.precision = precision;
+    Solver solver(options_);
+    solver.analyze(a.view());
+    const Report analysed = solver.report();
+    EXPECT_EQ(analysed.bytes_used, 0);
+    solver.factor(a.view());
+    const Report& factored = solver.report();
+    EXPECT_EQ(factored.bytes_used, analysed.bytes_peak) << "predicted exactly";
+    EXPECT_GE(factored.bytes_used, analysed.bytes_factor);
+    EXPECT_NEAR(factored.flops_used.getrf, analysed.flops.getrf, 1e-12 * analysed.flops.getrf);
+    EXPECT_NEAR(factored.flops_used.trsm, analysed.flops.trsm, 1e-12 * analysed.flops.trsm);
+    EXPECT_NEAR(factored.flops_used.gemm, analysed.flops.gemm, 1e-12 * analysed.flops.gemm);
+    std::vector<double> b(static_cast<std::size_t>(a.n), 1.0), x(b.size());
+    solver.solve(b.data(), x.data());
+    EXPECT_EQ(solver.report().bytes_used, analysed.bytes_peak);
+    Options on_host = options_;
+    on_host.backend = Backend::serial;
+    Solver host(on_host);
+    host.analyze(a.view());
+    EXPECT_NEAR(host.report().flops.total(), analysed.flops.total(), 1e-9 * analysed.flops.total());
+  }
+}
+
 // Once a front's pivots are searched further, they are so in later factorizations, but not forever: then the
 // factors are those of a solver that never had to.
 TEST_F(DeviceArraysOfDoubles, ForgetOtherMatrices) {

@@ -111,6 +111,17 @@ TEST(Repeatability, SameBitsFromRunToRunAndFromObjectToObject) {
   }
 }
 
+TEST(Version, SaysWhatBackendsAre) {
+  for (const Backend backend : {Backend::serial, Backend::openmp, Backend::cuda}) {
+    const BackendInfo info = backend_info(backend);  // of all, usable here or not
+    EXPECT_EQ(info.memory, backend == Backend::cuda ? MemorySpace::device : MemorySpace::host);
+    EXPECT_GT(info.factor_rate, 1e9);
+    EXPECT_GT(info.flops_per_entry, 1);
+  }
+  EXPECT_GT(backend_info(Backend::openmp).factor_rate, backend_info(Backend::serial).factor_rate);
+  EXPECT_THROW(backend_info(static_cast<Backend>(17)), InvalidInput);
+}
+
 TEST(Version, AgreesWithTheHeaders) {
   EXPECT_STREQ(version(), MFS_VERSION);
   const std::vector<Backend> known = backends();

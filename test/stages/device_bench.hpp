@@ -57,8 +57,8 @@ class DeviceBench {
     }
   }
   int passes() const { return passes_; }
-  Vertex tile() const { return stages_.tile(); }
-  Vertex small_rows() const { return stages_.small_rows(); }
+  Vertex tile() const { return stages_.lists().tile; }
+  Vertex small_rows() const { return stages_.lists().small_rows; }
 
   /// The factors with their diagonal blocks as an LU has them.
   FactoredFronts<Scalar> factored() const {
@@ -117,7 +117,7 @@ class DeviceBench {
   Substitution<Scalar> solve_block(const std::vector<Scalar>& v, bool transposed, Launches launches) {
     const Offset n = plan_->n, columns = static_cast<Offset>(v.size()) / n;
     const Offset width = cuda::solve_width(static_cast<Vertex>(columns));
-    const Offset block = n * width, border = stages_.border_rows() * width;
+    const Offset block = n * width, border = stages_.border_rows(stages_.lists()) * width;
     std::vector<Scalar> beside(static_cast<std::size_t>(block));
     for (Offset i = 0; i < n; ++i) {
       for (Offset c = 0; c < columns; ++c) beside[i * width + c] = v[i + c * n];
@@ -125,7 +125,7 @@ class DeviceBench {
     ArenaLayout layout;
     const Offset v_at = layout.add(block * size_of<S>()), y_at = layout.add(block * size_of<S>()),
                  border_at = layout.add(border * size_of<S>()),
-                 partial_at = layout.add(stages_.partial_rows() * width * size_of<S>());
+                 partial_at = layout.add(stages_.partial_rows(stages_.lists()) * width * size_of<S>());
     const cuda::DeviceArena arena(layout.total());
     const typename cuda::DeviceStages<S, S>::Vectors vectors{arena.at<S>(v_at), arena.at<S>(y_at),
                                                              arena.at<S>(border_at), arena.at<S>(partial_at)};

@@ -4,6 +4,7 @@
 #include <set>
 #include <string>
 
+#include "plan/device_flops.hpp"
 #include "test/stages/list_interpreter.hpp"
 
 namespace mfs::test {
@@ -95,9 +96,9 @@ void check(const StageProblem<double>& problem, const DeviceLimits& limits) {
   const std::vector<double> right_hand_side = expected;
   solve_forward(reference, false, expected);
   solve_backward(reference, false, expected);
-  for (const auto aside : {ListInterpreter::Aside::at_once, ListInterpreter::Aside::late}) {
-    SCOPED_TRACE(aside == ListInterpreter::Aside::late ? "late" : "at once");
-    ListInterpreter interpreter(problem, lists, aside, limits.waiting_tiles);
+  for (const auto concurrent : {ListInterpreter::Concurrent::at_once, ListInterpreter::Concurrent::late}) {
+    SCOPED_TRACE(concurrent == ListInterpreter::Concurrent::late ? "late" : "at once");
+    ListInterpreter interpreter(problem, lists, concurrent, limits.waiting_tiles);
     interpreter.factor([&](Vertex step) {
       for (Vertex f = plan.depth_begin[step]; f < plan.depth_begin[step + 1]; ++f) {
         SCOPED_TRACE("front " + std::to_string(f));
@@ -108,6 +109,10 @@ void check(const StageProblem<double>& problem, const DeviceLimits& limits) {
         EXPECT_LT(difference(actual.contribution, wanted.contribution), kTolerance) << "C";
       }
     });
+    const DeviceFlops counted = count_flops(plan, lists, false);
+    EXPECT_EQ(interpreter.flops().getrf, counted.done.getrf);
+    EXPECT_EQ(interpreter.flops().trsm, counted.done.trsm);
+    EXPECT_EQ(interpreter.flops().gemm, counted.done.gemm + counted.padding);
     std::vector<double> v = right_hand_side;
     interpreter.solve(v);
     EXPECT_LT(difference(v, expected), kTolerance);
@@ -175,6 +180,40 @@ TEST(DevicePlan, TilesOfOneStepAreTallWhereBordersAreCrowded) {
   }
 }
 
+/// One by one: each pivot divides what is below it, and subtracts a product from all entries right of that.
+double operations_of(Vertex pivots, Vertex rows) {
+  double sum = 0;
+  for (Vertex k = 0; k < pivots; ++k) sum += (rows - k - 1) + 2.0 * (rows - k - 1) * (rows - k - 1);
+  return sum;
+}
+
+TEST(DevicePlan, AllDivisionsIntoTilesCountAsManyOperations) {
+  std::vector<StageProblem<double>> problems;
+  for (const auto& shapes : {mixed_tree(), chain(), leaf_and_root(270, 1030), leaf_and_root(501, 0)})
+    problems.push_back(artificial_problem(shapes, {14, 0.05}));
+  for (const StageProblem<double>& problem : problems) {
+    const SymbolicPlan& plan = *problem.plan;
+    double expected = 0, roots = 0;
+    for (Vertex f = 0; f < plan.num_fronts; ++f) {
+      const double front = operations_of(plan.pivots(f), plan.pivots(f) + plan.border_rows(f));
+      expected += front;
+      if (plan.border_rows(f) == 0) roots += front;
+    }
+    for (DeviceLimits limits : kLimits) {
+      const DevicePlan lists = make_device_plan(plan, limits);
+      EXPECT_NEAR(count_flops(plan, lists, false).done.total(), expected, 1e-12 * expected);
+      limits.least_root = 1;
+      const DevicePlan with_roots = make_device_plan(plan, limits);
+      const DeviceFlops by_tiles = count_flops(plan, with_roots, false),
+                        as_a_whole = count_flops(plan, with_roots, true);
+      EXPECT_NEAR(by_tiles.done.total(), expected, 1e-12 * expected);
+      EXPECT_NEAR(as_a_whole.done.total(), expected, 1e-12 * expected);
+      if (with_roots.roots.empty()) continue;
+      EXPECT_GE(as_a_whole.done.getrf, roots * (1 - 1e-12));
+    }
+  }
+}
+
 // Many enough for wide tiles, and deep enough for the library.
 TEST(DevicePlan, ListsGiveTheFactorsOfLargeFronts) {
   const StageProblem<double> problem = column_dominant(artificial_problem(leaf_and_root(270, 1030), {5}));
@@ -206,7 +245,7 @@ TEST(DevicePlan, CutsManyDeepProductsWide) {
 // their own.
 TEST(DevicePlan, LooksAheadWhereStepsAreLargeAndThereAreNoPanels) {
   const StageProblem<double> problem = artificial_problem(leaf_and_root(200, 300), {5, 0.01});
-  const auto asides = [&](Offset ahead_tiles, Vertex panelled_rows) {
+  const auto concurrent_launches = [&](Offset ahead_tiles, Vertex panelled_rows) {
     DeviceLimits limits{64, 96, false};
     limits.panelled = limits.panel = 128;
     limits.slab = 256;
@@ -217,11 +256,11 @@ TEST(DevicePlan, LooksAheadWhereStepsAreLargeAndThereAreNoPanels) {
     return std::count_if(launches.begin(), launches.end(),
                          [](const Launch& launch) { return launch.order == Order::concurrent; });
   };
-  EXPECT_EQ(asides(0, 501), 3);  // all but the last of four steps
+  EXPECT_EQ(concurrent_launches(0, 501), 3);  // all but the last of four steps
   // The steps have 8 x 8 - 5 x 5, 7 x 7 - 5 x 5 and 6 x 6 - 5 x 5 tiles, those of L and of U apart.
-  EXPECT_EQ(asides(30, 501), 1);
-  EXPECT_EQ(asides(1000, 501), 0);
-  EXPECT_EQ(asides(0, 500), asides(1000, 500));
+  EXPECT_EQ(concurrent_launches(30, 501), 1);
+  EXPECT_EQ(concurrent_launches(1000, 501), 0);
+  EXPECT_EQ(concurrent_launches(0, 500), concurrent_launches(1000, 500));
 }
 
 // Rows of a block that are exchanged later must be exchanged in all blocks left of it.

@@ -476,7 +476,7 @@ TYPED_TEST(DevicePivotsTest, ReplacesWhatIsBeyondTheRank) {
   });
 }
 
-// With a tolerance above the root of epsilon, what lies between is judged by its border.
+// With a tolerance above the root of epsilon, what lies between is compared with its border.
 TYPED_TEST(DevicePivotsTest, JudgesSuspectPivotsByTheirBorder) {
   this->on_device([&] {
     for (const std::uint64_t seed : {11, 12, 13, 14}) {

@@ -29,14 +29,14 @@ inline std::set<Vertex> fronts_of(const DevicePlan& lists, const SolveLaunch& la
 class ListInterpreter {
  public:
   /// When what may run beside other launches runs.
-  enum class Aside { at_once, late };
+  enum class Concurrent { at_once, late };
 
-  ListInterpreter(const StageProblem<double>& problem, const DevicePlan& lists, Aside aside,
+  ListInterpreter(const StageProblem<double>& problem, const DevicePlan& lists, Concurrent concurrent,
                   Vertex waiting_tiles)
       : problem_(problem),
         plan_(*problem.plan),
         lists_(lists),
-        aside_(aside),
+        concurrent_(concurrent),
         waiting_tiles_(static_cast<std::size_t>(waiting_tiles)) {
     storage_.assign(static_cast<std::size_t>(plan_.storage_entries), kNothing);
   }
@@ -46,7 +46,7 @@ class ListInterpreter {
   void factor(const After& after_depth) {
     for (std::size_t step = 0; step < lists_.depths.size(); ++step) {
       const DepthLaunches& depth = lists_.depths[step];
-      if (aside_ == Aside::at_once) {
+      if (concurrent_ == Concurrent::at_once) {
         factor_small(depth);
         assemble(depth.assemble_contribution.front());
       }
@@ -54,7 +54,7 @@ class ListInterpreter {
       const auto assemble_from = [&](std::size_t turn) {
         for (; turn < depth.assemble_contribution.size(); ++turn) assemble(depth.assemble_contribution[turn]);
       };
-      if (aside_ == Aside::at_once) assemble_from(1);
+      if (concurrent_ == Concurrent::at_once) assemble_from(1);
       std::vector<Launch> late;
       const auto join = [&] {
         for (const Launch& launch : late) run(launch);
@@ -62,19 +62,23 @@ class ListInterpreter {
       };
       for (const Launch& launch : depth.factor) {
         if (launch.order == Order::join) join();
-        if (launch.order == Order::concurrent && aside_ == Aside::late) {
+        if (launch.order == Order::concurrent && concurrent_ == Concurrent::late) {
           late.push_back(launch);
         } else {
           run(launch);
         }
       }
       join();
-      if (aside_ == Aside::late) assemble_from(0);
+      if (concurrent_ == Concurrent::late) assemble_from(0);
       for (const Launch& launch : depth.update) run(launch);
-      if (aside_ == Aside::late) factor_small(depth);
+      if (concurrent_ == Concurrent::late) factor_small(depth);
       after_depth(static_cast<Vertex>(step));
     }
   }
+
+  /// Additions, multiplications and divisions so far: of diagonal tiles, strips and products; in small
+  /// fronts, of the pivot block, of the contribution block, and of all else.
+  const BlockFlops& flops() const { return flops_; }
 
   FrontBlocks<double> front(Vertex f) const { return blocks_in(plan_, storage_.data(), f); }
 
@@ -199,10 +203,17 @@ class ListInterpreter {
 
   // Eliminates pivots [k, next) of a front from rows and columns up to `end`.
   void eliminate(Vertex f, Vertex k, Vertex next, Vertex end) {
+    const Vertex p = plan_.pivots(f);
     for (; k < next; ++k) {
-      for (Vertex i = k + 1; i < end; ++i) at(f, i, k) /= at(f, k, k);
+      for (Vertex i = k + 1; i < end; ++i) {
+        at(f, i, k) /= at(f, k, k);
+        ++(i < p ? flops_.getrf : flops_.trsm);
+      }
       for (Vertex j = k + 1; j < end; ++j) {
-        for (Vertex i = k + 1; i < end; ++i) at(f, i, j) -= at(f, i, k) * at(f, k, j);
+        for (Vertex i = k + 1; i < end; ++i) {
+          at(f, i, j) -= at(f, i, k) * at(f, k, j);
+          (i < p && j < p ? flops_.getrf : i < p || j < p ? flops_.trsm : flops_.gemm) += 2;
+        }
       }
     }
   }
@@ -322,8 +333,9 @@ class ListInterpreter {
       for (Vertex i = next + strip * lists_.strip; i < std::min(next + (strip + 1) * lists_.strip, rows(f));
            ++i) {
         for (Vertex j = k; j < next; ++j) {
-          for (Vertex t = k; t < j; ++t) at(f, i, j) -= at(f, i, t) * at(f, t, j);
+          for (Vertex t = k; t < j; ++t, flops_.trsm += 2) at(f, i, j) -= at(f, i, t) * at(f, t, j);
           at(f, i, j) /= at(f, j, j);
+          ++flops_.trsm;
         }
       }
       return;
@@ -332,7 +344,7 @@ class ListInterpreter {
     EXPECT_LT(begin, task.end) << "a block without work";
     for (Vertex j = next + begin; j < next + std::min(begin + lists_.strip, task.end); ++j) {
       for (Vertex i = k; i < next; ++i) {
-        for (Vertex t = k; t < i; ++t) at(f, i, j) -= at(f, i, t) * at(f, t, j);
+        for (Vertex t = k; t < i; ++t, flops_.trsm += 2) at(f, i, j) -= at(f, i, t) * at(f, t, j);
       }
     }
   }
@@ -342,7 +354,7 @@ class ListInterpreter {
     for (Offset j = right.first; j < right.second; ++j) {
       for (Offset i = down.first; i < down.second; ++i) {
         double sum = before[task.c + i + j * task.ldc];
-        for (Offset k = 0; k < task.k; ++k)
+        for (Offset k = 0; k < task.k; ++k, flops_.gemm += 2)
           sum -= before[task.a + i + k * task.lda] * before[task.b + k + j * task.ldb];
         storage_[task.c + i + j * task.ldc] = sum;
       }
@@ -423,7 +435,8 @@ class ListInterpreter {
   const SymbolicPlan& plan_;
   const DevicePlan& lists_;
   std::vector<double> storage_;
-  Aside aside_;
+  BlockFlops flops_{0, 0, 0};
+  Concurrent concurrent_;
   std::map<Vertex, std::vector<double>> border_seen_;  // by the last tile of a front
   std::size_t waiting_tiles_;
   std::set<std::tuple<Vertex, Vertex, Vertex>> assembled_;  // fronts, their columns and first rows

@@ -42,7 +42,7 @@ __device__ inline int spread_column(int c) {
   return (c & ~3) + (c >> 1 & 1) + 2 * ((c ^ c >> 2) & 1);
 }
 
-// What the size of a pivot is judged by: 12 bits beside the exponent are enough to choose one.
+// What the sizes of pivots are compared by: 12 bits beside the exponent are enough to choose one.
 __device__ inline unsigned size_bits(double x) {
   return __double2hiint(x) & 0x7fffff00u;
 }

@@ -1,6 +1,6 @@
-// A borrowed sparse matrix in compressed rows, as the caller has it: 32-bit or 64-bit offsets and columns,
-// zero-based, rows sorted or not, duplicates allowed (they are summed), explicit zeros kept. Nothing is
-// copied here and nothing is checked: the solver checks once, at its door.
+// A borrowed sparse matrix in compressed rows, as the caller has it. Offsets and columns are 32-bit or 64-bit
+// integers and begin at 0. Rows may be unsorted. Repeated entries are summed, explicit zeros are kept. A view
+// copies and checks nothing: analyze, factor and refactor check the matrix that they are passed.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 
 namespace mfs {
 
-/// A borrowed array of integers of either width.
+/// A borrowed array of integers of either width. It must outlive the view.
 class IndexSpan {
  public:
   IndexSpan() = default;
@@ -28,13 +28,14 @@ class IndexSpan {
   bool wide_ = false;
 };
 
+/// A matrix of rows x columns entries; the arrays must outlive the call that the view is passed to.
 template <class Scalar>
 struct CsrView {
   std::int64_t rows = 0;
   std::int64_t columns = 0;
   IndexSpan row_offsets;           ///< rows + 1
   IndexSpan column_indices;        ///< row_offsets[rows]
-  const Scalar* values = nullptr;  ///< row_offsets[rows]; may be null where only the pattern is asked for
+  const Scalar* values = nullptr;  ///< row_offsets[rows]; null for a pattern without values
 };
 
 }  // namespace mfs

@@ -1,8 +1,8 @@
-// What can go wrong, one class per kind, each with its place. All derive from mfs::Error. After any of them
-// the object that threw can be used again: an operation that throws leaves the last completed phase as it
-// was, unless its documentation says that the phase is lost.
+// The errors of MFS, one class per kind, all derived from mfs::Error. An object that has thrown can be used
+// again: a call that throws leaves the last completed phase as it was, unless its documentation says that the
+// phase is lost.
 //
-// Rows, columns and entries are 0-based and in the caller's numbering; -1 means "none".
+// Rows, columns and entries count from 0 in the caller's numbering; -1 means "none".
 #pragma once
 
 #include <cstddef>
@@ -14,6 +14,7 @@
 
 namespace mfs {
 
+/// The base of all errors.
 class MFS_API Error : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -21,7 +22,7 @@ class MFS_API Error : public std::runtime_error {
   void append(const std::string& note);
 };
 
-/// An argument that cannot be accepted: which one, and which entry of it.
+/// An argument is not acceptable: its name, and the row and column of the entry.
 class MFS_API InvalidInput : public Error {
  public:
   InvalidInput(std::string argument, const std::string& what, std::int64_t row = -1,
@@ -35,14 +36,14 @@ class MFS_API InvalidInput : public Error {
   std::int64_t row_, column_;
 };
 
-/// Phases called out of order (solve before factor, say).
+/// Phases were called out of order, as solve before factor.
 class MFS_API StateError : public Error {
  public:
   using Error::Error;
 };
 
-/// The matrix handed to factor or refactor does not have the pattern that was analysed; the first row that
-/// differs. The analysis and the last factorization are kept.
+/// The matrix passed to factor or refactor does not have the analysed pattern: the first row that differs.
+/// The analysis and the last factorization are kept.
 class MFS_API PatternChanged : public Error {
  public:
   PatternChanged(const std::string& what, std::int64_t row);
@@ -52,9 +53,9 @@ class MFS_API PatternChanged : public Error {
   std::int64_t row_;
 };
 
-/// No acceptable solution exists: structurally (no zero-free diagonal can be permuted into place) or
-/// numerically. `row` and `column` name one row and column that depend on the others, `dependent_rows` how
-/// many were found.
+/// The matrix is singular: structurally (no permutation gives a diagonal without zeros) or to working
+/// precision. `row` and `column` depend on the others; `dependent_rows` is the number of such rows that were
+/// found.
 class MFS_API SingularMatrix : public Error {
  public:
   enum class Kind { structural, numerical };
@@ -70,7 +71,7 @@ class MFS_API SingularMatrix : public Error {
   std::int64_t row_, column_, dependent_rows_;
 };
 
-/// The factorization is sound but the asked backward error was not reached.
+/// A solution missed the tolerance: the componentwise backward error that was reached, and the tolerance.
 class MFS_API AccuracyNotReached : public Error {
  public:
   AccuracyNotReached(double reached, double asked);
@@ -81,9 +82,10 @@ class MFS_API AccuracyNotReached : public Error {
   double reached_, asked_;
 };
 
+/// The memory of the host, or of the device of a backend.
 enum class MemorySpace { host, device };
 
-/// Bytes needed by the request that failed and bytes available there (0 when unknown).
+/// Memory was refused: the bytes of the request that failed, and the bytes that were free (0 where unknown).
 class MFS_API OutOfMemory : public Error {
  public:
   OutOfMemory(MemorySpace space, std::size_t needed, std::size_t available);
@@ -96,7 +98,7 @@ class MFS_API OutOfMemory : public Error {
   std::size_t needed_, available_;
 };
 
-/// A library or device that MFS stands on failed: its name and its own code.
+/// A library or device that MFS uses failed: its name, and its own error code.
 class MFS_API BackendError : public Error {
  public:
   BackendError(std::string library, int code, const std::string& what);

@@ -8,9 +8,10 @@
 
 namespace mfs {
 
+/// Where the numeric phases run: one thread of the host, its threads, or an NVIDIA GPU.
 enum class Backend { serial, openmp, cuda };
 
-/// "serial", "openmp", "cuda".
+/// "serial", "openmp", "cuda"; "unknown" for any other value.
 inline const char* backend_name(Backend backend) {
   switch (backend) {
     case Backend::serial:
@@ -23,9 +24,9 @@ inline const char* backend_name(Backend backend) {
   return "unknown";
 }
 
-/// Precision of the factors. With `single` a double precision solver takes half the memory and less time;
-/// every solution is refined to the asked accuracy all the same, and where that is not reached, the matrix is
-/// factored again in full precision. `automatic` is `single` on a device whose double precision is more than
+/// Precision of the factors. Factors of `single` precision take half the memory and less time in a double
+/// precision solver. Every solution is refined to the same tolerance. Where that is not reached, the matrix
+/// is factored again in full precision. `automatic` is `single` on a device whose double precision is more than
 /// kSlowDouble times as slow (DeviceInfo::precision), else `full`.
 enum class Precision { automatic, full, single };
 constexpr int kSlowDouble = 8;
@@ -45,28 +46,31 @@ inline const char* precision_name(Precision precision) {
 struct FactorOptions {
   Precision precision = Precision::automatic;
 
-  /// A pivot below pivot_tolerance times the largest entry of the scaled matrix is replaced by that bound,
-  /// counted and remembered; 0 takes sqrt(machine epsilon).
+  /// A pivot below pivot_tolerance times the largest entry of the scaled matrix is perturbed: it is replaced
+  /// by that bound, counted and remembered. 0 means sqrt(machine epsilon).
   double pivot_tolerance = 0.0;
-  /// Where the first factorization perturbs pivots, fronts that had to are merged into their parents, so that
-  /// pivots are searched in larger blocks, and the matrix is factored again: at most this often.
+  /// Where the first factorization perturbs pivots, the fronts that hold them are merged into their parents,
+  /// and the matrix is factored again with larger pivot blocks: at most this often.
   int max_reanalyses = 6;
 };
 
 struct SolveOptions {
-  /// Componentwise backward error max_i |b - Ax|_i / (|A||x| + |b|)_i that every solution must reach; 0 takes
-  /// 1e-12 in double precision, 1e-6 in single.
+  /// Componentwise backward error max_i |b - Ax|_i / (|A||x| + |b|)_i that every solution must reach (Oettli
+  /// and Prager 1964). 0 means 1e-12 in double precision, 1e-6 in single.
   double tolerance = 0.0;
+  /// Steps of iterative refinement at most. 0 means that neither refinement nor FGMRES is tried.
   int max_refinement_steps = 10;
-  /// Above 0, rows that hold nothing but rounding do not fail a solve: what row i is divided by in that error
-  /// counts at least row_floor * max_j |x_j / c_j| / r_i, with the scales r and c of rows and columns, which
-  /// is a part of what a row is whose largest entry meets the largest unknown of the scaled system. From 0 to
-  /// 1, and 1 is close to what Arioli, Demmel and Duff (1989) do for such rows. For callers that need no
-  /// accuracy in unknowns that are tiny beside the others, as Newton's method does not in corrections.
+  /// Lower bound of the divisor of row i in that error, from 0 (none) to 1: row_floor * max_j |x_j / c_j| /
+  /// r_i, with the scales r and c of rows and columns. 1 is the size of a row whose largest entry meets the
+  /// largest unknown of the scaled system; Arioli, Demmel and Duff (1989) do about the same for rows of
+  /// rounding. A bound above 0 is for callers that need no accuracy in unknowns that are tiny beside the
+  /// others, as Newton's method needs none in corrections: rows that hold only such unknowns then fail no
+  /// solve.
   double row_floor = 0.0;
 };
 
-/// Where the solver is: phase ("matching", "ordering", "symbolic", "factor", "solve") and the fraction done.
+/// The phase that runs ("matching", "ordering", "symbolic", "factor", "solve"), and the fraction of it that
+/// is done, from 0 to 1.
 struct Progress {
   const char* phase;
   double fraction;
@@ -77,21 +81,22 @@ struct Options {
   FactorOptions factor;
   SolveOptions solve;
   Backend backend = Backend::openmp;
-  /// Threads of every phase, BLAS included, at most 512; 0 takes default_threads() (mfs/threads.hpp).
+  /// Threads of every phase, BLAS included, at most 512. 0 means default_threads() (mfs/threads.hpp).
   int threads = 0;
-  /// Called from the thread that called the solver (a libmfs with MFS_KOKKOS=shared: or from one beside it,
-  /// never from both at once); must not call the solver. Empty: nobody is told. What it throws ends the call
-  /// and reaches the caller as it is, whatever its type (std::bad_alloc as OutOfMemory); the solver stays
-  /// usable.
+  /// Called with the progress of a phase, if not empty, by the thread that called the solver. A libmfs with
+  /// MFS_KOKKOS=shared may call it by another thread instead, never by both at once. It must not call the
+  /// solver. What it throws ends the phase and reaches the caller unchanged, whatever its type
+  /// (std::bad_alloc as OutOfMemory). The solver stays usable.
   std::function<void(const Progress&)> progress;
-  /// Not empty: where analyze, factor, refactor or solve throws, the system is left as Matrix Market files
-  /// PREFIX_A.mtx and, of a solve, PREFIX_b.mtx (the block of at most 16 right-hand sides that failed), over
-  /// those of an earlier failure, and the error's text names them; if they cannot be written, it says so and
-  /// why. Not for StateError, nor for vectors that solve does not accept.
+  /// Where analyze, factor, refactor or solve throws, the system is written to Matrix Market files, if this
+  /// is not empty: PREFIX_A.mtx and, of a solve, PREFIX_b.mtx (the block of at most 16 right-hand sides that
+  /// failed). Files of an earlier failure are replaced. The error's text names the files, or says why they
+  /// could not be written. StateError writes none, nor do vectors that solve does not accept.
   std::string dump_prefix;
-  /// Receives one line of text per event at this level or below: 0 none, 1 phases, 2 details. The library
-  /// itself never prints. What `log` throws is treated as what `progress` throws.
+  /// Events that `log` receives: 0 none, 1 phases, 2 details.
   int verbosity = 0;
+  /// Receives one line of text per event, if not empty. The library itself never prints. What `log` throws is
+  /// treated as what `progress` throws.
   std::function<void(const std::string&)> log;
 };
 

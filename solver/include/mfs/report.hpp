@@ -1,5 +1,5 @@
-// What the solver says about its work. Predicted figures are exact: the plan knows every front before any
-// number is computed.
+// The report of a solver. Predicted figures are exact, because the plan knows every front before any number
+// is computed.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace mfs {
 
-/// Floating-point operations by kind of operation (complex operations count their real ones).
+/// Floating-point operations by kind. An operation with complex numbers counts as one.
 struct Flops {
   double getrf = 0;  ///< LU of the diagonal blocks
   double trsm = 0;   ///< triangular solves of their row and column blocks
@@ -18,27 +18,27 @@ struct Flops {
   double total() const { return getrf + trsm + gemm; }
 };
 
-/// The fronts of one depth of the tree (0 is the root).
+/// The fronts of one depth of the separator tree.
 struct DepthSummary {
-  std::int32_t depth = 0;
+  std::int32_t depth = 0;  ///< 0 for the roots
   std::int64_t fronts = 0;
-  std::int64_t pivots = 0;          ///< unknowns eliminated at this depth
-  std::int64_t max_front = 0;       ///< largest front (pivots + border), rows
-  std::int64_t factor_entries = 0;  ///< entries of L and U stored
-  std::int64_t contribution_entries = 0;
-  Flops flops;
+  std::int64_t pivots = 0;                ///< unknowns eliminated at this depth
+  std::int64_t max_front = 0;             ///< largest front (pivots + border), rows
+  std::int64_t factor_entries = 0;        ///< entries of L and U stored
+  std::int64_t contribution_entries = 0;  ///< entries of the contribution blocks
+  Flops flops;                            ///< by the blocks of the host (AnalysisOptions::max_block_size)
 };
 
-/// A determinant as phase * exp(log_abs), |phase| = 1 (0 with log_abs = -infinity for a singular matrix): the
-/// number itself would overflow.
+/// A determinant as phase * exp(log_abs), because the number itself would overflow. |phase| is 1; for a
+/// singular matrix phase is 0 and log_abs is -infinity.
 template <class Scalar>
 struct Determinant {
   Scalar phase;
   double log_abs;
 };
 
-/// The rungs of the ladder that a solve climbs until its backward error is small enough, in the order in
-/// which they are tried.
+/// The rungs of the accuracy ladder, in the order in which a solve tries them until its backward error is
+/// small enough.
 enum class Rung {
   factors,         ///< none: one pass over the factors was enough
   correction,      ///< perturbed pivots taken back by an exact low-rank correction
@@ -50,7 +50,7 @@ enum class Rung {
   rescaling,       ///< rows scaled by the size that the residual is measured by, for each right-hand side
 };
 
-/// "factors", "correction", ...
+/// The name of the enumerator, "unknown" for any other value.
 inline const char* rung_name(Rung rung) {
   switch (rung) {
     case Rung::factors:
@@ -73,39 +73,43 @@ inline const char* rung_name(Rung rung) {
   return "unknown";
 }
 
+/// Figures of the last analysis, factorization and solve; zero before these. Times are wall times in seconds.
 struct Report {
-  std::int64_t n = 0;
-  std::int64_t nnz = 0;  ///< entries of A after duplicates are summed
+  std::int64_t n = 0;    ///< rows of A
+  std::int64_t nnz = 0;  ///< entries of A after repeated ones are summed
   Backend backend = Backend::openmp;
   int threads = 0;
 
-  bool matched = false;  ///< a matching was computed (rows permuted, or unknowns paired)
-  std::int64_t nnz_factor = 0;
-  Flops flops;       ///< predicted by the plan
-  Flops flops_used;  ///< counted by the kernels in the last factorization
+  bool matched = false;         ///< a matching was computed (rows permuted, or unknowns paired)
+  std::int64_t nnz_factor = 0;  ///< entries of L and U, those of whole fronts
+  Flops flops;                  ///< predicted, as the backend divides fronts into blocks or tiles
+  Flops flops_used;  ///< done by the last factorization, on a device with those that pivots made it repeat
   std::int64_t fronts = 0;
-  std::int64_t depths = 0;
-  std::int64_t max_front = 0;
+  std::int64_t depths = 0;     ///< of the separator tree
+  std::int64_t max_front = 0;  ///< rows of the largest front
 
+  // Of the memory where the factors lie, that of the host or of the device.
   std::int64_t bytes_factor = 0;  ///< predicted bytes of the factors alone
-  std::int64_t bytes_peak = 0;  ///< predicted bytes of factors, contribution blocks, plan copy and workspace
-  std::int64_t bytes_used = 0;  ///< bytes that the numeric phases really took
+  /// Predicted bytes of factors, contribution blocks, plan copy and the vectors of a solve for one right-hand
+  /// side. What libraries of a device's vendor take is left out.
+  std::int64_t bytes_peak = 0;
+  std::int64_t bytes_used = 0;  ///< bytes that the numeric phases really took, those libraries included
 
-  double time_order = 0;  ///< s, matrix check, matching, graph, separators
-  double time_symbolic = 0;
-  double time_factor = 0;    ///< s, first factorization (memory included)
+  double time_order = 0;     ///< s, check of the matrix, matching, graph, separators
+  double time_symbolic = 0;  ///< s, symbolic plan, and what the backend makes of it
+  double time_factor = 0;    ///< s, first factorization, with what it takes to get its memory
   double time_refactor = 0;  ///< s, last refactorization
-  double time_solve = 0;     ///< s, last solve, refinement included
+  double time_solve = 0;     ///< s, last solve, with the accuracy ladder
 
-  std::int64_t perturbed_pivots = 0;
-  bool single_precision = false;  ///< the factors in use are of single precision
-  int reanalyses = 0;             ///< times that the tree was changed because pivots failed
-  double time_reanalyses = 0;     ///< s, for those that the first factorization needed; part of time_factor
+  std::int64_t perturbed_pivots = 0;  ///< of the last factorization
+  bool single_precision = false;      ///< the factors in use are of single precision
+  int reanalyses = 0;                 ///< times that the tree was changed because pivots failed
+  double time_reanalyses = 0;  ///< s, for those that the first factorization needed; part of time_factor
   // What the last solve needed to reach the tolerance (all 0: the factors alone were good enough).
-  Rung rung = Rung::factors;  ///< the highest one that was tried
-  double time_ladder = 0;     ///< s, for all above Rung::factors; part of time_solve
-  int refinement_steps = 0;
-  int krylov_steps = 0;               ///< of FGMRES, where refinement stalled
+  Rung rung = Rung::factors;          ///< the highest one that was tried
+  double time_ladder = 0;             ///< s, for all above Rung::factors; part of time_solve
+  int refinement_steps = 0;           ///< of iterative refinement, the most of any block of columns
+  int krylov_steps = 0;               ///< of FGMRES, the same
   std::int64_t corrected_pivots = 0;  ///< perturbed pivots taken back by an exact low-rank correction
   double backward_error = 0;          ///< componentwise (SolveOptions), the worst of the last solve's columns
 };

@@ -7,11 +7,12 @@
 //   solver.refactor(A_next);                   // same pattern, new values: no analysis, no allocation
 //   solver.solve_transpose(b, x);
 //
-// One object belongs to one thread at a time; objects are independent of each other. One that was moved from
-// is neither analyzed nor factored and throws StateError from every other call but assignment. So does every
-// phase in a process forked after the library's first use: the threads it works with are not there. No call
-// prints, changes the environment or lets a foreign exception type out. Every failure is one of the classes
-// of mfs/error.hpp; BackendError also where the system refuses threads that were asked for.
+// One object belongs to one thread at a time; objects are independent of each other. An object that was moved
+// from is neither analyzed nor factored, and throws StateError from every other call but assignment. In a
+// process forked after the library's first use every phase throws StateError, because the library's threads
+// are not there. No call prints, changes the environment or lets a foreign exception type out. Every failure
+// is one of the classes of mfs/error.hpp. BackendError also means that the system refused threads that were
+// asked for.
 #pragma once
 
 #include <complex>
@@ -30,60 +31,65 @@ namespace mfs {
 template <class Scalar>
 class MFS_API BasicSolver {
  public:
+  /// Throws InvalidInput for an option that makes no sense, BackendError for a backend that is not present.
   explicit BasicSolver(Options options = {});
   ~BasicSolver();
   BasicSolver(BasicSolver&&) noexcept;
   BasicSolver& operator=(BasicSolver&&) noexcept;
 
-  /// Orders the pattern of `a` and computes the symbolic plan. `a.values`, where given, decide about matching
-  /// and scaling. Forgets any earlier analysis and factorization.
-  /// Throws InvalidInput (not square, empty, out of range, NaN or Inf with its place), SingularMatrix
-  /// (structural), OutOfMemory.
+  /// Orders the pattern of `a` (n x n) and computes the symbolic plan. The values of `a`, where it has some,
+  /// decide about matching and scaling. Earlier analyses and factorizations are forgotten. Throws
+  /// InvalidInput (not square, empty, an index out of range, NaN or infinity with its place), SingularMatrix
+  /// (structural), OutOfMemory, BackendError.
   void analyze(const CsrView<Scalar>& a);
 
-  /// Factors the values of `a`; analyses first if that was not done.
-  /// Throws PatternChanged if `a` is not of the analysed pattern, InvalidInput, OutOfMemory, BackendError.
+  /// Factors the values of `a`. Analyses `a` first if nothing has been analysed, or only a pattern.
+  /// Throws PatternChanged if `a` does not have the analysed pattern, InvalidInput (NaN or infinity),
+  /// OutOfMemory, BackendError, and what analyze throws.
   void factor(const CsrView<Scalar>& a);
 
-  /// The same for an object that has been factored before: allocates nothing and repeats nothing.
-  /// Throws StateError before the first factor.
+  /// Factors the values of `a` in the memory and by the plan of the last factorization. Nothing is allocated,
+  /// unless solves have become so dear that the values are matched anew (FactorOptions::max_reanalyses).
+  /// Throws StateError before the first factor, and what factor throws.
   void refactor(const CsrView<Scalar>& a);
-  /// `values` in the order of the entries of the matrix last given to analyze or factor.
+  /// The same for `values` in the order of the entries of the matrix last passed to analyze or factor.
   void refactor(const Scalar* values);
 
-  /// Solves A X = B. `b` and `x` are n x nrhs, column-major, leading dimensions ldb and ldx (0 takes n); they
-  /// may be the same array (ldb = ldx), but not overlap otherwise. On return each column's backward error is
-  /// at most the asked tolerance. Throws StateError, InvalidInput, SingularMatrix (numerical),
-  /// AccuracyNotReached, OutOfMemory; x is then unchanged, but for whole blocks of 16 columns that were
-  /// solved before the failure.
+  /// Solves A X = B. `b` and `x` are n x nrhs, column-major, with leading dimensions ldb and ldx (0 means n).
+  /// They may be the same array (ldb = ldx), but must not overlap otherwise. On return each column's
+  /// componentwise backward error is at most SolveOptions::tolerance. Throws StateError, InvalidInput,
+  /// SingularMatrix (numerical), AccuracyNotReached, OutOfMemory, BackendError. x is then unchanged, but for
+  /// whole blocks of 16 columns that were solved before the failure.
   void solve(const Scalar* b, Scalar* x, std::int64_t nrhs = 1, std::int64_t ldb = 0, std::int64_t ldx = 0);
-  /// Solves A^T X = B.
+  /// Solves A^T X = B (for complex numbers, too, without conjugation), with arguments and errors as solve.
   void solve_transpose(const Scalar* b, Scalar* x, std::int64_t nrhs = 1, std::int64_t ldb = 0,
                        std::int64_t ldx = 0);
 
-  /// The same for arrays in the memory of the device, with Backend::cuda, when nothing needs to go through
-  /// the host: values in the order of the entries of the matrix last given to analyze or factor, b and x as
-  /// above. `stream` is a cudaStream_t of the caller (null: the default stream): what was put into it before
-  /// is waited for on the device; the results are there when the call returns. Steps of the accuracy ladder
-  /// beyond refinement make their way through the host. Throw StateError where the factors are not on a
-  /// device.
+  /// The same for arrays in the memory of the device where the factors lie (Backend::cuda). Shapes, order and
+  /// errors are as above. `stream` is a cudaStream_t of the caller (null: the default stream). What was put
+  /// into it before is waited for on the device, and the results are complete when the call returns. Steps of
+  /// the accuracy ladder beyond refinement copy the vectors through the host. Throw StateError where the
+  /// factors are not on a device.
   void refactor_device(const Scalar* values, void* stream = nullptr);
   void solve_device(const Scalar* b, Scalar* x, std::int64_t nrhs = 1, std::int64_t ldb = 0,
                     std::int64_t ldx = 0, void* stream = nullptr);
   void solve_transpose_device(const Scalar* b, Scalar* x, std::int64_t nrhs = 1, std::int64_t ldb = 0,
                               std::int64_t ldx = 0, void* stream = nullptr);
 
-  /// Estimate of the condition number |A|_1 |A^-1|_1 (Higham and Tisseur 2000; rarely below a third of it),
-  /// by a few solves. Infinite if A is singular. Throws StateError, OutOfMemory, and AccuracyNotReached where
-  /// more pivots were perturbed than can be taken back.
+  /// Estimates the condition number |A|_1 |A^-1|_1 by a few solves (Higham and Tisseur 2000; the estimate is
+  /// rarely below a third of it). The result is infinite if A is singular. Throws StateError, OutOfMemory,
+  /// and AccuracyNotReached where more pivots were perturbed than can be taken back.
   double condition_estimate();
-  /// The determinant of A, from the pivots: with Precision::single, six digits of it. Throws StateError, and
-  /// AccuracyNotReached where more pivots were perturbed than can be taken back.
+  /// The determinant of A from the pivots; six digits are right with Precision::single. Throws StateError,
+  /// OutOfMemory, and AccuracyNotReached where more pivots were perturbed than can be taken back.
   Determinant<Scalar> determinant();
 
+  /// Whether there is an analysis, and whether there are factors that solve can use.
   bool analyzed() const;
   bool factored() const;
+  /// What the last calls did; all zero before the first.
   const Report& report() const;
+  /// The options that the object was made with.
   const Options& options() const;
   /// The fronts by depth, root first; empty before analyze.
   std::vector<DepthSummary> depths() const;

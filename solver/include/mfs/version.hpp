@@ -1,10 +1,11 @@
-// Version of the library and of what it stands on.
+// Versions of the library and of those that it uses, and its backends.
 #pragma once
 
 #include <cstdint>
 #include <string>
 #include <vector>
 
+#include <mfs/error.hpp>
 #include <mfs/export.hpp>
 #include <mfs/options.hpp>
 
@@ -41,10 +42,21 @@ MFS_API const char* version();
 MFS_API std::vector<Backend> backends();
 /// The CUDA devices of this machine; empty where the library has no Backend::cuda.
 MFS_API std::vector<DeviceInfo> devices();
-/// Kokkos, METIS, CAMD, BLAS, ... with their versions as far as they tell.
+/// Facts of a backend, whether it is usable on this machine or not. The rates were measured on the machines
+/// in docs/performance.md. Callers choose between algorithms by them, so that no choice depends on the
+/// machine.
+struct BackendInfo {
+  MemorySpace memory;  ///< where the factors lie; with `device`, refactor_device and solve_device can be used
+  double factor_rate;  ///< operations per second in the factorization of a large matrix
+  double flops_per_entry;  ///< operations that a factorization does while a solve uses one entry of L or U
+};
+/// Throws InvalidInput where the value is none of the enumerators.
+MFS_API BackendInfo backend_info(Backend backend);
+/// Names and versions of Kokkos, METIS, CAMD and BLAS, as far as these tell them.
 MFS_API std::vector<LibraryInfo> libraries();
-/// An OpenBLAS that does not know this processor works with kernels of an old one, at a third of the speed.
-/// What the environment variable OPENBLAS_CORETYPE should say then, when the program is started; else empty.
+/// The value that the environment variable OPENBLAS_CORETYPE should have when the program is started, because
+/// OpenBLAS does not know this processor and uses kernels of an old one, at a third of the speed. Empty where
+/// it does.
 MFS_API std::string better_blas_kernels();
 
 }  // namespace mfs

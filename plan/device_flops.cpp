@@ -1,0 +1,84 @@
+#include "plan/device_flops.hpp"
+
+#include <algorithm>
+
+namespace mfs {
+
+namespace {
+
+/// One use: adds up launch after launch.
+class Count {
+ public:
+  Count(const SymbolicPlan& plan, const DevicePlan& lists) : plan_(plan), lists_(lists) {}
+
+  void add(const SmallLaunch& launch) {
+    for (Offset i = launch.fronts.begin; i < launch.fronts.end; ++i) {
+      const Vertex f = lists_.small_fronts[i];
+      add(block_flops(plan_.pivots(f), plan_.border_rows(f)));
+    }
+  }
+  void add(const Launch& launch) {
+    for (Offset i = launch.tasks.begin; i < launch.tasks.end; ++i) {
+      switch (launch.kind) {
+        case Launch::Kind::diagonal:
+          sum_.done.getrf += block_flops(pivots(lists_.steps[i]), 0).getrf;
+          break;
+        case Launch::Kind::strips:
+          add_strips(lists_.steps[i]);
+          break;
+        case Launch::Kind::products:
+        case Launch::Kind::wide_products:
+        case Launch::Kind::vendor_gemm:
+          add_product(lists_.products[i]);
+          break;
+      }
+    }
+  }
+  void add(const RootTask& root) { sum_.done.getrf += block_flops(root.pivots, 0).getrf; }
+
+  const DeviceFlops& sum() const { return sum_; }
+
+ private:
+  void add(const BlockFlops& flops) {
+    sum_.done.getrf += flops.getrf;
+    sum_.done.trsm += flops.trsm;
+    sum_.done.gemm += flops.gemm;
+  }
+  Vertex pivots(const StepTask& task) const {
+    return std::min(lists_.tile, plan_.pivots(task.front) - task.k);
+  }
+  // L has the pivots on its diagonal to divide by, U has ones.
+  void add_strips(const StepTask& task) {
+    const double s = pivots(task);
+    const double below = task.left ? plan_.rows(task.front) - task.k - s : 0, right = task.end - task.begin;
+    sum_.done.trsm += s * s * below + s * (s - 1) * right;
+  }
+  void add_product(const ProductTask& task) {
+    const double of_a_row = 2.0 * task.n * task.k;
+    sum_.done.gemm += of_a_row * (task.m - task.padding);
+    sum_.padding += of_a_row * task.padding;
+  }
+
+  const SymbolicPlan& plan_;
+  const DevicePlan& lists_;
+  DeviceFlops sum_;
+};
+
+}  // namespace
+
+DeviceFlops count_flops(const SymbolicPlan& plan, const DevicePlan& lists, bool library_roots) {
+  Count count(plan, lists);
+  for (const DepthLaunches& depth : lists.depths) {
+    for (const SmallLaunch& launch : depth.small) count.add(launch);
+    const bool by_library = library_roots && !lists.roots.empty() && &depth == &lists.depths.back();
+    if (by_library) {
+      for (const RootTask& root : lists.roots) count.add(root);
+    } else {
+      for (const Launch& launch : depth.factor) count.add(launch);
+    }
+    for (const Launch& launch : depth.update) count.add(launch);
+  }
+  return count.sum();
+}
+
+}  // namespace mfs

@@ -1,0 +1,37 @@
+# scripts/check_sizes on small files: what it accepts, and what it finds too long.
+set(root ${CMAKE_CURRENT_BINARY_DIR}/check_sizes_test)
+string(REPEAT "  a();\n" 78 statements)  # with a signature and a closing brace 80 lines
+string(REPEAT "void f() {}\n" 150 functions)
+
+# check(NAME FILE FOUND TEXT): FOUND is part of what is printed, empty where all is right.
+function(check name file found text)
+  file(REMOVE_RECURSE ${root})
+  file(WRITE ${root}/${file} "${text}")
+  execute_process(COMMAND ${PYTHON} ${SCRIPT} ${root} RESULT_VARIABLE code OUTPUT_VARIABLE out)
+  if(found STREQUAL "")
+    if(NOT code EQUAL 0 OR NOT out MATCHES "^1 files")
+      message(FATAL_ERROR "${name}: code ${code}, printed: ${out}")
+    endif()
+  elseif(NOT code EQUAL 1 OR NOT out MATCHES "${found}")
+    message(FATAL_ERROR "${name}: code ${code}, printed: ${out}")
+  endif()
+endfunction()
+
+check("80 lines" a.cpp "" "void f() {\n${statements}}\n")
+check("81 lines" a.cpp "a.cpp:1: a function of 81 lines" "void f() {\n  a();\n${statements}}\n")
+check("a signature of two lines" a.hpp "a.hpp:2: a function of 81 lines" "\nvoid f(int a,\n       int b) {\n${statements}}\n")
+check("a function of a class" b/a.hpp "b/a.hpp:3: a function of 81 lines"
+  "namespace n {\nclass A : public B {\n  int f() const override {\n  a();\n${statements}}\n};\n}\n")
+check("a constructor with members" a.hpp "a.hpp:2: a function of 81 lines" "struct A {\n  A() : a_(1), b_{2} {\n  a();\n${statements}}\n};\n")
+check("many in a namespace" a.cpp "" "namespace n {\n${functions}}\n")
+check("many in a class" a.hpp "" "template <class T, class = enable<(sizeof(T) > 1)>>\nstruct A final : B<int> {\n${functions}}\n")
+check("a table" a.cpp "" "const int kTable[] = {\n${statements}${statements}}\n")
+check("a table of a function" a.cpp "a.cpp:1: a function" "void f() {\n  const int table[] = {\n${statements}  }\n}\n")
+check("a lambda of a function" a.cpp "a.cpp:1: a function" "void f() {\n  g([&] {\n${statements}  })\n}\n")
+check("braces in text" a.cpp "" "const char* a = \"{ \\\" {\"\nchar b = '{'\nint c = 1'000\n// {\n/* { */\n${functions}")
+check("braces of a macro" a.cpp "" "#define A(B) \\\n  f(B) {\n${functions}")
+check("600 lines" a.hpp "" "${functions}${functions}${functions}${functions}")
+check("601 lines" a.hpp "a.hpp: 601 lines" "//\n${functions}${functions}${functions}${functions}")
+check("a list of sources" c/CMakeLists.txt "c/CMakeLists.txt: 601 lines" "#\n${functions}${functions}${functions}${functions}")
+check("a script" do_it "do_it:2: a function of 81 lines" "#!/usr/bin/env python3\ndef f():\n  b()\n  c()\n${statements}")
+file(REMOVE_RECURSE ${root})

@@ -59,6 +59,9 @@ class Factorization {
 NumericBytes numeric_bytes(const SymbolicPlan& plan, Offset scalar_bytes, Offset value_bytes,
                            Vertex columns = 1);
 
+/// Of the ladder's vectors in those.
+Offset ladder_bytes(Vertex n, Offset value_bytes, Vertex columns);
+
 /// The ladder over `factors` of that plan and pattern; its own vector operations, on the host, run on
 /// `space`. Must be made and used inside Engine::run. Throws std::bad_alloc.
 template <class Value>

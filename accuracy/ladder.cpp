@@ -2,11 +2,15 @@
 
 namespace mfs {
 
+Offset ladder_bytes(Vertex n, Offset value_bytes, Vertex columns) {
+  const LadderLayout ladder(n, value_bytes, columns);
+  return ladder.ends.total() + ladder.work.total();
+}
+
 NumericBytes numeric_bytes(const SymbolicPlan& plan, Offset scalar_bytes, Offset value_bytes,
                            Vertex columns) {
   NumericBytes bytes = host_bytes(plan, scalar_bytes, value_bytes, columns);
-  const LadderLayout ladder(plan.n, value_bytes, columns);
-  bytes.solve += ladder.ends.total() + ladder.work.total();
+  bytes.solve += ladder_bytes(plan.n, value_bytes, columns);
   return bytes;
 }
 

@@ -18,8 +18,10 @@
 namespace mfs::program {
 namespace {
 
-const std::vector<std::pair<std::string, Backend>> kBackends{
-    {"serial", Backend::serial}, {"openmp", Backend::openmp}, {"cuda", Backend::cuda}};
+const std::vector<std::pair<std::string, Backend>> kBackends{{"serial", Backend::serial},
+                                                             {"openmp", Backend::openmp},
+                                                             {"cuda", Backend::cuda},
+                                                             {"kokkos", Backend::kokkos}};
 
 int parse_and_run(const char* name, int argc, char** argv, const std::function<void(CLI::App&)>& define,
                   const std::function<ExitCode(const CLI::App&)>& run) {

@@ -13,7 +13,7 @@ constexpr Vertex kAlignment = 16;
 
 /// Columns of blocks with at least kAlignedRows rows begin at multiples of kAlignment entries.
 constexpr Vertex kAlignedRows = 512;
-#ifdef __CUDACC__  // kernels read the places of a plan by the same rule
+#if defined(__CUDACC__) || defined(__HIPCC__)  // kernels read the places of a plan by the same rule
 __host__ __device__
 #endif
     constexpr Vertex

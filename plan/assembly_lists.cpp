@@ -121,7 +121,7 @@ void AssemblyLists::place_entries() {
 #pragma omp parallel for schedule(static)
   for (Offset i = 0; i < small; ++i) {
     const Vertex f = made_.small_fronts[i];
-    const Offset lower = static_cast<Offset>(plan_.pivots(f)) * plan_.rows(f);
+    const Offset lower = static_cast<Offset>(plan_.pivots(f)) * plan_.lower_ld(f);
     const Offset *const targets = plan_.entry_target.data(), *const end = targets + plan_.entry_begin[f + 1];
     const Offset beyond =
         std::lower_bound(targets + plan_.entry_begin[f], end, plan_.upper_begin[f]) - targets;

@@ -23,13 +23,13 @@ SortedFronts sort_fronts(const SymbolicPlan& plan, Vertex step, Vertex small_row
 }
 
 /// Fronts of like size share a launch, so that shared memory fits them.
-void list_small(const SymbolicPlan& plan, const std::vector<Vertex>& small, DevicePlan& made,
+void list_small(const SymbolicPlan& plan, const std::vector<Vertex>& small, Vertex step, DevicePlan& made,
                 DepthLaunches& depth) {
-  for (Vertex most = kSmallStep; most < made.small_rows + kSmallStep; most += kSmallStep) {
+  for (Vertex most = step; most < made.small_rows + step; most += step) {
     SmallLaunch launch;
     launch.fronts.begin = static_cast<Offset>(made.small_fronts.size());
     for (const Vertex f : small) {
-      if (plan.rows(f) <= most && plan.rows(f) > most - kSmallStep) {
+      if (plan.rows(f) <= most && plan.rows(f) > most - step) {
         made.small_fronts.push_back(f);
         launch.rows = std::max(launch.rows, plan.rows(f));
       }
@@ -52,7 +52,7 @@ DevicePlan make_device_plan(const SymbolicPlan& plan, const DeviceLimits& limits
   for (Vertex step = 0; step < plan.num_depths; ++step) {
     DepthLaunches& depth = made.depths[step];
     const SortedFronts fronts = sort_fronts(plan, step, limits.small_rows);
-    list_small(plan, fronts.small, made, depth);
+    list_small(plan, fronts.small, limits.small_step, made, depth);
     assembly.add_depth(fronts.large, depth);
     steps.add_depth(fronts.large, depth);
   }

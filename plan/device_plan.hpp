@@ -108,7 +108,7 @@ struct SmallLaunch {
   Vertex rows = 0;  // of the largest
 };
 
-/// Small fronts of a depth are launched by size, in steps of kSmallStep rows.
+/// Small fronts of a depth are launched by size, in steps of kSmallStep rows on CUDA.
 constexpr Vertex kSmallStep = 32, kMostSmallLaunches = 5;
 
 struct DepthLaunches {
@@ -208,6 +208,14 @@ struct DeviceLimits {
   Offset ahead_tiles = 4 * static_cast<Offset>(multiprocessors);
   // So many tiles use the device better when they are wide.
   Offset enough_tiles = 2 * static_cast<Offset>(multiprocessors);
+
+  // Small fronts of a depth are launched by size, in steps of so many rows.
+  Vertex small_step = kSmallStep;
+  // Rows and columns of a tile of a product that is not wide. The vendor's BLAS has products of so many entries
+  // and so deep, one call each.
+  Vertex product_rows = 64, product_columns = 64;
+  Offset vendor_entries = Offset(1) << 20;
+  Vertex vendor_depth = 256;
 
   // So many tiny fronts of a depth are solved with by warps.
   Vertex many_tiny = 1024;

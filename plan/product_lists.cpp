@@ -8,42 +8,43 @@ namespace mfs {
 
 namespace {
 
-constexpr Vertex kNarrow = 64, kWide = 128;  // rows of a tile of a product
+constexpr Vertex kWide = 128;  // rows of a wide tile of a product
 constexpr Vertex kDeep = 256;
-bool for_vendor(const ProductTask& task) {
-  constexpr Offset kVendorEntries = Offset(1) << 20;
-  return static_cast<Offset>(task.m) * task.n >= kVendorEntries && task.k >= kDeep;
+
+}  // namespace
+
+bool ProductLists::for_vendor(const ProductTask& task) const {
+  return static_cast<Offset>(task.m) * task.n >= limits_.vendor_entries && task.k >= limits_.vendor_depth;
 }
 
-Offset tiles_with(const ProductTask& task, Vertex rows) {
-  return static_cast<Offset>(tiles_of(task.m, rows)) * tiles_of(task.n, kNarrow);
+Offset ProductLists::tiles_with(const ProductTask& task, Vertex rows) const {
+  return static_cast<Offset>(tiles_of(task.m, rows)) * tiles_of(task.n, limits_.product_columns);
 }
 
-Offset tiles_with(const std::vector<ProductTask>& products, Vertex rows) {
+Offset ProductLists::tiles_with(const std::vector<ProductTask>& products, Vertex rows) const {
   Offset tiles = 0;
   for (const ProductTask& task : products) tiles += for_vendor(task) ? 0 : tiles_with(task, rows);
   return tiles;
 }
 
-}  // namespace
-
-Offset ProductLists::tiles_in(const std::vector<ProductTask>& products) {
-  return tiles_with(products, kNarrow);
+Offset ProductLists::tiles_in(const std::vector<ProductTask>& products) const {
+  return tiles_with(products, limits_.product_rows);
 }
 
 // The largest products one by one to the library, the others in one launch; larger tiles use the card
 // better once there are enough of them and they are deep: else what counts is how many begin and end at
 // different times.
 void ProductLists::add(const std::vector<ProductTask>& products, std::vector<Launch>& launches, Order order) {
-  const bool deep = std::any_of(products.begin(), products.end(),
-                                [](const ProductTask& task) { return task.k >= kDeep && !for_vendor(task); });
+  const bool deep = std::any_of(products.begin(), products.end(), [&](const ProductTask& task) {
+    return task.k >= kDeep && !for_vendor(task);
+  });
   const bool use_wide = limits_.wide_products && deep && tiles_with(products, kWide) >= limits_.enough_tiles;
   Launch launch{use_wide ? Launch::Kind::wide_products : Launch::Kind::products, {}, 0, order};
   launch.tasks.begin = static_cast<Offset>(made_.products.size());
   for (ProductTask task : products) {
     if (for_vendor(task)) continue;
     task.first_tile = launch.blocks;
-    launch.blocks += static_cast<Vertex>(tiles_with(task, use_wide ? kWide : kNarrow));
+    launch.blocks += static_cast<Vertex>(tiles_with(task, use_wide ? kWide : limits_.product_rows));
     made_.products.push_back(task);
   }
   launch.tasks.end = static_cast<Offset>(made_.products.size());

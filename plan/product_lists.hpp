@@ -16,9 +16,13 @@ class ProductLists {
   /// Appends the launches of products that do not depend on each other.
   void add(const std::vector<ProductTask>& products, std::vector<Launch>& launches, Order order);
   /// Narrow tiles in those that the vendor's BLAS does not get.
-  static Offset tiles_in(const std::vector<ProductTask>& products);
+  Offset tiles_in(const std::vector<ProductTask>& products) const;
 
  private:
+  bool for_vendor(const ProductTask& task) const;
+  Offset tiles_with(const ProductTask& task, Vertex rows) const;
+  Offset tiles_with(const std::vector<ProductTask>& products, Vertex rows) const;
+
   const DeviceLimits& limits_;
   DevicePlan& made_;
 };

@@ -26,7 +26,7 @@ void StepLists::list_steps() {
       add_products(f, k, next, {next, plan_.rows(f)}, {next, next + right}, products);
     }
     place_tiles(tiles, by_panels ? Order::sequential : Order::join);
-    if (!by_panels && ProductLists::tiles_in(products) > limits_.ahead_tiles) {
+    if (!by_panels && products_.tiles_in(products) > limits_.ahead_tiles) {
       look_ahead(k);
     } else {
       products_.add(products, depth_->factor, Order::sequential);

@@ -8,6 +8,8 @@
 
 #include "kernels/cuda/cuda_factors.hpp"
 #include "kernels/dense/blas.hpp"
+#include "kernels/portable/portable_factors.hpp"
+#include "kernels/runtime/engine.hpp"
 #include "kernels/runtime/scalars.hpp"
 #include "plan/device_plan.hpp"
 #include "solver/memory_limit.hpp"
@@ -75,15 +77,20 @@ class OpenMPBackend final : public BackendFor<Scalar> {
   }
 };
 
+void check_block_size(const Options& options, const char* backend) {
+  if (options.analysis.max_block_size != AnalysisOptions().max_block_size)
+    throw InvalidInput("max_block_size", std::string("the blocks of backend ") + backend +
+                                             " are its own: leave it at " +
+                                             std::to_string(AnalysisOptions().max_block_size));
+}
+
 template <class Scalar>
 class CudaBackend final : public BackendFor<Scalar> {
  public:
   BackendInfo info() const override { return {MemorySpace::device, 1e13, 100}; }
   bool present() const override { return cuda::device_found(); }
   void check(const Options& options) const override {
-    if (options.analysis.max_block_size != AnalysisOptions().max_block_size)
-      throw InvalidInput("max_block_size", "the blocks of backend cuda are its own: leave it at " +
-                                               std::to_string(AnalysisOptions().max_block_size));
+    check_block_size(options, "cuda");
     cuda::require_device();
   }
   Precision automatic_precision() const override { return mfs::automatic_precision(cuda::speed_of_single()); }
@@ -100,6 +107,47 @@ class CudaBackend final : public BackendFor<Scalar> {
   }
 };
 
+/// Kokkos' default space; its factors lie in the memory of the host or of a device.
+template <class Scalar>
+class PortableBackend final : public BackendFor<Scalar> {
+ public:
+  bool present() const override { return portable::on_host() || cuda::device_found(); }
+  void check(const Options& options) const override {
+    check_block_size(options, "kokkos");
+    if (!portable::on_host()) cuda::require_device();
+  }
+  bool one_thread() const override { return !portable::has_threads(); }
+  AssemblyTurns assembly_turns() const override {
+    return portable::on_host() ? AssemblyTurns() : kAssemblyTurns;
+  }
+  std::size_t available_memory() const override {
+    return portable::on_host() ? available_host_memory() : portable::free_memory();
+  }
+  Offset bytes_needed(bool single_precision, const SymbolicPlan& plan,
+                      const Pattern& pattern) const override {
+    return portable::bytes_needed<Scalar>(single_precision, plan, pattern, available_threads()) +
+           bytes_beside(plan.n);
+  }
+  std::unique_ptr<Factorization<Scalar>> make(bool single_precision, std::shared_ptr<const SymbolicPlan> plan,
+                                              std::shared_ptr<const Pattern> pattern,
+                                              int threads) const override {
+    const std::size_t available = available_memory();
+    auto factors =
+        portable::make_portable_factors<Scalar>(single_precision, plan, pattern, threads, [&](Offset bytes) {
+          const auto needed = static_cast<std::size_t>(bytes + bytes_beside(plan->n));
+          const MemorySpace space = portable::on_host() ? MemorySpace::host : MemorySpace::device;
+          if (needed > available) throw OutOfMemory(space, needed, available);
+        });
+    return make_factorization<Scalar>(HostSpace::openmp, std::move(factors), std::move(plan),
+                                      std::move(pattern));
+  }
+
+ private:
+  static Offset bytes_beside(Vertex n) {
+    return portable::on_host() ? ladder_bytes(n, sizeof(Scalar), 1) : 0;
+  }
+};
+
 }  // namespace
 
 template <class Scalar>
@@ -107,6 +155,7 @@ const BackendFor<Scalar>& backend_for(Backend backend) {
   static const SerialBackend<Scalar> serial;
   static const OpenMPBackend<Scalar> openmp;
   static const CudaBackend<Scalar> cuda;
+  static const PortableBackend<Scalar> kokkos;
   switch (backend) {
     case Backend::serial:
       return serial;
@@ -114,6 +163,8 @@ const BackendFor<Scalar>& backend_for(Backend backend) {
       return openmp;
     case Backend::cuda:
       return cuda;
+    case Backend::kokkos:
+      return kokkos;
   }
   throw InvalidInput("backend", "no such backend");
 }

@@ -26,7 +26,7 @@ const char* version() {
 
 std::vector<Backend> backends() {
   std::vector<Backend> present;
-  for (const Backend backend : {Backend::serial, Backend::openmp, Backend::cuda}) {
+  for (const Backend backend : {Backend::serial, Backend::openmp, Backend::cuda, Backend::kokkos}) {
     if (rules_of(backend).present()) present.push_back(backend);
   }
   return present;

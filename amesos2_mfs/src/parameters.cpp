@@ -21,8 +21,10 @@ struct Choice {
   Value value;
 };
 
-constexpr Choice<Backend> kBackends[] = {
-    {"serial", Backend::serial}, {"openmp", Backend::openmp}, {"cuda", Backend::cuda}};
+constexpr Choice<Backend> kBackends[] = {{"serial", Backend::serial},
+                                         {"openmp", Backend::openmp},
+                                         {"cuda", Backend::cuda},
+                                         {"kokkos", Backend::kokkos}};
 constexpr Choice<Matching> kMatchings[] = {
     {"automatic", Matching::automatic}, {"always", Matching::always}, {"never", Matching::never}};
 constexpr Choice<Precision> kPrecisions[] = {

@@ -9,7 +9,7 @@ namespace mfs::petsc {
 namespace {
 
 /// The enumerators of Backend, Matching and Precision count these.
-constexpr const char* kBackends[] = {"serial", "openmp", "cuda"};
+constexpr const char* kBackends[] = {"serial", "openmp", "cuda", "kokkos"};
 constexpr const char* kMatchings[] = {"automatic", "always", "never"};
 constexpr const char* kPrecisions[] = {"automatic", "full", "single"};
 

@@ -10,7 +10,7 @@
 #include "kernels/cuda/device_stages_def.hpp"
 #include "kernels/cuda/factor/diagonal.hpp"
 #include "kernels/cuda/factors_of_scalars.hpp"
-#include "kernels/cuda/fallback.hpp"
+#include "kernels/fallback.hpp"
 #include "kernels/cuda/solve/solve_vectors.hpp"
 
 namespace mfs::cuda {

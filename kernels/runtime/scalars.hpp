@@ -28,6 +28,18 @@ template <class Scalar>
 using RealOf = typename RealOfTrait<Scalar>::type;
 
 template <class Scalar>
+struct DeviceScalarTrait {
+  using type = Scalar;
+};
+template <class Real>
+struct DeviceScalarTrait<std::complex<Real>> {
+  using type = Kokkos::complex<Real>;
+};
+/// What Scalar is called in device code.
+template <class Scalar>
+using DeviceScalar = typename DeviceScalarTrait<Scalar>::type;
+
+template <class Scalar>
 Scalar from_parts(double real, double imaginary) {
   if constexpr (std::is_same_v<Scalar, RealOf<Scalar>>) {
     (void)imaginary;

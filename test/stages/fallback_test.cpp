@@ -1,6 +1,6 @@
 // When a fallback is active: from the factorization on that needs it, and left for one factorization after 1,
 // 2, 4, ... and 64 of those, as long as that is in vain.
-#include "kernels/cuda/fallback.hpp"
+#include "kernels/fallback.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@ namespace mfs::test {
 namespace {
 
 /// Whether a factorization that needs it or not tries without it first.
-bool tries_without(cuda::Fallback& fallback, bool needed) {
+bool tries_without(Fallback& fallback, bool needed) {
   fallback.begin();
   const bool tries = !fallback.active();
   if (needed) fallback.activate();
@@ -19,7 +19,7 @@ bool tries_without(cuda::Fallback& fallback, bool needed) {
 }
 
 TEST(Fallback, IsLeftTheLessOftenTheMoreOftenThatWasInVain) {
-  cuda::Fallback fallback;
+  Fallback fallback;
   std::vector<int> tried;
   for (int k = 0; k < 260; ++k) {
     if (tries_without(fallback, true)) tried.push_back(k);
@@ -29,7 +29,7 @@ TEST(Fallback, IsLeftTheLessOftenTheMoreOftenThatWasInVain) {
 }
 
 TEST(Fallback, IsForgottenOnceItIsNotNeeded) {
-  cuda::Fallback fallback;
+  Fallback fallback;
   EXPECT_TRUE(tries_without(fallback, false));
   for (int k = 0; k < 4; ++k) tries_without(fallback, true);
   EXPECT_FALSE(tries_without(fallback, false));

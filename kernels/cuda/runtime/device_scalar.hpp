@@ -12,17 +12,7 @@ namespace mfs {
 
 namespace cuda {
 
-template <class Scalar>
-struct DeviceScalarTrait {
-  using type = Scalar;
-};
-template <class Real>
-struct DeviceScalarTrait<std::complex<Real>> {
-  using type = Kokkos::complex<Real>;
-};
-/// What Scalar is called in device code.
-template <class Scalar>
-using DeviceScalar = typename DeviceScalarTrait<Scalar>::type;
+using mfs::DeviceScalar;
 
 /// The value itself, or a NaN whose other bits say nothing: operations hand those on, and some bits are
 /// marks.

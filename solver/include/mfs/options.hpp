@@ -8,10 +8,12 @@
 
 namespace mfs {
 
-/// Where the numeric phases run: one thread of the host, its threads, or an NVIDIA GPU.
-enum class Backend { serial, openmp, cuda };
+/// Where the numeric phases run: one thread of the host, its threads, an NVIDIA GPU, or (kokkos) the execution
+/// space that the Kokkos inside the library has by default, a device where it was built for one, by kernels
+/// that are one source for all spaces.
+enum class Backend { serial, openmp, cuda, kokkos };
 
-/// "serial", "openmp", "cuda"; "unknown" for any other value.
+/// "serial", "openmp", "cuda", "kokkos"; "unknown" for any other value.
 inline const char* backend_name(Backend backend) {
   switch (backend) {
     case Backend::serial:
@@ -20,6 +22,8 @@ inline const char* backend_name(Backend backend) {
       return "openmp";
     case Backend::cuda:
       return "cuda";
+    case Backend::kokkos:
+      return "kokkos";
   }
   return "unknown";
 }

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace mfs::cuda {
+namespace mfs {
 
 /// A slower way: once it was needed it stays active, but now and then it is tried without, as other values
 /// may not need it: at once, and if that is in vain after 2, 4, ... factorizations, at most kLongestInterval.
@@ -27,4 +27,4 @@ class Fallback {
   int active_for_ = 0, interval_ = 1;
 };
 
-}  // namespace mfs::cuda
+}  // namespace mfs

@@ -1,0 +1,109 @@
+// Stage "assemble": a front is cleared, its original entries are put in, and its children's contribution
+// blocks are added, one child after the other in the plan's order, so that sums are the same for any team.
+// Larger fronts are assembled by many teams, a part each, small enough to stay in a cache while it grows.
+#pragma once
+
+#include "kernels/portable/store.hpp"
+
+namespace mfs::portable {
+
+/// Rows [first_row, last_row) of columns [begin, end) of a front: entry (i, j) at at[i + j * ld].
+template <class S>
+struct Area {
+  S* at;
+  Offset ld;
+  Vertex first_row, last_row, begin, end;
+};
+
+template <class Team, class S>
+KOKKOS_INLINE_FUNCTION void clear(const Team& team, const Area<S>& area) {
+  for_each_entry(team, area.last_row - area.first_row, area.end - area.begin, [&](Vertex i, Vertex j) {
+    area.at[area.first_row + i + (area.begin + j) * area.ld] = S(0);
+  });
+}
+
+template <class Team, class S, class V>
+KOKKOS_INLINE_FUNCTION void add_children(const Team& team, const Store<S, V>& store, Vertex f,
+                                         const Area<S>& area) {
+  const FrontStore<S, V>& at = store.fronts;
+  for (Vertex c = at.child_begin[f]; c < at.child_begin[f + 1]; ++c) {
+    const Vertex child = at.children[c];
+    const Vertex* const map = at.border_in_parent + at.border_begin[child];
+    const Vertex b = static_cast<Vertex>(at.border_begin[child + 1] - at.border_begin[child]);
+    const Vertex left = lower_bound(map, b, area.begin), right = lower_bound(map, b, area.end);
+    const Vertex top = lower_bound(map, b, area.first_row), bottom = lower_bound(map, b, area.last_row);
+    const Offset ld = leading_dimension(b);
+    const S* const block = at.storage + at.contribution_begin[child] + top + left * ld;
+    for_each_entry(team, bottom - top, right - left, [&](Vertex i, Vertex j) {
+      area.at[map[top + i] + map[left + j] * area.ld] += block[i + j * ld];
+    });
+    team.team_barrier();
+  }
+}
+
+/// Of larger fronts, a part each.
+template <class Exec, class S, class V>
+struct AssembleParts {
+  Store<S, V> store;
+  const AssemblyPart* parts;
+
+  KOKKOS_INLINE_FUNCTION void operator()(const TeamOf<Exec>& team) const {
+    const AssemblyPart part = parts[team.league_rank()];
+    const Front<S> front = store.fronts.front(part.front);
+    const Vertex p = front.pivots;
+    Area<S> area{front.lower, front.lower_ld, part.first_row, part.last_row, part.begin, part.end};
+    if (part.begin >= p) {
+      const bool pivot_rows = part.first_row < p;
+      area.ld = pivot_rows ? p : front.contribution_ld;
+      area.at = pivot_rows ? front.upper - p * area.ld : front.contribution - p * area.ld - p;
+    }
+    clear(team, area);
+    team.team_barrier();
+    S* const first_column = area.at + area.first_row + area.begin * area.ld;
+    for_each(team, static_cast<Vertex>(part.last_entry - part.first_entry), [&](Vertex k) {
+      const Offset e = part.first_entry + k;
+      const Vertex place = store.entry_place[e];
+      const Vertex i = area.first_row + static_cast<Vertex>(place % area.ld);
+      first_column[place] = store.scaled_entry(e, part.front, i, p);
+    });
+    team.team_barrier();
+    add_children(team, store, part.front, area);
+  }
+};
+
+/// Where the blocks of one front lie while a team works on it.
+template <class S>
+struct Blocks {
+  Vertex pivots, border;
+  S *lower, *upper, *contribution;  // [P; L], U, C
+  Offset lower_ld, upper_ld, contribution_ld;
+};
+
+template <class Team, class S, class V>
+KOKKOS_INLINE_FUNCTION void assemble_front(const Team& team, const Store<S, V>& store, Vertex f,
+                                           const Blocks<S>& to) {
+  const FrontStore<S, V>& at = store.fronts;
+  const Vertex p = to.pivots, rows = p + to.border;
+  const Offset upper_place = p * static_cast<Offset>(leading_dimension(rows));
+  const Area<S> areas[] = {
+      {to.lower, to.lower_ld, 0, rows, 0, p},
+      {to.upper - p * to.upper_ld, to.upper_ld, 0, p, p, rows},
+      {to.contribution - p * to.contribution_ld - p, to.contribution_ld, p, rows, p, rows}};
+  for (const Area<S>& area : areas) clear(team, area);
+  team.team_barrier();
+  const Offset first = at.entry_begin[f];
+  for_each(team, static_cast<Vertex>(at.entry_begin[f + 1] - first), [&](Vertex k) {
+    const Vertex place = store.entry_place[first + k];
+    const bool lower = place < upper_place;
+    const Offset in_block = lower ? place : place - upper_place;
+    const Offset ld = lower ? static_cast<Offset>(leading_dimension(rows)) : p;
+    const Vertex i = static_cast<Vertex>(in_block % ld);
+    const Offset j = in_block / ld;
+    S& entry = lower ? to.lower[i + j * to.lower_ld] : to.upper[i + j * to.upper_ld];
+    entry = store.scaled_entry(first + k, f, i, p);
+  });
+  team.team_barrier();
+  for (const Area<S>& area : areas) add_children(team, store, f, area);
+}
+
+}  // namespace mfs::portable

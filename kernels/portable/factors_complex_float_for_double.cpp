@@ -1,0 +1,7 @@
+#include "kernels/portable/portable_factors_def.hpp"
+
+namespace mfs::portable {
+
+MFS_INSTANTIATE_PORTABLE(std::complex<double>, std::complex<float>)
+
+}  // namespace mfs::portable

@@ -1,0 +1,53 @@
+#include "kernels/portable/portable_factors.hpp"
+
+#include <utility>
+
+#include "kernels/dense/blas.hpp"
+#include "kernels/portable/factors_of_scalars.hpp"
+#include "kernels/space/space.hpp"
+
+namespace mfs::portable {
+
+const char* space_name() {
+  return Kokkos::DefaultExecutionSpace::name();
+}
+bool on_host() {
+  return kOnHost<Kokkos::DefaultExecutionSpace>;
+}
+bool has_threads() {
+  return !std::is_same_v<Kokkos::DefaultExecutionSpace, Kokkos::Serial> &&
+         (!on_host() || blas::many_callers());
+}
+std::size_t free_memory() {
+  Space<Kokkos::DefaultExecutionSpace>::start();
+  return Space<Kokkos::DefaultExecutionSpace>::free_memory();
+}
+
+template <class Value>
+Offset bytes_needed(bool single_precision, const SymbolicPlan& plan, const Pattern& pattern, int threads) {
+  return single_precision ? bytes_of_factors<Value, Narrow<Value>>(plan, pattern, threads)
+                          : bytes_of_factors<Value, Value>(plan, pattern, threads);
+}
+
+template <class Value>
+std::unique_ptr<Factors<Value>> make_portable_factors(bool single_precision,
+                                                      std::shared_ptr<const SymbolicPlan> plan,
+                                                      std::shared_ptr<const Pattern> pattern, int threads,
+                                                      const std::function<void(Offset)>& check) {
+  Space<Kokkos::DefaultExecutionSpace>::start();
+  if (single_precision)
+    return make_factors<Value, Narrow<Value>>(std::move(plan), std::move(pattern), threads, check);
+  return make_factors<Value, Value>(std::move(plan), std::move(pattern), threads, check);
+}
+
+#define MFS_INSTANTIATE(Value)                                                         \
+  template Offset bytes_needed<Value>(bool, const SymbolicPlan&, const Pattern&, int); \
+  template std::unique_ptr<Factors<Value>> make_portable_factors<Value>(               \
+      bool, std::shared_ptr<const SymbolicPlan>, std::shared_ptr<const Pattern>, int,  \
+      const std::function<void(Offset)>&);
+MFS_INSTANTIATE(float)
+MFS_INSTANTIATE(double)
+MFS_INSTANTIATE(std::complex<float>)
+MFS_INSTANTIATE(std::complex<double>)
+
+}  // namespace mfs::portable

@@ -1,0 +1,250 @@
+// Factors in the memory of an execution space, for the files that compile them for a pair of scalars.
+#pragma once
+
+#include <complex>
+#include <vector>
+
+#include "kernels/factors.hpp"
+#include "kernels/fallback.hpp"
+#include "kernels/portable/factors_of_scalars.hpp"
+#include "kernels/portable/stages.hpp"
+
+namespace mfs::portable {
+
+/// Vectors of a solve in the memory of the space.
+template <class S>
+struct VectorLayout {
+  VectorLayout(Offset n, Offset places, Vertex columns, Offset staged_bytes) {
+    const Offset bytes = static_cast<Offset>(sizeof(S)) * columns;
+    v = arena.add(n * bytes);
+    y = arena.add(n * bytes);
+    border = arena.add(places * bytes);
+    staged = arena.add(staged_bytes * n * columns);
+  }
+  ArenaLayout arena;
+  Offset v, y, border;
+  Offset staged;  // right-hand sides and solutions, where they are not read and written in their place
+};
+
+template <class Exec, class Value, class Scalar, class Dense = DenseOf<Exec, DeviceScalar<Scalar>>>
+class PortableFactors final : public Factors<Value> {
+  using S = DeviceScalar<Scalar>;
+  using V = DeviceScalar<Value>;
+  using Stages = PortableStages<Exec, S, V, Dense>;
+  using HostSide = typename Space<Exec>::HostSide;
+
+ public:
+  PortableFactors(std::shared_ptr<const SymbolicPlan> plan, std::shared_ptr<const Pattern> pattern,
+                  int threads, const std::function<void(Offset)>& check = {})
+      : plan_(std::move(plan)),
+        pattern_(std::move(pattern)),
+        threads_(threads),
+        stages_(*plan_, *pattern_, sizes_for<Exec, S, Dense>(threads)) {
+    if (check) check(stages_.bytes_needed() + vector_bytes(stages_, *plan_, 1));
+    stages_.allocate();
+    place_matrix();
+    make_room(1);
+  }
+  static Offset bytes_for(const SymbolicPlan& plan, const Pattern& pattern, int threads) {
+    const Stages stages(plan, pattern, sizes_for<Exec, S, Dense>(threads));
+    return stages.bytes_needed() + vector_bytes(stages, plan, 1);
+  }
+
+  Value* matrix_values() override {
+    values_sent_ = false;
+    return values_;
+  }
+  double* row_scale() override {
+    scales_sent_ = false;
+    return row_scale_;
+  }
+  double* column_scale() override {
+    scales_sent_ = false;
+    return column_scale_;
+  }
+  HostMatrix<Value> matrix() override { return {values_, row_scale_, column_scale_}; }
+
+  // Again where fronts have to be strict.
+  Factored factor(double tolerance, const std::function<void(double)>& progress) override {
+    const CallerScope callers(threads_);
+    pivots_read_ = false;
+    send_matrix();
+    strict_.begin();
+    if (!strict_.active()) stages_.forget_strict_fronts();
+    Status status = launch_factor(tolerance, progress);
+    while (status.found_strict > 0) {
+      strict_.activate();
+      status = launch_factor(tolerance, progress);
+    }
+    strict_.end();
+    if (progress) progress(1.0);
+    status.pivots.getrf = plan_->flops.getrf;
+    status.pivots.trsm = plan_->flops.trsm;
+    status.pivots.gemm = plan_->flops.gemm;
+    return {status.pivots, status.largest};
+  }
+
+  void apply_inverse(const Value* from, Value* to, Vertex columns, bool transposed) override {
+    const CallerScope callers(threads_);
+    const Vertex n = plan_->n;
+    const Offset bytes = static_cast<Offset>(n) * columns * static_cast<Offset>(sizeof(Value));
+    const FrontStore<S, V>& at = stages_.store().fronts;
+    const V* in = reinterpret_cast<const V*>(from);
+    V* out = reinterpret_cast<V*>(to);
+    if constexpr (!kOnHost<Exec>) {
+      queue().to_space(staged_, from, bytes);
+      in = out = staged_;
+    }
+    Vectors<S> vectors = vectors_;
+    vectors.columns = columns;
+    gather_scaled<V>(queue().exec(), n, columns, transposed ? at.column_of : at.row_of,
+                     transposed ? at.column_scale : at.row_scale, in, vectors.v);
+    stages_.substitute(vectors, transposed);
+    scatter_scaled<V>(queue().exec(), n, columns, transposed ? at.row_of : at.column_of,
+                      transposed ? at.row_scale : at.column_scale, static_cast<const S*>(vectors.v), out);
+    if constexpr (!kOnHost<Exec>) queue().to_host(to, staged_, bytes);
+    queue().wait();
+  }
+
+  void make_room(Vertex columns) override {
+    const VectorLayout<S> layout = vector_layout(stages_, *plan_, columns);
+    vector_memory_ = std::make_unique<typename Space<Exec>::Arena>(layout.arena.total());
+    vectors_ = {columns, vector_memory_->template at<S>(layout.v), vector_memory_->template at<S>(layout.y),
+                vector_memory_->template at<S>(layout.border)};
+    staged_ = vector_memory_->template at<V>(layout.staged);
+  }
+
+  std::shared_ptr<char> host_vectors(Offset bytes) const override {
+    const auto arena = std::make_shared<HostSide>(bytes);
+    return {arena, arena->template at<char>(0)};
+  }
+
+  Vertex local_row(Vertex position) const override {
+    read_pivots();
+    return local_row_[position];
+  }
+  Value pivot_shift(Vertex position) const override {
+    read_pivots();
+    return static_cast<Value>(shift_[position]);
+  }
+  void diagonal_pivots(std::complex<double>* pivots) const override {
+    std::vector<Scalar> found(static_cast<std::size_t>(plan_->n));
+    gather_pivots(queue().exec(), stages_.store().fronts, plan_->num_fronts, vectors_.v);
+    queue().to_host(found.data(), vectors_.v, plan_->n * static_cast<Offset>(sizeof(S)));
+    queue().wait();
+    for (const Scalar& pivot : found) *pivots++ = std::complex<double>(pivot);
+  }
+
+  MemorySpace memory() const override { return kOnHost<Exec> ? MemorySpace::host : MemorySpace::device; }
+  Offset bytes() const override { return stages_.bytes() + vector_memory_->bytes(); }
+
+ private:
+  /// On the host, as many threads as teams call BLAS.
+  struct CallerScope {
+    explicit CallerScope(int threads) : sequential(kOnHost<Exec> ? threads : 1) {}
+    blas::SequentialScope sequential;
+  };
+  const typename Stages::Queue& queue() const { return stages_.queue(); }
+
+  static VectorLayout<S> vector_layout(const Stages& stages, const SymbolicPlan& plan, Vertex columns) {
+    return {plan.n, stages.border_places(), columns, kOnHost<Exec> ? 0 : static_cast<Offset>(sizeof(V))};
+  }
+  static Offset vector_bytes(const Stages& stages, const SymbolicPlan& plan, Vertex columns) {
+    return vector_layout(stages, plan, columns).arena.total();
+  }
+
+  // Where the caller puts values and scales: in the memory of the space, if that is the host's.
+  void place_matrix() {
+    const FrontStore<S, V>& at = stages_.store().fronts;
+    if constexpr (kOnHost<Exec>) {
+      values_ = reinterpret_cast<Value*>(at.matrix_values);
+      row_scale_ = at.row_scale;
+      column_scale_ = at.column_scale;
+      host_status_ = stages_.store().status;
+    } else {
+      const Offset n = plan_->n;
+      ArenaLayout layout;
+      const Offset values = layout.add(plan_->nnz * static_cast<Offset>(sizeof(Value))),
+                   row = layout.add(n * static_cast<Offset>(sizeof(double))),
+                   column = layout.add(n * static_cast<Offset>(sizeof(double))),
+                   status = layout.add(static_cast<Offset>(sizeof(Status)));
+      host_ = std::make_unique<HostSide>(layout.total());
+      values_ = host_->template at<Value>(values);
+      row_scale_ = host_->template at<double>(row);
+      column_scale_ = host_->template at<double>(column);
+      host_status_ = host_->template at<Status>(status);
+    }
+  }
+  void send_matrix() {
+    if constexpr (!kOnHost<Exec>) {
+      const FrontStore<S, V>& at = stages_.store().fronts;
+      const Offset n = plan_->n;
+      if (!scales_sent_) {
+        queue().to_space(at.row_scale, row_scale_, n * static_cast<Offset>(sizeof(double)));
+        queue().to_space(at.column_scale, column_scale_, n * static_cast<Offset>(sizeof(double)));
+      }
+      if (!values_sent_)
+        queue().to_space(at.matrix_values, values_, plan_->nnz * static_cast<Offset>(sizeof(Value)));
+    }
+    scales_sent_ = values_sent_ = true;
+  }
+
+  // Where launches return when their work is done, progress is told after each depth.
+  Status launch_factor(double tolerance, const std::function<void(double)>& progress) {
+    double done = 0;
+    stages_.factor(tolerance, [&](Vertex step) {
+      if (!kOnHost<Exec> || !progress || !(plan_->flops.total() > 0)) return;
+      for (Vertex f = plan_->depth_begin[step]; f < plan_->depth_begin[step + 1]; ++f)
+        done += plan_->front_flops[f];
+      progress(std::min(done / plan_->flops.total(), 1.0));
+    });
+    if constexpr (!kOnHost<Exec>) queue().to_host(host_status_, stages_.store().status, sizeof(Status));
+    queue().wait();
+    return *host_status_;
+  }
+
+  // Once per factorization that is asked about its pivots.
+  void read_pivots() const {
+    if (pivots_read_) return;
+    const std::size_t n = static_cast<std::size_t>(plan_->n);
+    local_row_.resize(n);
+    shift_.resize(n);
+    const FrontStore<S, V>& at = stages_.store().fronts;
+    queue().to_host(local_row_.data(), at.local_row, plan_->n * static_cast<Offset>(sizeof(Vertex)));
+    queue().to_host(shift_.data(), at.shift, plan_->n * static_cast<Offset>(sizeof(Scalar)));
+    queue().wait();
+    pivots_read_ = true;
+  }
+
+  std::shared_ptr<const SymbolicPlan> plan_;
+  std::shared_ptr<const Pattern> pattern_;
+  int threads_;
+  Stages stages_;
+  std::unique_ptr<HostSide> host_;  // values, scales and status on the host's side
+  Value* values_ = nullptr;
+  double *row_scale_ = nullptr, *column_scale_ = nullptr;
+  Status* host_status_ = nullptr;
+  bool scales_sent_ = false, values_sent_ = false;
+  Fallback strict_;  // some front is, else none
+  std::unique_ptr<typename Space<Exec>::Arena> vector_memory_;
+  Vectors<S> vectors_{};
+  V* staged_ = nullptr;
+  mutable bool pivots_read_ = false;
+  mutable std::vector<Vertex> local_row_;
+  mutable std::vector<Scalar> shift_;
+};
+
+#define MFS_INSTANTIATE_PORTABLE(Value, Scalar)                                                              \
+  template <>                                                                                                \
+  std::unique_ptr<Factors<Value>> make_factors<Value, Scalar>(                                               \
+      std::shared_ptr<const SymbolicPlan> plan, std::shared_ptr<const Pattern> pattern, int threads,         \
+      const std::function<void(Offset)>& check) {                                                            \
+    return std::make_unique<PortableFactors<Kokkos::DefaultExecutionSpace, Value, Scalar>>(                  \
+        std::move(plan), std::move(pattern), threads, check);                                                \
+  }                                                                                                          \
+  template <>                                                                                                \
+  Offset bytes_of_factors<Value, Scalar>(const SymbolicPlan& plan, const Pattern& pattern, int threads) {    \
+    return PortableFactors<Kokkos::DefaultExecutionSpace, Value, Scalar>::bytes_for(plan, pattern, threads); \
+  }
+
+}  // namespace mfs::portable

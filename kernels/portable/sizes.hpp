@@ -1,0 +1,71 @@
+// From which sizes on work is cut in which way, by what the teams of a space have.
+#pragma once
+
+#include <limits>
+
+#include "kernels/portable/small_fronts.hpp"
+#include "kernels/portable/steps.hpp"
+#include "kernels/portable/substitution.hpp"
+#include "plan/device_plan.hpp"
+
+namespace mfs::portable {
+
+constexpr Vertex kNever = std::numeric_limits<Vertex>::max() / 2;
+
+struct Sizes {
+  DeviceLimits limits;
+  // Of the solve: fronts of up to so many pivots are one team's.
+  Vertex whole = 0, solve_tile = 0, most_chunk = 0;
+};
+
+/// One thread of the host has all fronts as a whole. Others share those that are more than a few hundred
+/// microseconds of work; tiles of 128 pivots are narrow enough for the panel, which is one thread's, and wide
+/// enough for products of OpenBLAS.
+inline Sizes sizes_for_library(int threads) {
+  constexpr Vertex kLargest = 32768;  // whose entries can be counted
+  Sizes sizes;
+  sizes.limits.tile = 128;
+  sizes.limits.small_rows = threads == 1 ? kLargest : 256;
+  sizes.limits.small_step = kLargest;
+  sizes.limits.strip = 256;
+  sizes.limits.product_rows = sizes.limits.product_columns = 256;
+  sizes.whole = threads == 1 ? kNever : 256;
+  sizes.solve_tile = sizes.most_chunk = 256;
+  return sizes;
+}
+
+/// The largest tile and the largest small front that fit the scratch memory of a team.
+template <class S>
+Sizes sizes_for_teams(Offset scratch_bytes) {
+  constexpr Vertex kStep = 16, kMostTile = 128;
+  Sizes sizes;
+  DeviceLimits& limits = sizes.limits;
+  limits.tile = kStep;
+  while (limits.tile < kMostTile && diagonal_bytes<S>(limits.tile + kStep) <= scratch_bytes)
+    limits.tile += kStep;
+  limits.small_rows = 1;
+  while (limits.small_rows < kAssemblyTurns.rows &&
+         small_front_bytes<S>(limits.small_rows + 1) <= scratch_bytes)
+    ++limits.small_rows;
+  limits.strip = 64;
+  limits.product_rows = limits.product_columns = OwnDense<S>::kTileRows;
+  limits.panel = 8 * limits.tile;
+  limits.slab = 4 * limits.panel;
+  limits.panelled = 2 * limits.panel;
+  limits.panelled_rows = 2 * limits.panel;
+  sizes.whole = sizes.solve_tile = sizes.most_chunk = 64;
+  return sizes;
+}
+
+template <class Exec, class S, class Dense>
+Sizes sizes_for(int threads) {
+  Sizes sizes = Dense::kSearchesAll ? sizes_for_library(threads) : sizes_for_teams<S>(scratch_bytes<Exec>());
+  sizes.limits.wide_products = false;
+  sizes.limits.ahead_tiles = std::numeric_limits<Offset>::max();
+  sizes.limits.many_tiny = kNever;
+  if (Dense::kSearchesAll) sizes.limits.panelled = kNever;
+  if (!Space<Exec>::Queue::kLibrary) sizes.limits.vendor_entries = std::numeric_limits<Offset>::max();
+  return sizes;
+}
+
+}  // namespace mfs::portable

@@ -1,0 +1,379 @@
+// All stages of a factorization and of a solve in one execution space: the plan's copy, one arena, and the
+// launches, depth by depth. What is launched goes to one queue; nothing here waits for it.
+#pragma once
+
+#include <algorithm>
+#include <memory>
+#include <stdexcept>
+#include <type_traits>
+#include <vector>
+
+#include "kernels/portable/sizes.hpp"
+#include "kernels/stages/vector_ops.hpp"
+#include "plan/spans.hpp"
+
+namespace mfs::portable {
+
+/// Lists that a DevicePlan has in another form or not at all.
+struct OwnLists {
+  struct Depth {
+    Range follow;                          // columns that follow later exchanges
+    Range whole;                           // fronts that are solved with by one team
+    Range begin, border;                   // tasks of the others
+    std::vector<Range> forward, backward;  // step by step
+  };
+  std::vector<Depth> depths;
+  std::vector<ColumnTask> columns;
+  std::vector<Vertex> whole;
+  std::vector<SolveTask> solve;
+};
+
+inline OwnLists make_own_lists(const SymbolicPlan& plan, const Sizes& sizes) {
+  OwnLists made;
+  const Vertex tile = sizes.limits.tile, solve_tile = sizes.solve_tile;
+  const auto range = [](const auto& list, const auto& fill) {
+    Range added{static_cast<Offset>(list.size()), 0};
+    fill();
+    added.end = static_cast<Offset>(list.size());
+    return added;
+  };
+  for (Vertex step = 0; step < plan.num_depths; ++step) {
+    OwnLists::Depth depth;
+    const Vertex first = plan.depth_begin[step], last = plan.depth_begin[step + 1];
+    std::vector<Vertex> tiled;
+    depth.follow = range(made.columns, [&] {
+      for (Vertex f = first; f < last; ++f) {
+        if (plan.rows(f) <= sizes.limits.small_rows) continue;
+        for (Vertex k = 0; k + tile < plan.pivots(f); k += tile) made.columns.push_back({f, k});
+      }
+    });
+    depth.whole = range(made.whole, [&] {
+      for (Vertex f = first; f < last; ++f) (plan.pivots(f) <= sizes.whole ? made.whole : tiled).push_back(f);
+    });
+    depth.begin = range(made.solve, [&] {
+      for (const Vertex f : tiled) {
+        for (Vertex k = 0; k < plan.pivots(f); k += solve_tile) made.solve.push_back({f, k});
+      }
+    });
+    depth.border = range(made.solve, [&] {
+      for (const Vertex f : tiled) {
+        for (Vertex k = 0; k < plan.border_rows(f); k += sizes.most_chunk) made.solve.push_back({f, k});
+      }
+    });
+    Vertex most = 0;
+    for (const Vertex f : tiled) most = std::max(most, tiles_of(plan.pivots(f), solve_tile));
+    for (Vertex turn = 0; turn + 1 < most; ++turn) {
+      depth.forward.push_back(range(made.solve, [&] {
+        for (const Vertex f : tiled) {
+          for (Vertex k = (turn + 1) * solve_tile; k < plan.pivots(f); k += solve_tile)
+            made.solve.push_back({f, k});
+        }
+      }));
+      depth.backward.push_back(range(made.solve, [&] {
+        for (const Vertex f : tiled) {
+          const Vertex at = tiles_of(plan.pivots(f), solve_tile) - 1 - turn;
+          for (Vertex i = 0; i < at; ++i) made.solve.push_back({f, i * solve_tile});
+        }
+      }));
+    }
+    made.depths.push_back(std::move(depth));
+  }
+  return made;
+}
+
+/// Fronts that became strict in the factorization before are it in this one.
+template <class Exec>
+void settle_strict_fronts(const Exec& exec, Vertex fronts, int* strict) {
+  for_each_index(
+      exec, "mfs::strict", fronts, KOKKOS_LAMBDA(Offset f) {
+        if (strict[f] != 0) strict[f] = kStrict;
+      });
+}
+
+/// to[position] = pivot, for all n positions.
+template <class Exec, class S, class V>
+void gather_pivots(const Exec& exec, const FrontStore<S, V>& store, Vertex fronts, S* to) {
+  for_each_index(
+      exec, "mfs::pivots", store.n, KOKKOS_LAMBDA(Offset position) {
+        const Vertex after = static_cast<Vertex>(position) + 1;
+        const Vertex f = lower_bound(store.pivot_begin, fronts + 1, after) - 1;
+        const Front<S> front = store.front(f);
+        to[position] = front.lower[(position - store.pivot_begin[f]) * (front.lower_ld + Offset(1))];
+      });
+}
+
+/// S: numbers of the factors, V: of the matrix, both as device code calls them.
+template <class Exec, class S, class V, class Dense = DenseOf<Exec, S>>
+class PortableStages {
+ public:
+  using Queue = typename Space<Exec>::Queue;
+  using Arena = typename Space<Exec>::Arena;
+
+  /// The lists for `threads` threads of a host space; takes no memory of the space before allocate().
+  PortableStages(const SymbolicPlan& plan, const Pattern& pattern, const Sizes& sizes)
+      : plan_(plan),
+        pattern_(pattern),
+        sizes_(sizes),
+        lists_(make_device_plan(plan, sizes.limits)),
+        own_(make_own_lists(plan, sizes)) {
+    if (plan.has_turns() && sizes.limits.small_rows > kAssemblyTurns.rows)
+      throw std::logic_error("MFS: fronts of this plan wait for their turn that are assembled at once");
+  }
+
+  /// Bytes that allocate() takes, the library's left out.
+  Offset bytes_needed() const {
+    ArenaLayout layout;
+    Store<S, V> store{};
+    Lists lists{};
+    place(store, lists, [&](auto*& pointer, Offset count, const void*) {
+      layout.add(count * static_cast<Offset>(sizeof(*pointer)));
+    });
+    return layout.total();
+  }
+
+  /// Throws std::bad_alloc, OutOfMemory, BackendError.
+  void allocate() {
+    if (Queue::kLibrary && has_large_products()) queue_.open_library();
+    arena_ = std::make_unique<Arena>(bytes_needed());
+    Offset at = 0;
+    place(store_, on_space_, [&](auto*& pointer, Offset count, const void* source) {
+      using T = std::remove_pointer_t<std::remove_reference_t<decltype(pointer)>>;
+      pointer = arena_->template at<T>(at);
+      const Offset bytes = count * static_cast<Offset>(sizeof(T));
+      if (source) queue_.to_space(const_cast<std::remove_const_t<T>*>(pointer), source, bytes);
+      at += (bytes + kRegionAlignment - 1) / kRegionAlignment * kRegionAlignment;
+    });
+    store_.fronts.n = plan_.n;
+    store_.fronts.max_block_size = plan_.max_block_size;
+    store_.fronts.status = nullptr;
+    store_.tiny = pivot_rule<RealOf<S>>(0, 1).tiny;
+    forget_strict_fronts();
+    queue_.wait();
+  }
+
+  const Queue& queue() const { return queue_; }
+  const Store<S, V>& store() const { return store_; }
+  const Sizes& sizes() const { return sizes_; }
+  Offset bytes() const { return arena_->bytes() + queue_.library_bytes(); }
+  Offset border_places() const { return lists_.border_places; }
+
+  void forget_strict_fronts() {
+    queue_.fill(store_.strict, 0, plan_.num_fronts * static_cast<Offset>(sizeof(int)));
+  }
+
+  /// Launches all stages for what is in the store's matrix_values. `tolerance` of pivots is relative to the
+  /// largest scaled entry. Calls after_depth(step) when the fronts of a depth have been launched.
+  template <class After>
+  void factor(double tolerance, const After& after_depth) {
+    begin(tolerance);
+    largest_scaled_entry(queue_.exec(), store_.fronts, &store_.status->largest);
+    for (Vertex step = 0; step < plan_.num_depths; ++step) {
+      factor_depth(step, Stages());
+      after_depth(step);
+    }
+  }
+  /// What factor() does before the first depth, but for the largest entry.
+  void begin(double tolerance) {
+    store_.tolerance = tolerance;
+    queue_.fill(store_.status, 0, sizeof(Status));
+    queue_.fill(store_.displacement, 0, plan_.n * static_cast<Offset>(sizeof(Vertex)));
+    settle_strict_fronts(queue_.exec(), plan_.num_fronts, store_.strict);
+  }
+  void factor_depth(Vertex step, const Stages& stages) {
+    const DepthLaunches& depth = lists_.depths[static_cast<std::size_t>(step)];
+    for (const SmallLaunch& small : depth.small) launch_small(small, stages);
+    if (stages.assemble) {
+      const std::vector<Range>& turns = depth.assemble_contribution;
+      assemble(turns.front());
+      assemble(depth.assemble);
+      for (std::size_t turn = 1; turn < turns.size(); ++turn) assemble(turns[turn]);
+    }
+    if (stages.factor) {
+      for (const Launch& part : depth.factor) launch_step(part);
+      follow_moves(own_.depths[static_cast<std::size_t>(step)].follow);
+    }
+    if (stages.update) {
+      for (const Launch& part : depth.update) launch_step(part);
+    }
+  }
+
+  /// Launches v := A'^-1 v (elimination order, scaled) for the factors, or the transposed.
+  void substitute(const Vectors<S>& vectors, bool transposed) {
+    for (Vertex step = 0; step < plan_.num_depths; ++step) solve_depth(step, vectors, true, transposed);
+    for (Vertex step = plan_.num_depths - 1; step >= 0; --step) solve_depth(step, vectors, false, transposed);
+  }
+  void solve_depth(Vertex step, const Vectors<S>& vectors, bool forward, bool transposed) {
+    const OwnLists::Depth& depth = own_.depths[static_cast<std::size_t>(step)];
+    const Offset entry = static_cast<Offset>(sizeof(S)) * vectors.columns;
+    const Vertex chunk =
+        static_cast<Vertex>(std::min<Offset>(sizes_.most_chunk, (scratch_bytes<Exec>() - kSlack) / entry));
+    const Offset bytes = chunk * entry + kSlack;
+    const Substitution<S, V, Dense> all{store_.fronts,
+                                        on_space_.row_begin,
+                                        on_space_.source_begin,
+                                        on_space_.destination,
+                                        lists_.border_places,
+                                        vectors,
+                                        {sizes_.solve_tile, sizes_.most_chunk, chunk},
+                                        transposed,
+                                        dense_};
+    const Exec& exec = queue_.exec();
+    const int threads = vectors.columns > 1 ? kMostThreads : 64;
+    launch(exec, "mfs::whole", depth.whole.count(), threads, bytes,
+           SolveWhole<Exec, S, V, Dense>{all, on_space_.whole + depth.whole.begin, forward});
+    launch(exec, "mfs::tiles", depth.begin.count(), threads, bytes,
+           BeginTiles<Exec, S, V, Dense>{all, on_space_.solve + depth.begin.begin, forward});
+    Vertex turn = 0;
+    for (const Range& tasks : forward ? depth.forward : depth.backward) {
+      launch(exec, "mfs::step", tasks.count(), threads, bytes,
+             StepTiles<Exec, S, V, Dense>{all, on_space_.solve + tasks.begin, turn++, forward});
+    }
+    if (!forward) return;
+    launch(exec, "mfs::border", depth.border.count(), threads, bytes,
+           LeaveBorders<Exec, S, V, Dense>{all, on_space_.solve + depth.border.begin});
+  }
+
+ private:
+  static constexpr Offset kSlack = 48;  // of scratch memory, for alignment
+  struct Lists {
+    const Vertex *small_fronts, *source_begin, *destination, *whole;
+    const AssemblyPart* assemble;
+    const StepTask* steps;
+    const ProductTask* products;
+    const ColumnTask* columns;
+    const SolveTask* solve;
+    const Offset* row_begin;
+  };
+
+  // Calls put(pointer, count, source) for all arrays of the arena; on the host, arrays of the plan stay where
+  // they are.
+  template <class Put>
+  void place(Store<S, V>& store, Lists& lists, const Put& put) const {
+    const auto take = [&](auto*& pointer, const auto& array) {
+      if constexpr (kOnHost<Exec>) {
+        pointer = array.data();
+      } else {
+        put(pointer, static_cast<Offset>(array.size()), array.data());
+      }
+    };
+    FrontStore<S, V>& at = store.fronts;
+    const Offset n = plan_.n;
+    put(at.storage, plan_.storage_entries, nullptr);
+    put(at.matrix_values, plan_.nnz, nullptr);
+    put(at.row_scale, n, nullptr);
+    put(at.column_scale, n, nullptr);
+    put(at.interchange, n, nullptr);
+    put(at.local_row, n, nullptr);
+    put(at.shift, n, nullptr);
+    put(at.work, n, nullptr);
+    put(store.strict, plan_.num_fronts, nullptr);
+    put(store.status, 1, nullptr);
+    put(store.displacement, n, nullptr);
+    put(store.move_to, 2 * n, nullptr);
+    put(store.move_from, 2 * n, nullptr);
+    put(store.move_count, n, nullptr);
+    take(at.row_of, plan_.row_of);
+    take(at.column_of, plan_.column_of);
+    take(at.pivot_begin, plan_.pivot_begin);
+    take(at.border_begin, plan_.border_begin);
+    take(at.border, plan_.border);
+    take(at.border_in_parent, plan_.border_in_parent);
+    take(at.child_begin, plan_.child_begin);
+    take(at.children, plan_.children);
+    take(at.lower_begin, plan_.lower_begin);
+    take(at.upper_begin, plan_.upper_begin);
+    take(at.contribution_begin, plan_.contribution_begin);
+    take(at.entry_begin, plan_.entry_begin);
+    take(at.entry_in_row, plan_.entry_in_row);
+    take(at.matrix_offsets, pattern_.offsets);
+    take(at.matrix_columns, pattern_.columns);
+    take(store.entry_place, lists_.entry_place);
+    take(lists.small_fronts, lists_.small_fronts);
+    take(lists.assemble, lists_.assemble);
+    take(lists.steps, lists_.steps);
+    take(lists.products, lists_.products);
+    take(lists.row_begin, lists_.row_begin);
+    take(lists.source_begin, lists_.source_begin);
+    take(lists.destination, lists_.destination);
+    take(lists.columns, own_.columns);
+    take(lists.whole, own_.whole);
+    take(lists.solve, own_.solve);
+  }
+
+  bool has_large_products() const {
+    for (const DepthLaunches& depth : lists_.depths) {
+      for (const auto* launches : {&depth.factor, &depth.update}) {
+        for (const Launch& part : *launches) {
+          if (part.kind == Launch::Kind::vendor_gemm) return true;
+        }
+      }
+    }
+    return false;
+  }
+
+  // Entries of scratch memory that a kernel may use all of.
+  Offset room() const { return (scratch_bytes<Exec>() - kSlack) / static_cast<Offset>(sizeof(S)); }
+  static Offset bytes_of(Offset entries) { return entries * static_cast<Offset>(sizeof(S)) + kSlack; }
+
+  void launch_small(const SmallLaunch& small, const Stages& stages) {
+    const bool in_scratch = !Dense::kSearchesAll;
+    const Offset entries = in_scratch ? small_front_entries(small.rows) : 0;
+    const int threads = small.rows <= 16 ? 32 : small.rows <= 32 ? 64 : 128;
+    launch(queue_.exec(), "mfs::small", small.fronts.count(), threads,
+           small_front_bytes<S>(in_scratch ? small.rows : 0),
+           SmallFronts<Exec, S, V, Dense>{store_, on_space_.small_fronts + small.fronts.begin, entries,
+                                          stages, dense_});
+  }
+  void assemble(const Range& parts) {
+    launch(queue_.exec(), "mfs::assemble", parts.count(), kMostThreads, 0,
+           AssembleParts<Exec, S, V>{store_, on_space_.assemble + parts.begin});
+  }
+  void launch_step(const Launch& part) {
+    const Exec& exec = queue_.exec();
+    const Vertex count = static_cast<Vertex>(part.tasks.count()), tile = sizes_.limits.tile;
+    const StepTask* const steps = on_space_.steps + part.tasks.begin;
+    switch (part.kind) {
+      case Launch::Kind::diagonal:
+        launch(exec, "mfs::diagonal", part.blocks, kMostThreads,
+               diagonal_bytes<S>(Dense::kSearchesAll ? 0 : tile) +
+                   2 * tile * static_cast<Offset>(sizeof(Vertex)),
+               DiagonalTiles<Exec, S, V, Dense>{store_, steps, tile, dense_});
+        break;
+      case Launch::Kind::strips:
+        launch(exec, "mfs::strips", part.blocks, kMostThreads, bytes_of(room()),
+               Strips<Exec, S, V, Dense>{store_, steps, count, tile, sizes_.limits.strip, room(), dense_});
+        break;
+      case Launch::Kind::products:
+      case Launch::Kind::wide_products:
+        launch(exec, "mfs::products", part.blocks, kMostThreads, bytes_of(Dense::kProductEntries),
+               Products<Exec, S, Dense>{store_.fronts.storage, on_space_.products + part.tasks.begin, count,
+                                        sizes_.limits.product_rows, sizes_.limits.product_columns, dense_});
+        break;
+      case Launch::Kind::vendor_gemm: {
+        const ProductTask& task = lists_.products[static_cast<std::size_t>(part.tasks.begin)];
+        S* const storage = store_.fronts.storage;
+        queue_.gemm_minus(task.m, task.n, task.k, static_cast<const S*>(storage + task.a), task.lda,
+                          static_cast<const S*>(storage + task.b), task.ldb, storage + task.c, task.ldc);
+        break;
+      }
+    }
+  }
+  void follow_moves(const Range& columns) {
+    launch(queue_.exec(), "mfs::follow", columns.count(), kMostThreads, bytes_of(room()),
+           FollowMoves<Exec, S, V, Dense>{store_, on_space_.columns + columns.begin, sizes_.limits.tile,
+                                          room()});
+  }
+
+  const SymbolicPlan& plan_;
+  const Pattern& pattern_;
+  Sizes sizes_;
+  DevicePlan lists_;
+  OwnLists own_;
+  Queue queue_;
+  std::unique_ptr<Arena> arena_;
+  Store<S, V> store_{};
+  Lists on_space_{};
+  Dense dense_;
+};
+
+}  // namespace mfs::portable

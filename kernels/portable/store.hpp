@@ -1,0 +1,145 @@
+// What the kernels of every execution space work on: the fronts and the lists of their plan, as pointers into
+// the memory of the space, and how teams are launched. Kernels are classes with operator()(team), not
+// lambdas, as compilers for devices have rules for those; a kernel holds no more bytes than are handed over
+// with a launch without a stop.
+#pragma once
+
+#include "kernels/dense/panel_lu.hpp"
+#include "kernels/space/space.hpp"
+#include "kernels/stages/front_store.hpp"
+#include "plan/device_plan.hpp"
+
+namespace mfs::portable {
+
+constexpr int kStrict = 1, kBecomesStrict = 2;
+
+/// What a factorization says when it is done.
+struct Status {
+  FactorStatus pivots;
+  double largest;    // scaled entry of the matrix
+  int found_strict;  // fronts that became strict
+};
+
+/// Rows of a front that a step exchanges: row to[i] takes what row from[i] had, counted from the step's
+/// pivot. Those of the step at pivot k of a front begin at twice its position.
+struct RowMoves {
+  Vertex count;
+  const Vertex *to, *from;
+};
+
+/// What a team found in the pivots of a panel.
+struct PanelTally {
+  Vertex perturbed = 0;
+  Vertex nonfinite = 0;
+  bool undecided = false;  // a pivot was small, and rows that might have better ones were left out
+};
+
+template <class S, class V>
+struct Store {
+  FrontStore<S, V> fronts;
+
+  // A front is strict once a pivot of a tile was too small, or let something below it grow: from the next
+  // factorization on its pivots are searched in all rows of the pivot block.
+  int* strict;       // by front: 0, kStrict or kBecomesStrict
+  double tolerance;  // of pivots, relative to the largest scaled entry
+  double tiny;
+  Status* status;
+
+  const Vertex* entry_place;
+  Vertex* displacement;  // n, zero between two steps: how far from its place a row of a front comes from
+  Vertex *move_to, *move_from;  // 2 n
+  Vertex* move_count;           // n, at the first position of each step
+
+  KOKKOS_INLINE_FUNCTION PivotRule rule() const {
+    PivotRule rule;
+    rule.bound = tolerance * status->largest;
+    rule.tiny = tiny * status->largest;
+    rule.largest = status->largest;
+    return rule;
+  }
+  /// Original entry e, which goes to row i of front f.
+  KOKKOS_INLINE_FUNCTION S scaled_entry(Offset e, Vertex f, Vertex i, Vertex pivots) const {
+    const Vertex position =
+        i < pivots ? fronts.pivot_begin[f] + i : fronts.border[fronts.border_begin[f] + i - pivots];
+    return fronts.scaled_entry(e, fronts.row_of[position]);
+  }
+  KOKKOS_INLINE_FUNCTION bool is_strict(Vertex f) const { return strict[f] == kStrict; }
+  KOKKOS_INLINE_FUNCTION void make_strict(Vertex f) const {
+    if (Kokkos::atomic_compare_exchange(strict + f, 0, kBecomesStrict) == 0)
+      Kokkos::atomic_add(&status->found_strict, 1);
+  }
+  KOKKOS_INLINE_FUNCTION void note(const PanelTally& tally) const {
+    if (tally.perturbed)
+      Kokkos::atomic_add(&status->pivots.perturbed, static_cast<unsigned long long>(tally.perturbed));
+    if (tally.nonfinite)
+      Kokkos::atomic_add(&status->pivots.nonfinite, static_cast<unsigned long long>(tally.nonfinite));
+  }
+  KOKKOS_INLINE_FUNCTION RowMoves moves(Vertex f, Vertex k) const {
+    const Offset at = fronts.pivot_begin[f] + static_cast<Offset>(k);
+    return {move_count[at], move_to + 2 * at, move_from + 2 * at};
+  }
+};
+
+/// Threads of a team on a device, at most.
+constexpr int kMostThreads = 256;
+
+template <class Exec>
+using TeamsOf = Kokkos::TeamPolicy<Exec, Kokkos::IndexType<int>, Kokkos::Schedule<Kokkos::Dynamic>,
+                                   Kokkos::LaunchBounds<kMostThreads>>;
+template <class Exec>
+using TeamOf = typename TeamsOf<Exec>::member_type;
+
+/// Bytes of scratch memory that a team has, and an address in it, aligned for any number.
+template <class Exec>
+Offset scratch_bytes() {
+  return TeamsOf<Exec>::scratch_size_max(0) - 64;
+}
+template <class T, class Team>
+KOKKOS_INLINE_FUNCTION T* scratch(const Team& team, Offset count) {
+  return static_cast<T*>(team.team_scratch(0).get_shmem_aligned(static_cast<int>(count * sizeof(T)), 16));
+}
+
+/// Calls kernel(team) for `league` teams of up to `threads` threads with so many bytes of scratch memory
+/// each. On the host a thread is a team. Labels have at most 15 characters: a longer one would cost an
+/// allocation.
+template <class Exec, class Kernel>
+void launch(const Exec& exec, const char* label, Offset league, int threads, Offset bytes,
+            const Kernel& kernel) {
+  static_assert(sizeof(Kernel) <= 512, "Kokkos stops before launches of larger kernels on CUDA");
+  if (league == 0) return;
+  TeamsOf<Exec> teams(exec, static_cast<int>(league), kOnHost<Exec> ? 1 : threads);
+  teams.set_scratch_size(0, Kokkos::PerTeam(static_cast<int>(bytes)));
+  if constexpr (kOnHost<Exec>) teams.set_chunk_size(1);
+  Kokkos::parallel_for(label, teams, kernel);
+}
+
+/// body(i) for i < count by the threads of a team, neighbours by neighbours.
+template <class Team, class Body>
+KOKKOS_INLINE_FUNCTION void for_each(const Team& team, Vertex count, const Body& body) {
+  Kokkos::parallel_for(Kokkos::TeamThreadRange(team, count), body);
+}
+
+/// body(i, j) for i < rows, j < columns; columns are walked by neighbours.
+template <class Team, class Body>
+KOKKOS_INLINE_FUNCTION void for_each_entry(const Team& team, Vertex rows, Vertex columns, const Body& body) {
+  if (rows <= 0 || columns <= 0) return;
+  if (team.team_size() == 1) {
+    for (Vertex j = 0; j < columns; ++j) {
+      for (Vertex i = 0; i < rows; ++i) body(i, j);
+    }
+    return;
+  }
+  const Vertex fit = team.team_size() / rows, groups = fit < 1 ? 1 : fit < columns ? fit : columns;
+  for_each(team, rows * groups, [&](Vertex lane) {
+    const Vertex i = lane % rows;
+    for (Vertex j = lane / rows; j < columns; j += groups) body(i, j);
+  });
+}
+
+/// One thread of the team does it.
+template <class Team, class Body>
+KOKKOS_INLINE_FUNCTION void once(const Team& team, const Body& body) {
+  Kokkos::single(Kokkos::PerTeam(team), body);
+}
+
+}  // namespace mfs::portable

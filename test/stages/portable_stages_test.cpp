@@ -1,0 +1,383 @@
+// The portable executor against the plain reference, in every execution space that this Kokkos has: stage by
+// stage, on the input that the reference has at that point, and as a whole. Spaces of a device skip where
+// there is none. On the host both forms of its dense operations are run: the library's, and its own, which
+// any other space has.
+#include <string>
+
+#include "test/stages/followed_reference.hpp"
+#include "test/stages/in_engine.hpp"
+#include "test/stages/portable_bench.hpp"
+#include "test/stages/reference_stages.hpp"
+#include "test/stages/weak_pivots.hpp"
+#ifdef MFS_CUDA
+#include "kernels/cuda/cuda_factors.hpp"
+#endif
+
+namespace mfs::test {
+namespace {
+
+using portable::DenseOf;
+using portable::LibraryDense;
+using portable::OwnDense;
+using portable::Sizes;
+
+template <class Exec_, class Scalar_, template <class> class Dense_>
+struct Tested {
+  using Exec = Exec_;
+  using Scalar = Scalar_;
+  using Dense = Dense_<DeviceScalar<Scalar>>;
+  using Bench = PortableBench<Exec, Scalar, Dense>;
+  static constexpr bool kThorough = std::is_same_v<Scalar, double>;
+};
+using Default = Kokkos::DefaultExecutionSpace;
+template <class S>
+using DefaultDense = DenseOf<Default, S>;
+using AllTested =
+    testing::Types<Tested<Kokkos::Serial, double, LibraryDense>, Tested<Kokkos::Serial, double, OwnDense>,
+                   Tested<Kokkos::OpenMP, double, OwnDense>,
+                   Tested<Kokkos::OpenMP, std::complex<double>, OwnDense>,
+                   Tested<Kokkos::Serial, float, OwnDense>, Tested<Default, double, DefaultDense>,
+                   Tested<Default, std::complex<double>, DefaultDense>, Tested<Default, float, DefaultDense>,
+                   Tested<Default, std::complex<float>, DefaultDense>>;
+
+/// Of the largest entry: pivots are large, so nothing grows.
+template <class Scalar>
+constexpr double kTolerance = 4000 * static_cast<double>(std::numeric_limits<RealOf<Scalar>>::epsilon());
+template <class Scalar>
+double default_tolerance() {
+  return std::sqrt(static_cast<double>(std::numeric_limits<RealOf<Scalar>>::epsilon()));
+}
+
+template <class Scalar>
+struct Case {
+  std::string name;
+  StageProblem<Scalar> problem;
+  ReferenceStages<Scalar> reference;
+  Case(std::string name_, const StageProblem<double>& problem_)
+      : name(std::move(name_)),
+        problem(in_numbers_of<Scalar>(problem_)),
+        reference(problem, ReferenceRule()) {}
+};
+
+/// Pivots x border sizes, made once; and trees, with and without contribution blocks that are assembled in
+/// turns.
+template <class Scalar>
+const std::vector<Case<Scalar>>& front_sizes() {
+  static const auto* const cases = [] {
+    auto* made = new std::vector<Case<Scalar>>;
+    const bool all = std::is_same_v<Scalar, double>;
+    for (const Vertex p :
+         all ? std::vector<Vertex>{1, 2, 31, 32, 33, 65, 257} : std::vector<Vertex>{1, 33, 257}) {
+      for (const Vertex b :
+           all ? std::vector<Vertex>{0, 1, 2, 31, 32, 33, 65, 257} : std::vector<Vertex>{0, 1, 65})
+        made->emplace_back(
+            std::to_string(p) + " pivots, border " + std::to_string(b),
+            artificial_problem(leaf_and_root(p, b), {static_cast<std::uint64_t>(1000 * p + b)}));
+    }
+    return made;
+  }();
+  return *cases;
+}
+template <class Scalar>
+const std::vector<Case<Scalar>>& trees() {
+  static const auto* const cases = [] {
+    auto* made = new std::vector<Case<Scalar>>;
+    made->emplace_back("mixed tree", artificial_problem(mixed_tree(), {1, 1.0}));
+    made->emplace_back("mixed tree, sparse entries", artificial_problem(mixed_tree(), {2, 0.2}));
+    made->emplace_back("broom", artificial_problem(broom(), {3, 0.5}));
+    made->emplace_back("chain", artificial_problem(chain(), {4, 0.7}));
+    made->emplace_back("400 pivots, border 450", artificial_problem(leaf_and_root(400, 450), {5}));
+    made->emplace_back("in turns", artificial_problem(fork(), {12, 0.1, 64, kAssemblyTurns}));
+    return made;
+  }();
+  return *cases;
+}
+
+/// As production has them; and so small that every front has several tiles, panels and slabs.
+template <class T>
+std::vector<Sizes> all_sizes(int threads) {
+  using S = DeviceScalar<typename T::Scalar>;
+  const Sizes usual = portable::sizes_for<typename T::Exec, S, typename T::Dense>(threads);
+  Sizes narrow = usual;
+  narrow.limits.tile = 16;
+  narrow.limits.small_rows = 20;
+  narrow.limits.small_step = 8;
+  narrow.limits.strip = 24;
+  if (!T::Dense::kSearchesAll) narrow.limits.panelled = 48;
+  narrow.limits.panelled_rows = 0;
+  narrow.limits.panel = 32;
+  narrow.limits.slab = 64;
+  if (Space<typename T::Exec>::Queue::kLibrary) narrow.limits.vendor_entries = 64 * 64;
+  narrow.limits.vendor_depth = 16;
+  narrow.whole = 10;
+  narrow.solve_tile = 24;
+  narrow.most_chunk = 17;
+  return {usual, narrow};
+}
+
+template <class T>
+class PortableStagesTest : public testing::Test {
+ protected:
+  using Exec = typename T::Exec;
+  using Scalar = typename T::Scalar;
+  using Bench = typename T::Bench;
+
+  void SetUp() override {
+#ifdef MFS_CUDA
+    if (!kOnHost<Exec> && !cuda::device_found()) GTEST_SKIP() << "no device";
+#endif
+  }
+  /// Spaces of the host ask for plans without turns.
+  static bool refuses(const SymbolicPlan& plan, const Sizes& sizes) {
+    if (!plan.has_turns() || sizes.limits.small_rows <= kAssemblyTurns.rows) return false;
+    EXPECT_TRUE(T::Dense::kSearchesAll);
+    return true;
+  }
+  /// check(sizes) in the space, with one thread and two where it has some.
+  template <class Check>
+  void in_space(const Check& check) {
+    const bool has_threads = kOnHost<Exec> && !std::is_same_v<Exec, Kokkos::Serial>;
+    for (const int threads : has_threads ? std::vector<int>{1, 2} : std::vector<int>{1}) {
+      in_engine(threads, [&] {
+        Space<Exec>::start();
+        const blas::SequentialScope sequential(threads);
+        for (const Sizes& sizes : all_sizes<T>(threads)) {
+          SCOPED_TRACE(std::to_string(threads) + " threads, tile " + std::to_string(sizes.limits.tile));
+          if (!this->HasFailure()) check(sizes);
+        }
+      });
+    }
+  }
+
+  void check_stages(const std::vector<Case<Scalar>>& cases) {
+    in_space([&](const Sizes& sizes) {
+      for (const Case<Scalar>& tested : cases) {
+        SCOPED_TRACE(tested.name);
+        check_stages(tested, sizes);
+        if (this->HasFailure()) return;  // one broken case says enough
+      }
+    });
+  }
+  void check_stages(const Case<Scalar>& tested, const Sizes& sizes) {
+    const SymbolicPlan& plan = *tested.problem.plan;
+    if (refuses(plan, sizes)) return;
+    Bench bench(tested.problem, sizes);
+    bench.make_all_strict();
+    bench.begin();
+    for (Vertex step = 0; step < plan.num_depths; ++step) check_depth(bench, plan, tested.reference, step);
+    const portable::Status status = bench.status();
+    EXPECT_EQ(status.pivots.perturbed, 0u);
+    EXPECT_EQ(status.pivots.nonfinite, 0u);
+    EXPECT_EQ(status.found_strict, 0);
+  }
+  void check_depth(Bench& bench, const SymbolicPlan& plan, const ReferenceStages<Scalar>& expected,
+                   Vertex step) {
+    const auto each_front = [&](auto&& body) {
+      for (Vertex f = plan.depth_begin[step]; f < plan.depth_begin[step + 1]; ++f) {
+        SCOPED_TRACE("front " + std::to_string(f));
+        body(f);
+      }
+    };
+    each_front([&](Vertex f) {
+      for (Vertex c = plan.child_begin[f]; c < plan.child_begin[f + 1]; ++c)
+        bench.put_front(plan.children[c], expected.updated[plan.children[c]]);
+    });
+    bench.factor_depth(step, {true, false, false});
+    std::vector<FrontBlocks<Scalar>> found;
+    each_front([&](Vertex f) { found.push_back(bench.front(f)); });
+    each_front([&](Vertex f) {  // sums of few terms in a fixed order: the same bits
+      const FrontBlocks<Scalar>& blocks = found[f - plan.depth_begin[step]];
+      EXPECT_EQ(difference(blocks.lower, expected.assembled[f].lower), 0) << "assemble, P and L";
+      EXPECT_EQ(difference(blocks.upper, expected.assembled[f].upper), 0) << "assemble, U";
+      EXPECT_EQ(difference(blocks.contribution, expected.assembled[f].contribution), 0) << "assemble, C";
+      bench.put_front(f, expected.assembled[f]);
+    });
+    bench.factor_depth(step, {false, true, false});
+    each_front([&](Vertex f) {
+      const FrontBlocks<Scalar> blocks = bench.front(f);
+      EXPECT_EQ(bench.row_at(f), expected.fronts[f].row_at);
+      EXPECT_EQ(bench.shift(f), expected.fronts[f].shift);
+      EXPECT_LT(difference(blocks.lower, expected.factored[f].lower), kTolerance<Scalar>) << "P and L";
+      EXPECT_LT(difference(blocks.upper, expected.factored[f].upper), kTolerance<Scalar>) << "U";
+      EXPECT_EQ(difference(blocks.contribution, expected.assembled[f].contribution), 0) << "C must stay";
+      bench.put_front(f, expected.factored[f]);
+    });
+    bench.factor_depth(step, {false, false, true});
+    each_front([&](Vertex f) {
+      const FrontBlocks<Scalar> blocks = bench.front(f);
+      EXPECT_EQ(difference(blocks.lower, expected.factored[f].lower), 0) << "P and L must stay";
+      EXPECT_EQ(difference(blocks.upper, expected.factored[f].upper), 0) << "U must stay";
+      EXPECT_LT(difference(blocks.contribution, expected.updated[f].contribution), kTolerance<Scalar>)
+          << "update, C";
+    });
+  }
+
+  void check_solves(const std::vector<Case<Scalar>>& cases) {
+    in_space([&](const Sizes& sizes) {
+      for (const Case<Scalar>& tested : cases) {
+        SCOPED_TRACE(tested.name);
+        if (refuses(*tested.problem.plan, sizes)) continue;
+        Bench bench(tested.problem, sizes);
+        for (Vertex f = 0; f < tested.problem.plan->num_fronts; ++f)
+          bench.put_factored(f, tested.reference.fronts[f]);
+        for (const Vertex columns : {1, 2, 5, 16}) check_solve(bench, tested, columns);
+        if (this->HasFailure()) return;
+      }
+    });
+  }
+  void check_solve(Bench& bench, const Case<Scalar>& tested, Vertex columns) {
+    const Vertex n = tested.problem.plan->n;
+    const std::vector<Scalar> v = Random(77).vector<Scalar>(static_cast<std::int64_t>(n) * columns);
+    for (const bool transposed : {false, true}) {
+      SCOPED_TRACE(std::to_string(columns) + " columns" + (transposed ? ", transposed" : ""));
+      std::vector<Scalar> y, x;
+      for (Vertex j = 0; j < columns; ++j) {
+        std::vector<Scalar> column(v.begin() + static_cast<Offset>(j) * n,
+                                   v.begin() + static_cast<Offset>(j + 1) * n);
+        solve_forward(tested.reference.fronts, transposed, column);
+        y.insert(y.end(), column.begin(), column.end());
+        solve_backward(tested.reference.fronts, transposed, column);
+        x.insert(x.end(), column.begin(), column.end());
+      }
+      const auto found = bench.solve(columns, v, transposed);
+      EXPECT_LT(difference(found.y, y), kTolerance<Scalar>) << "forward";
+      EXPECT_LT(difference(found.x, x), kTolerance<Scalar>) << "backward";
+    }
+  }
+
+  /// Where pivot k of front f may have been searched.
+  static SearchedRows searched(const SymbolicPlan& plan, const Sizes& sizes, const std::vector<int>& strict,
+                               Vertex f, Vertex k) {
+    const Vertex p = plan.pivots(f), tile = sizes.limits.tile;
+    if (T::Dense::kSearchesAll || strict[f] || plan.rows(f) <= sizes.limits.small_rows) return {p};
+    return {std::min(p, k / tile * tile + tile)};
+  }
+  /// Factors as production does, and compares with the reference on the same pivots.
+  FactorStatus check_followed(const StageProblem<Scalar>& problem, const Sizes& sizes, double tolerance,
+                              int* passes = nullptr) {
+    Bench bench(problem, sizes);
+    const FactoredFronts<Scalar> result = bench.factor(tolerance);
+    const std::vector<int> strict = bench.strict();
+    follow<Scalar>(problem, result, rule_of(problem, tolerance),
+                   [&](Vertex f, Vertex k) { return searched(*problem.plan, sizes, strict, f, k); });
+    expect_exact_factors(problem, result, Measure::row);
+    if (passes) *passes = bench.passes();
+    return result.status;
+  }
+};
+TYPED_TEST_SUITE(PortableStagesTest, AllTested);
+
+TYPED_TEST(PortableStagesTest, AssembleFactorUpdateOfAllFrontSizes) {
+  this->check_stages(front_sizes<typename TypeParam::Scalar>());
+}
+TYPED_TEST(PortableStagesTest, AssembleFactorUpdateOfTrees) {
+  this->check_stages(trees<typename TypeParam::Scalar>());
+}
+TYPED_TEST(PortableStagesTest, SolvesWithAllFrontSizes) {
+  this->check_solves(front_sizes<typename TypeParam::Scalar>());
+}
+TYPED_TEST(PortableStagesTest, SolvesWithTrees) {
+  this->check_solves(trees<typename TypeParam::Scalar>());
+}
+
+// Pivots where they happen to be, in the rows that are searched.
+TYPED_TEST(PortableStagesTest, FactorsWithPivotsOfTiles) {
+  using Scalar = typename TypeParam::Scalar;
+  this->in_space([&](const Sizes& sizes) {
+    for (const double kept : {0.0, 0.97}) {
+      for (const auto& shapes : {mixed_tree(), leaf_and_root(150, 90), leaf_and_root(300, 20)}) {
+        SCOPED_TRACE("kept " + std::to_string(kept));
+        const auto problem = in_numbers_of<Scalar>(artificial_problem(shapes, {6, 0.6, 64, {}, kept}));
+        EXPECT_EQ(this->check_followed(problem, sizes, default_tolerance<Scalar>()).perturbed, 0u);
+      }
+    }
+  });
+}
+
+TYPED_TEST(PortableStagesTest, ReplacesZeroPivots) {
+  using Scalar = typename TypeParam::Scalar;
+  this->in_space([&](const Sizes& sizes) {
+    for (const Vertex p : {1, 2, 33, 150}) {
+      for (const Vertex b : {0, 1, 70}) {
+        SCOPED_TRACE(std::to_string(p) + " pivots, border " + std::to_string(b));
+        const auto problem = in_numbers_of<Scalar>(zero_pivot_block(p, b, 64, 100.0));
+        if (b > 0) {
+          EXPECT_GE(this->check_followed(problem, sizes, default_tolerance<Scalar>()).perturbed,
+                    static_cast<unsigned long long>(p));
+        }
+      }
+    }
+  });
+}
+
+/// A front of p pivots whose first ones have their large entries far below them; `own` is what their columns
+/// have in the rows of the first half.
+StageProblem<double> pivots_far_below(Vertex p, double own) {
+  const Vertex b = 50, half = p / 2;
+  Random random(31);
+  std::vector<Entry> entries;
+  for (Vertex i = 0; i < p; ++i) {
+    const Vertex partner = i < half ? i + half : i < 2 * half ? i - half : i;
+    for (Vertex j = 0; j < p + b; ++j) {
+      const double size = i < half && j < half ? own : 1;
+      entries.push_back({i, j, j == partner ? 80.0 : size * random.entry()});
+      if (j >= p) entries.push_back({j, i, random.entry()});
+    }
+  }
+  for (Vertex j = p; j < p + b; ++j) entries.push_back({j, j, 80.0});
+  return two_fronts(p, b, entries, 64);
+}
+
+// Nothing is there (the pivot would be replaced), or so little that the multipliers would grow.
+TYPED_TEST(PortableStagesTest, SearchesFurtherWhereATileHasNoPivots) {
+  using Scalar = typename TypeParam::Scalar;
+  this->in_space([&](const Sizes& sizes) {
+    for (const double own : {0.0, 1e-3}) {
+      SCOPED_TRACE("entries of size " + std::to_string(own));
+      StageProblem<Scalar> problem = in_numbers_of<Scalar>(pivots_far_below(300, own));
+      int passes = 0;
+      EXPECT_EQ(this->check_followed(problem, sizes, default_tolerance<Scalar>(), &passes).perturbed, 0u);
+      EXPECT_EQ(passes, TypeParam::Dense::kSearchesAll ? 1 : 2);
+    }
+  });
+}
+
+TYPED_TEST(PortableStagesTest, CountsPivotsThatAreNoNumbers) {
+  using Scalar = typename TypeParam::Scalar;
+  this->in_space([&](const Sizes& sizes) {
+    for (const double bad : {std::numeric_limits<double>::infinity(), std::nan("")}) {
+      for (const Vertex p : {3, 140, 300}) {
+        StageProblem<Scalar> problem = in_numbers_of<Scalar>(artificial_problem(leaf_and_root(p, 40), {9}));
+        problem.values[problem.values.size() / 2] = Scalar(static_cast<RealOf<Scalar>>(bad));
+        typename TestFixture::Bench bench(problem, sizes);
+        EXPECT_GT(bench.factor(default_tolerance<Scalar>()).status.nonfinite, 0u) << bad << ", " << p;
+      }
+    }
+  });
+}
+
+TYPED_TEST(PortableStagesTest, GivesTheSameBitsFromRunToRun) {
+  using Scalar = typename TypeParam::Scalar;
+  this->in_space([&](const Sizes& sizes) {
+    for (const Case<Scalar>& tested : trees<Scalar>()) {
+      SCOPED_TRACE(tested.name);
+      if (this->refuses(*tested.problem.plan, sizes)) continue;
+      const std::vector<Scalar> v = Random(5).vector<Scalar>(Offset(5) * tested.problem.plan->n);
+      typename TestFixture::Bench bench(tested.problem, sizes), other(tested.problem, sizes);
+      const FactoredFronts<Scalar> first = bench.factor(1e-4);
+      const auto solution = bench.solve(5, v, false);
+      for (auto* again : {&bench, &other}) {
+        const FactoredFronts<Scalar> second = again->factor(1e-4);
+        EXPECT_EQ(second.row_at, first.row_at);
+        for (std::size_t f = 0; f < first.fronts.size(); ++f) {
+          EXPECT_TRUE(second.fronts[f].lower == first.fronts[f].lower) << "P and L of front " << f;
+          EXPECT_TRUE(second.fronts[f].upper == first.fronts[f].upper) << "U of front " << f;
+        }
+        EXPECT_TRUE(again->solve(5, v, false).x == solution.x);
+      }
+    }
+  });
+}
+
+}  // namespace
+}  // namespace mfs::test

@@ -76,7 +76,7 @@ void add_run(CLI::App& app, Command& command) {
       ->type_name("DIR")
       ->required();
   mfs::program::add_backend(*run, command.backend,
-                            "of the linear solver and of flexible bodies: serial, openmp (default) or cuda");
+                            "of the linear solver and of flexible bodies: serial, openmp (default), cuda or kokkos");
   mfs::program::add_threads(*run, command.threads);
   add_refine(*run, command);
   add_set(*run, command);

@@ -191,12 +191,15 @@ class PortableFactors final : public Factors<Value> {
 
   // Where launches return when their work is done, progress is told after each depth.
   Status launch_factor(double tolerance, const std::function<void(double)>& progress) {
+    const double total = plan_->flops.total();
     double done = 0;
-    stages_.factor(tolerance, [&](Vertex step) {
-      if (!kOnHost<Exec> || !progress || !(plan_->flops.total() > 0)) return;
-      for (Vertex f = plan_->depth_begin[step]; f < plan_->depth_begin[step + 1]; ++f)
-        done += plan_->front_flops[f];
-      progress(std::min(done / plan_->flops.total(), 1.0));
+    stages_.factor(tolerance, [&]([[maybe_unused]] Vertex step) {
+      if constexpr (kOnHost<Exec>) {
+        if (!progress || !(total > 0)) return;
+        for (Vertex f = plan_->depth_begin[step]; f < plan_->depth_begin[step + 1]; ++f)
+          done += plan_->front_flops[f];
+        progress(std::min(done / total, 1.0));
+      }
     });
     if constexpr (!kOnHost<Exec>) queue().to_host(host_status_, stages_.store().status, sizeof(Status));
     queue().wait();

@@ -65,7 +65,7 @@ void add_solve_options(CLI::App& app, Command& command) {
       ->check(CLI::Range(std::int64_t{1}, std::int64_t{2147483647}));
   app.add_flag("--transpose", request.transpose, "solve A^T x = b");
   add_analysis_options(app, command);
-  mfs::program::add_backend(app, request.options.backend, "serial, openmp (default) or cuda");
+  mfs::program::add_backend(app, request.options.backend, "serial, openmp (default), cuda or kokkos");
   app.add_option("--refactor", request.refactor, "factor again K times and report the least time")
       ->type_name("K")
       ->check(CLI::Range(0, 1000000));

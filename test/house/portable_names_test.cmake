@@ -1,0 +1,13 @@
+# kernels/portable is one source for every execution space: it names nothing of a vendor.
+file(GLOB sources ${ROOT}/kernels/portable/*)
+list(LENGTH sources count)
+if(count LESS 5)
+  message(FATAL_ERROR "no sources in ${ROOT}/kernels/portable")
+endif()
+foreach(source IN LISTS sources)
+  file(READ ${source} text)
+  string(REGEX MATCHALL "cuda_runtime|cuda::|Kokkos::Cuda|Kokkos::OpenMP|HIPSpace|MFS_CUDA|KOKKOS_ENABLE_|__global__|__device__|__shared__|__syncthreads|__CUDACC__|__CUDA_ARCH__|__HIP|cublas|cusolver|rocblas|threadIdx|blockIdx" names "${text}")
+  if(names)
+    message(FATAL_ERROR "${source} names ${names}")
+  endif()
+endforeach()

@@ -1,6 +1,7 @@
 #include "plan/device_plan.hpp"
 
 #include <algorithm>
+#include <numeric>
 
 #include "plan/assembly_lists.hpp"
 #include "plan/solve_lists.hpp"
@@ -15,17 +16,25 @@ struct SortedFronts {
   std::vector<Vertex> small, large;
 };
 
-SortedFronts sort_fronts(const SymbolicPlan& plan, Vertex step, Vertex small_rows) {
+SortedFronts sort_fronts(const SymbolicPlan& plan, Vertex step, const DeviceLimits& limits) {
   SortedFronts fronts;
-  for (Vertex f = plan.depth_begin[step]; f < plan.depth_begin[step + 1]; ++f)
-    (plan.rows(f) <= small_rows ? fronts.small : fronts.large).push_back(f);
+  const Vertex first = plan.depth_begin[step], last = plan.depth_begin[step + 1];
+  const double few_flops = limits.small_part * std::accumulate(plan.front_flops.begin() + first,
+                                                               plan.front_flops.begin() + last, 0.0);
+  for (Vertex f = first; f < last; ++f) {
+    const bool small = plan.rows(f) <= limits.small_rows ||
+                       (plan.front_flops[f] < few_flops && plan.rows(f) <= kMostSmallRows);
+    (small ? fronts.small : fronts.large).push_back(f);
+  }
   return fronts;
 }
 
 /// Fronts of like size share a launch, so that shared memory fits them.
 void list_small(const SymbolicPlan& plan, const std::vector<Vertex>& small, Vertex step, DevicePlan& made,
                 DepthLaunches& depth) {
-  for (Vertex most = step; most < made.small_rows + step; most += step) {
+  Vertex largest = 0;
+  for (const Vertex f : small) largest = std::max(largest, plan.rows(f));
+  for (Vertex most = step; most < largest + step; most += step) {
     SmallLaunch launch;
     launch.fronts.begin = static_cast<Offset>(made.small_fronts.size());
     for (const Vertex f : small) {
@@ -51,7 +60,7 @@ DevicePlan make_device_plan(const SymbolicPlan& plan, const DeviceLimits& limits
   made.depths.resize(static_cast<std::size_t>(plan.num_depths));
   for (Vertex step = 0; step < plan.num_depths; ++step) {
     DepthLaunches& depth = made.depths[step];
-    const SortedFronts fronts = sort_fronts(plan, step, limits.small_rows);
+    const SortedFronts fronts = sort_fronts(plan, step, limits);
     list_small(plan, fronts.small, limits.small_step, made, depth);
     assembly.add_depth(fronts.large, depth);
     steps.add_depth(fronts.large, depth);

@@ -108,6 +108,8 @@ struct SmallLaunch {
   Vertex rows = 0;  // of the largest
 };
 
+/// The entries of fronts with more rows are too many for DevicePlan::entry_place: those are never small.
+constexpr Vertex kMostSmallRows = 32768;
 /// Small fronts of a depth are launched by size, in steps of kSmallStep rows on CUDA.
 constexpr Vertex kSmallStep = 32, kMostSmallLaunches = 5;
 
@@ -209,6 +211,10 @@ struct DeviceLimits {
   // So many tiles use the device better when they are wide.
   Offset enough_tiles = 2 * static_cast<Offset>(multiprocessors);
 
+  // Fronts of at most this part of their depth's operations are small, too, whatever their rows.
+  double small_part = 0;
+  // Whether the pivots of a tile are searched in all rows of the front's pivot block, in their place.
+  bool whole_columns = false;
   // Small fronts of a depth are launched by size, in steps of so many rows.
   Vertex small_step = kSmallStep;
   // Rows and columns of a tile of a product that is not wide. The vendor's BLAS has products of so many entries

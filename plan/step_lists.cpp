@@ -42,7 +42,7 @@ void StepLists::look_ahead(Vertex k) {
     const Vertex next = tile_end(f, k), end = tile_end(f, next), p = plan_.pivots(f);
     if (next >= p) continue;
     // The last tile looks at the border rows of its columns, too.
-    const Vertex down = end < p ? end : plan_.rows(f);
+    const Vertex down = end < p && !limits_.whole_columns ? end : plan_.rows(f);
     add_products(f, k, next, {next, down}, {next, end}, first);
     add_products(f, k, next, {down, plan_.rows(f)}, {next, end}, others);
     add_products(f, k, next, {next, plan_.rows(f)}, {end, plan_.rows(f)}, others);

@@ -22,11 +22,12 @@ struct Sizes {
 /// microseconds of work; tiles of 128 pivots are narrow enough for the panel, which is one thread's, and wide
 /// enough for products of OpenBLAS.
 inline Sizes sizes_for_library(int threads) {
-  constexpr Vertex kLargest = 32768;  // whose entries can be counted
   Sizes sizes;
   sizes.limits.tile = 128;
-  sizes.limits.small_rows = threads == 1 ? kLargest : 256;
-  sizes.limits.small_step = kLargest;
+  sizes.limits.small_rows = threads == 1 ? kMostSmallRows : 256;
+  sizes.limits.small_step = kMostSmallRows;
+  sizes.limits.small_part = 0.25 / threads;
+  sizes.limits.whole_columns = true;
   sizes.limits.strip = 256;
   sizes.limits.product_rows = sizes.limits.product_columns = 256;
   sizes.whole = threads == 1 ? kNever : 256;
@@ -61,7 +62,7 @@ template <class Exec, class S, class Dense>
 Sizes sizes_for(int threads) {
   Sizes sizes = Dense::kSearchesAll ? sizes_for_library(threads) : sizes_for_teams<S>(scratch_bytes<Exec>());
   sizes.limits.wide_products = false;
-  sizes.limits.ahead_tiles = std::numeric_limits<Offset>::max();
+  sizes.limits.ahead_tiles = Dense::kSearchesAll ? 2 * threads : std::numeric_limits<Offset>::max();
   sizes.limits.many_tiny = kNever;
   if (Dense::kSearchesAll) sizes.limits.panelled = kNever;
   if (!Space<Exec>::Queue::kLibrary) sizes.limits.vendor_entries = std::numeric_limits<Offset>::max();

@@ -28,7 +28,7 @@ struct OwnLists {
   std::vector<SolveTask> solve;
 };
 
-inline OwnLists make_own_lists(const SymbolicPlan& plan, const Sizes& sizes) {
+inline OwnLists make_own_lists(const SymbolicPlan& plan, const DevicePlan& lists, const Sizes& sizes) {
   OwnLists made;
   const Vertex tile = sizes.limits.tile, solve_tile = sizes.solve_tile;
   const auto range = [](const auto& list, const auto& fill) {
@@ -42,9 +42,10 @@ inline OwnLists make_own_lists(const SymbolicPlan& plan, const Sizes& sizes) {
     const Vertex first = plan.depth_begin[step], last = plan.depth_begin[step + 1];
     std::vector<Vertex> tiled;
     depth.follow = range(made.columns, [&] {
-      for (Vertex f = first; f < last; ++f) {
-        if (plan.rows(f) <= sizes.limits.small_rows) continue;
-        for (Vertex k = 0; k + tile < plan.pivots(f); k += tile) made.columns.push_back({f, k});
+      const Range& blocks = lists.depths[static_cast<std::size_t>(step)].exchange;
+      for (Offset i = blocks.begin; i < blocks.end; ++i) {
+        const FrontPart& block = lists.exchange[static_cast<std::size_t>(i)];
+        if (block.begin == block.column + tile) made.columns.push_back({block.front, block.column});
       }
     });
     depth.whole = range(made.whole, [&] {
@@ -115,8 +116,9 @@ class PortableStages {
         pattern_(pattern),
         sizes_(sizes),
         lists_(make_device_plan(plan, sizes.limits)),
-        own_(make_own_lists(plan, sizes)) {
-    if (plan.has_turns() && sizes.limits.small_rows > kAssemblyTurns.rows)
+        own_(make_own_lists(plan, lists_, sizes)) {
+    sort_small_fronts();
+    if (plan.has_turns() && (sizes.limits.small_part > 0 || sizes.limits.small_rows > kAssemblyTurns.rows))
       throw std::logic_error("MFS: fronts of this plan wait for their turn that are assembled at once");
   }
 
@@ -189,7 +191,7 @@ class PortableStages {
       for (std::size_t turn = 1; turn < turns.size(); ++turn) assemble(turns[turn]);
     }
     if (stages.factor) {
-      for (const Launch& part : depth.factor) launch_step(part);
+      launch_steps(depth.factor);
       follow_moves(own_.depths[static_cast<std::size_t>(step)].follow);
     }
     if (stages.update) {
@@ -300,6 +302,17 @@ class PortableStages {
     take(lists.solve, own_.solve);
   }
 
+  // Those with the most work begin first.
+  void sort_small_fronts() {
+    for (const DepthLaunches& depth : lists_.depths) {
+      for (const SmallLaunch& small : depth.small) {
+        const auto begin = lists_.small_fronts.begin() + small.fronts.begin;
+        std::stable_sort(begin, begin + small.fronts.count(),
+                         [&](Vertex a, Vertex b) { return plan_.front_flops[a] > plan_.front_flops[b]; });
+      }
+    }
+  }
+
   bool has_large_products() const {
     for (const DepthLaunches& depth : lists_.depths) {
       for (const auto* launches : {&depth.factor, &depth.update}) {
@@ -328,16 +341,45 @@ class PortableStages {
     launch(queue_.exec(), "mfs::assemble", parts.count(), kMostThreads, 0,
            AssembleParts<Exec, S, V>{store_, on_space_.assemble + parts.begin});
   }
+  // On the host, products that may run beside the next diagonal tiles share a launch with them.
+  void launch_steps(const std::vector<Launch>& parts) {
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      const bool beside = Dense::kSearchesAll && parts[i].order == Order::concurrent &&
+                          parts[i].kind == Launch::Kind::products && i + 1 < parts.size() &&
+                          parts[i + 1].kind == Launch::Kind::diagonal;
+      if (beside) {
+        const auto tiles = diagonal_kernel(parts[i + 1]);
+        const auto products = product_kernel(parts[i]);
+        launch(queue_.exec(), "mfs::ahead", parts[i].blocks + parts[i + 1].blocks, 1, diagonal_scratch(),
+               TilesAndProducts<Exec, S, V, Dense>{tiles, products, parts[i + 1].blocks});
+        ++i;
+      } else {
+        launch_step(parts[i]);
+      }
+    }
+  }
+  DiagonalTiles<Exec, S, V, Dense> diagonal_kernel(const Launch& part) const {
+    return {store_, on_space_.steps + part.tasks.begin, sizes_.limits.tile, dense_};
+  }
+  Products<Exec, S, Dense> product_kernel(const Launch& part) const {
+    return {store_.fronts.storage,
+            on_space_.products + part.tasks.begin,
+            static_cast<Vertex>(part.tasks.count()),
+            sizes_.limits.product_rows,
+            sizes_.limits.product_columns,
+            dense_};
+  }
+  Offset diagonal_scratch() const {
+    const Vertex tile = sizes_.limits.tile;
+    return diagonal_bytes<S>(Dense::kSearchesAll ? 0 : tile) + 2 * tile * static_cast<Offset>(sizeof(Vertex));
+  }
   void launch_step(const Launch& part) {
     const Exec& exec = queue_.exec();
     const Vertex count = static_cast<Vertex>(part.tasks.count()), tile = sizes_.limits.tile;
     const StepTask* const steps = on_space_.steps + part.tasks.begin;
     switch (part.kind) {
       case Launch::Kind::diagonal:
-        launch(exec, "mfs::diagonal", part.blocks, kMostThreads,
-               diagonal_bytes<S>(Dense::kSearchesAll ? 0 : tile) +
-                   2 * tile * static_cast<Offset>(sizeof(Vertex)),
-               DiagonalTiles<Exec, S, V, Dense>{store_, steps, tile, dense_});
+        launch(exec, "mfs::diagonal", part.blocks, kMostThreads, diagonal_scratch(), diagonal_kernel(part));
         break;
       case Launch::Kind::strips:
         launch(exec, "mfs::strips", part.blocks, kMostThreads, bytes_of(room()),
@@ -346,8 +388,7 @@ class PortableStages {
       case Launch::Kind::products:
       case Launch::Kind::wide_products:
         launch(exec, "mfs::products", part.blocks, kMostThreads, bytes_of(Dense::kProductEntries),
-               Products<Exec, S, Dense>{store_.fronts.storage, on_space_.products + part.tasks.begin, count,
-                                        sizes_.limits.product_rows, sizes_.limits.product_columns, dense_});
+               product_kernel(part));
         break;
       case Launch::Kind::vendor_gemm: {
         const ProductTask& task = lists_.products[static_cast<std::size_t>(part.tasks.begin)];

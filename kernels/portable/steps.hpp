@@ -66,8 +66,9 @@ struct DiagonalTiles {
   Vertex tile;
   Dense dense;
 
-  KOKKOS_INLINE_FUNCTION void operator()(const TeamOf<Exec>& team) const {
-    const StepTask task = tasks[team.league_rank()];
+  KOKKOS_INLINE_FUNCTION void operator()(const TeamOf<Exec>& team) const { factor(team, team.league_rank()); }
+  KOKKOS_INLINE_FUNCTION void factor(const TeamOf<Exec>& team, Vertex place) const {
+    const StepTask task = tasks[place];
     const Vertex f = task.front, k = task.k;
     const FrontStore<S, V>& fronts = store.fronts;
     const Front<S> front = fronts.front(f);
@@ -218,7 +219,9 @@ struct Products {
   Dense dense;
 
   KOKKOS_INLINE_FUNCTION void operator()(const TeamOf<Exec>& team) const {
-    const Vertex place = team.league_rank();
+    subtract(team, team.league_rank());
+  }
+  KOKKOS_INLINE_FUNCTION void subtract(const TeamOf<Exec>& team, Vertex place) const {
     const ProductTask task = tasks[find_task(tasks, count, &ProductTask::first_tile, place)];
     const Vertex tile = place - task.first_tile, down = (task.m + rows - 1) / rows;
     const Vertex i = tile % down * rows, j = tile / down * columns;
@@ -226,6 +229,23 @@ struct Products {
                            task.n - j < columns ? task.n - j : columns, task.k, storage + task.a + i,
                            task.lda, storage + task.b + j * static_cast<Offset>(task.ldb), task.ldb,
                            storage + task.c + i + j * static_cast<Offset>(task.ldc), task.ldc);
+  }
+};
+
+/// The next diagonal tiles, which begin first, beside products that they do not need.
+template <class Exec, class S, class V, class Dense>
+struct TilesAndProducts {
+  DiagonalTiles<Exec, S, V, Dense> tiles;
+  Products<Exec, S, Dense> products;
+  Vertex first_product;
+
+  KOKKOS_INLINE_FUNCTION void operator()(const TeamOf<Exec>& team) const {
+    const Vertex place = team.league_rank();
+    if (place < first_product) {
+      tiles.factor(team, place);
+    } else {
+      products.subtract(team, place - first_product);
+    }
   }
 };
 

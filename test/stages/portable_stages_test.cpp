@@ -101,6 +101,8 @@ std::vector<Sizes> all_sizes(int threads) {
   Sizes narrow = usual;
   narrow.limits.tile = 16;
   narrow.limits.small_rows = 20;
+  narrow.limits.small_part = 0;
+  if (T::Dense::kSearchesAll) narrow.limits.ahead_tiles = 0;
   narrow.limits.small_step = 8;
   narrow.limits.strip = 24;
   if (!T::Dense::kSearchesAll) narrow.limits.panelled = 48;

@@ -36,9 +36,10 @@ class PortableBench {
     const auto& at = stages_.store().fronts;
     const auto& queue = stages_.queue();
     queue.fill(at.storage, kNan, plan_->storage_entries * size_of<S>());
-    for (Vertex* array : {at.local_row, at.interchange})
-      queue.fill(array, kNan, plan_->n * size_of<Vertex>());
-    for (S* array : {at.shift, at.work}) queue.fill(array, kNan, plan_->n * size_of<S>());
+    queue.fill(at.local_row, kNan, plan_->n * size_of<Vertex>());
+    queue.fill(at.interchange, kNan, plan_->n * size_of<Vertex>());
+    queue.fill(at.shift, kNan, plan_->n * size_of<S>());
+    queue.fill(at.work, kNan, plan_->n * size_of<S>());
     queue.wait();
   }
 

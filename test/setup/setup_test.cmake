@@ -112,6 +112,15 @@ setup(0)
 expect("not offered by this system: libpetsc-real-dev; without a PETSc of your own" "${output}")
 expect("all is there" "${output}")
 
+# Nor is hipcc.
+make_system()
+remove_package(hipcc)
+remove_package(libtrilinos-nox-dev)
+file(WRITE ${system}/not-offered "hipcc\n")
+setup(0)
+expect("not offered by this system: hipcc; nothing is compiled for HIP" "${output}")
+expect("all is there" "${output}")
+
 # Too old: each is named, with the version that is needed.
 make_system()
 file(WRITE ${system}/gcc 11.4.0)

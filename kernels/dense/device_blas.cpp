@@ -3,6 +3,7 @@
 #include <cublasLt.h>
 
 #include <cstdint>
+#include <map>
 
 #include <mfs/error.hpp>
 #include "kernels/cuda/runtime/device_scalar.hpp"
@@ -88,11 +89,15 @@ struct Preference : cublasLtMatmulPreferenceOpaque_t {
 
 }  // namespace
 
-DeviceBlas::DeviceBlas(const Stream& stream) : stream_(stream), workspace_(kWorkspace) {
+struct DeviceBlas::Algorithms : std::map<Shape, cublasLtMatmulAlgo_t> {};
+
+DeviceBlas::DeviceBlas(const Stream& stream)
+    : stream_(stream), workspace_(kWorkspace), chosen_(std::make_unique<Algorithms>()) {
   cublasLtHandle_t handle = nullptr;
   checked("cublasLtCreate", [&] { return cublasLtCreate(&handle); });
   handle_.reset(handle);
 }
+DeviceBlas::~DeviceBlas() = default;
 void DeviceBlas::Destroy::operator()(void* handle) const {
   cublasLtDestroy(library(handle));
 }
@@ -104,16 +109,23 @@ void DeviceBlas::gemm_minus(int m, int n, int k, const S* a, int lda, const S* b
   const NumberKind numbers = kNumbers<S>;
   Product product(numbers);
   Matrix left(numbers.type, m, k, lda), right(numbers.type, k, n, ldb), sum(numbers.type, m, n, ldc);
-  Preference preference(a, b, c);
-  cublasLtMatmulHeuristicResult_t best{};
-  checked("cublasLtMatmulAlgoGetHeuristic", [&] {
-    int found = 0;
-    return cublasLtMatmulAlgoGetHeuristic(library(handle_.get()), &product, &left, &right, &sum, &sum,
-                                          &preference, 1, &best, &found);
-  });
+  const auto size = [](int value) { return static_cast<unsigned>(value); };
+  const Shape shape{size(m),   size(n),         size(k),         size(lda),      size(ldb),
+                    size(ldc), alignment_of(a), alignment_of(b), alignment_of(c)};
+  auto chosen = chosen_->find(shape);
+  if (chosen == chosen_->end()) {
+    Preference preference(a, b, c);
+    cublasLtMatmulHeuristicResult_t best{};
+    checked("cublasLtMatmulAlgoGetHeuristic", [&] {
+      int found = 0;
+      return cublasLtMatmulAlgoGetHeuristic(library(handle_.get()), &product, &left, &right, &sum, &sum,
+                                            &preference, 1, &best, &found);
+    });
+    chosen = chosen_->emplace(shape, best.algo).first;
+  }
   checked("cublasLtMatmul", [&] {
     return cublasLtMatmul(library(handle_.get()), &product, &minus_one, a, &left, b, &right, &one, c, &sum, c,
-                          &sum, &best.algo, workspace_.at<void>(0), static_cast<std::size_t>(kWorkspace),
+                          &sum, &chosen->second, workspace_.at<void>(0), static_cast<std::size_t>(kWorkspace),
                           stream_.get());
   });
 }

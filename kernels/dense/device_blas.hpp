@@ -1,6 +1,7 @@
 // The one seam to cuBLAS: products that are large enough to fill the device one by one.
 #pragma once
 
+#include <array>
 #include <memory>
 
 #include "kernels/cuda/runtime/device.hpp"
@@ -12,6 +13,7 @@ class DeviceBlas {
   /// Works in `stream`, which must outlive it, with memory of its own. Throws BackendError("cuBLAS"),
   /// OutOfMemory.
   explicit DeviceBlas(const Stream& stream);
+  ~DeviceBlas();
 
   /// C (m x n) -= A (m x k) B (k x n), column-major, in device memory; S as device code calls it.
   template <class S>
@@ -24,8 +26,12 @@ class DeviceBlas {
   struct Destroy {
     void operator()(void* handle) const;
   };
+  /// What the library is asked for: sizes, leading dimensions, and what the operands are multiples of.
+  using Shape = std::array<unsigned, 9>;
+  struct Algorithms;
   const Stream& stream_;
   DeviceArena workspace_;
+  std::unique_ptr<Algorithms> chosen_;  // by shape: to choose one takes as long as a small product
   std::unique_ptr<void, Destroy> handle_;
 };
 

@@ -22,22 +22,44 @@ KOKKOS_INLINE_FUNCTION void clear(const Team& team, const Area<S>& area) {
   });
 }
 
+/// Which rows and columns of a child's contribution block lie in an area. Found for several children at once,
+/// a bound by a thread, as a search waits for memory at each of its steps.
+struct ChildSpan {
+  Vertex top, bottom, left, right;
+};
+constexpr Vertex kChildrenAtOnce = 16;
+
 template <class Team, class S, class V>
 KOKKOS_INLINE_FUNCTION void add_children(const Team& team, const Store<S, V>& store, Vertex f,
-                                         const Area<S>& area) {
+                                         const Area<S>& area, ChildSpan* spans) {
   const FrontStore<S, V>& at = store.fronts;
-  for (Vertex c = at.child_begin[f]; c < at.child_begin[f + 1]; ++c) {
-    const Vertex child = at.children[c];
-    const Vertex* const map = at.border_in_parent + at.border_begin[child];
-    const Vertex b = static_cast<Vertex>(at.border_begin[child + 1] - at.border_begin[child]);
-    const Vertex left = lower_bound(map, b, area.begin), right = lower_bound(map, b, area.end);
-    const Vertex top = lower_bound(map, b, area.first_row), bottom = lower_bound(map, b, area.last_row);
-    const Offset ld = leading_dimension(b);
-    const S* const block = at.storage + at.contribution_begin[child] + top + left * ld;
-    for_each_entry(team, bottom - top, right - left, [&](Vertex i, Vertex j) {
-      area.at[map[top + i] + map[left + j] * area.ld] += block[i + j * ld];
+  const Vertex last = at.child_begin[f + 1];
+  for (Vertex first = at.child_begin[f]; first < last; first += kChildrenAtOnce) {
+    const Vertex count = kChildrenAtOnce < last - first ? kChildrenAtOnce : last - first;
+    for_each(team, 4 * count, [&](Vertex lane) {
+      const Vertex child = at.children[first + lane / 4];
+      const Vertex* const map = at.border_in_parent + at.border_begin[child];
+      const Vertex b = static_cast<Vertex>(at.border_begin[child + 1] - at.border_begin[child]);
+      ChildSpan& span = spans[lane / 4];
+      if (lane % 4 == 0) span.top = lower_bound(map, b, area.first_row);
+      if (lane % 4 == 1) span.bottom = lower_bound(map, b, area.last_row);
+      if (lane % 4 == 2) span.left = lower_bound(map, b, area.begin);
+      if (lane % 4 == 3) span.right = lower_bound(map, b, area.end);
     });
     team.team_barrier();
+    for (Vertex c = 0; c < count; ++c) {
+      const Vertex child = at.children[first + c];
+      const Vertex* const map = at.border_in_parent + at.border_begin[child];
+      const Offset ld =
+          leading_dimension(static_cast<Vertex>(at.border_begin[child + 1] - at.border_begin[child]));
+      const ChildSpan span = spans[c];
+      const S* const block = at.storage + at.contribution_begin[child];
+      for_each_entry(team, span.bottom - span.top, span.right - span.left, [&](Vertex i, Vertex j) {
+        area.at[map[span.top + i] + map[span.left + j] * area.ld] +=
+            block[span.top + i + (span.left + j) * ld];
+      });
+      team.team_barrier();
+    }
   }
 }
 
@@ -51,6 +73,7 @@ struct AssembleParts {
     const AssemblyPart part = parts[team.league_rank()];
     const Front<S> front = store.fronts.front(part.front);
     const Vertex p = front.pivots;
+    ChildSpan* const spans = scratch<ChildSpan>(team, kChildrenAtOnce);
     Area<S> area{front.lower, front.lower_ld, part.first_row, part.last_row, part.begin, part.end};
     if (part.begin >= p) {
       const bool pivot_rows = part.first_row < p;
@@ -67,7 +90,7 @@ struct AssembleParts {
       first_column[place] = store.scaled_entry(e, part.front, i, p);
     });
     team.team_barrier();
-    add_children(team, store, part.front, area);
+    add_children(team, store, part.front, area, spans);
   }
 };
 
@@ -79,17 +102,40 @@ struct Blocks {
   Offset lower_ld, upper_ld, contribution_ld;
 };
 
+// The rows of a child's block before `split` go to pivot rows of the parent, its columns to pivot columns.
+// Ends with a barrier.
+template <class Team, class S, class V>
+KOKKOS_INLINE_FUNCTION void add_child(const Team& team, const Store<S, V>& store, Vertex child,
+                                      const Blocks<S>& to) {
+  const FrontStore<S, V>& at = store.fronts;
+  const Vertex* const map = at.border_in_parent + at.border_begin[child];
+  const Vertex b = static_cast<Vertex>(at.border_begin[child + 1] - at.border_begin[child]);
+  const Vertex p = to.pivots, split = lower_bound(map, b, p);
+  const Offset ld = leading_dimension(b);
+  const S* const block = at.storage + at.contribution_begin[child];
+  for_each_entry(team, b, split,
+                 [&](Vertex i, Vertex j) { to.lower[map[i] + map[j] * to.lower_ld] += block[i + j * ld]; });
+  const Vertex* const columns = map + split;
+  const Vertex right = b - split;
+  const S* const beyond = block + split * ld;
+  for_each_entry(team, split, right, [&](Vertex i, Vertex j) {
+    to.upper[map[i] + (columns[j] - p) * to.upper_ld] += beyond[i + j * ld];
+  });
+  for_each_entry(team, right, right, [&](Vertex i, Vertex j) {
+    to.contribution[columns[i] - p + (columns[j] - p) * to.contribution_ld] += beyond[split + i + j * ld];
+  });
+  team.team_barrier();
+}
+
 template <class Team, class S, class V>
 KOKKOS_INLINE_FUNCTION void assemble_front(const Team& team, const Store<S, V>& store, Vertex f,
                                            const Blocks<S>& to) {
   const FrontStore<S, V>& at = store.fronts;
   const Vertex p = to.pivots, rows = p + to.border;
   const Offset upper_place = p * static_cast<Offset>(leading_dimension(rows));
-  const Area<S> areas[] = {
-      {to.lower, to.lower_ld, 0, rows, 0, p},
-      {to.upper - p * to.upper_ld, to.upper_ld, 0, p, p, rows},
-      {to.contribution - p * to.contribution_ld - p, to.contribution_ld, p, rows, p, rows}};
-  for (const Area<S>& area : areas) clear(team, area);
+  clear(team, Area<S>{to.lower, to.lower_ld, 0, rows, 0, p});
+  clear(team, Area<S>{to.upper, to.upper_ld, 0, p, 0, to.border});
+  clear(team, Area<S>{to.contribution, to.contribution_ld, 0, to.border, 0, to.border});
   team.team_barrier();
   const Offset first = at.entry_begin[f];
   for_each(team, static_cast<Vertex>(at.entry_begin[f + 1] - first), [&](Vertex k) {
@@ -103,7 +149,8 @@ KOKKOS_INLINE_FUNCTION void assemble_front(const Team& team, const Store<S, V>& 
     entry = store.scaled_entry(first + k, f, i, p);
   });
   team.team_barrier();
-  for (const Area<S>& area : areas) add_children(team, store, f, area);
+  for (Vertex c = at.child_begin[f]; c < at.child_begin[f + 1]; ++c)
+    add_child(team, store, at.children[c], to);
 }
 
 }  // namespace mfs::portable

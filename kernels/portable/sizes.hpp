@@ -16,6 +16,7 @@ struct Sizes {
   DeviceLimits limits;
   // Of the solve: fronts of up to so many pivots are one team's.
   Vertex whole = 0, solve_tile = 0, most_chunk = 0;
+  int host_team = 1;  // threads of a team on the host: more than one in tests, without a library only
 };
 
 /// One thread of the host has all fronts as a whole. Others share those that are more than a few hundred
@@ -50,6 +51,7 @@ Sizes sizes_for_teams(Offset scratch_bytes) {
     ++limits.small_rows;
   limits.strip = 64;
   limits.product_rows = limits.product_columns = OwnDense<S>::kTileRows;
+  limits.vendor_depth = limits.tile;
   limits.panel = 8 * limits.tile;
   limits.slab = 4 * limits.panel;
   limits.panelled = 2 * limits.panel;

@@ -220,7 +220,7 @@ class PortableStages {
                                         transposed,
                                         dense_};
     const Exec& exec = queue_.exec();
-    const int threads = vectors.columns > 1 ? kMostThreads : 64;
+    const int threads = team(vectors.columns > 1 ? kMostThreads : 64);
     launch(exec, "mfs::whole", depth.whole.count(), threads, bytes,
            SolveWhole<Exec, S, V, Dense>{all, on_space_.whole + depth.whole.begin, forward});
     launch(exec, "mfs::tiles", depth.begin.count(), threads, bytes,
@@ -328,17 +328,20 @@ class PortableStages {
   Offset room() const { return (scratch_bytes<Exec>() - kSlack) / static_cast<Offset>(sizeof(S)); }
   static Offset bytes_of(Offset entries) { return entries * static_cast<Offset>(sizeof(S)) + kSlack; }
 
+  int team(int threads) const { return kOnHost<Exec> ? sizes_.host_team : threads; }
+
   void launch_small(const SmallLaunch& small, const Stages& stages) {
     const bool in_scratch = !Dense::kSearchesAll;
     const Offset entries = in_scratch ? small_front_entries(small.rows) : 0;
     const int threads = small.rows <= 16 ? 32 : small.rows <= 32 ? 64 : 128;
-    launch(queue_.exec(), "mfs::small", small.fronts.count(), threads,
+    launch(queue_.exec(), "mfs::small", small.fronts.count(), team(threads),
            small_front_bytes<S>(in_scratch ? small.rows : 0),
            SmallFronts<Exec, S, V, Dense>{store_, on_space_.small_fronts + small.fronts.begin, entries,
                                           stages, dense_});
   }
   void assemble(const Range& parts) {
-    launch(queue_.exec(), "mfs::assemble", parts.count(), kMostThreads, 0,
+    launch(queue_.exec(), "mfs::assemble", parts.count(), team(kMostThreads),
+           kChildrenAtOnce * static_cast<Offset>(sizeof(ChildSpan)) + kSlack,
            AssembleParts<Exec, S, V>{store_, on_space_.assemble + parts.begin});
   }
   // On the host, products that may run beside the next diagonal tiles share a launch with them.
@@ -379,15 +382,16 @@ class PortableStages {
     const StepTask* const steps = on_space_.steps + part.tasks.begin;
     switch (part.kind) {
       case Launch::Kind::diagonal:
-        launch(exec, "mfs::diagonal", part.blocks, kMostThreads, diagonal_scratch(), diagonal_kernel(part));
+        launch(exec, "mfs::diagonal", part.blocks, team(kMostThreads), diagonal_scratch(),
+               diagonal_kernel(part));
         break;
       case Launch::Kind::strips:
-        launch(exec, "mfs::strips", part.blocks, kMostThreads, bytes_of(room()),
+        launch(exec, "mfs::strips", part.blocks, team(kMostThreads), bytes_of(room()),
                Strips<Exec, S, V, Dense>{store_, steps, count, tile, sizes_.limits.strip, room(), dense_});
         break;
       case Launch::Kind::products:
       case Launch::Kind::wide_products:
-        launch(exec, "mfs::products", part.blocks, kMostThreads, bytes_of(Dense::kProductEntries),
+        launch(exec, "mfs::products", part.blocks, team(kMostThreads), bytes_of(Dense::kProductEntries),
                product_kernel(part));
         break;
       case Launch::Kind::vendor_gemm: {
@@ -400,7 +404,7 @@ class PortableStages {
     }
   }
   void follow_moves(const Range& columns) {
-    launch(queue_.exec(), "mfs::follow", columns.count(), kMostThreads, bytes_of(room()),
+    launch(queue_.exec(), "mfs::follow", columns.count(), team(kMostThreads), bytes_of(room()),
            FollowMoves<Exec, S, V, Dense>{store_, on_space_.columns + columns.begin, sizes_.limits.tile,
                                           room()});
   }

@@ -117,6 +117,9 @@ class PortableBackend final : public BackendFor<Scalar> {
     if (!portable::on_host()) cuda::require_device();
   }
   bool one_thread() const override { return !portable::has_threads(); }
+  Precision automatic_precision() const override {
+    return portable::on_host() ? Precision::full : mfs::automatic_precision(cuda::speed_of_single());
+  }
   AssemblyTurns assembly_turns() const override {
     return portable::on_host() ? AssemblyTurns() : kAssemblyTurns;
   }

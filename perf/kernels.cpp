@@ -54,7 +54,9 @@ void measure(const std::string& name) {
       mfs::analyze_matrix(view, mfs::AnalysisOptions(), turns, threads, [](const char*, double) {});
   const mfs::blas::SequentialScope sequential(threads);
   Stages made(*analysis.plan, *analysis.pattern,
-              mfs::portable::sizes_for<Exec, double, mfs::portable::DenseOf<Exec, double>>(threads));
+              mfs::portable::make_lists(
+                  *analysis.plan,
+                  mfs::portable::sizes_for<Exec, double, mfs::portable::DenseOf<Exec, double>>(threads)));
   made.allocate();
   const auto send = [&](double* to, const double* from, mfs::Offset count) {
     made.queue().to_space(to, from, count * static_cast<mfs::Offset>(sizeof(double)));

@@ -9,7 +9,6 @@
 #include "kernels/cuda/cuda_factors.hpp"
 #include "kernels/dense/blas.hpp"
 #include "kernels/portable/portable_factors.hpp"
-#include "kernels/runtime/engine.hpp"
 #include "kernels/runtime/scalars.hpp"
 #include "plan/device_plan.hpp"
 #include "solver/memory_limit.hpp"
@@ -111,6 +110,10 @@ class CudaBackend final : public BackendFor<Scalar> {
 template <class Scalar>
 class PortableBackend final : public BackendFor<Scalar> {
  public:
+  BackendInfo info() const override {
+    return portable::on_host() ? BackendInfo{MemorySpace::host, 2e11, kHostEntry}
+                               : BackendInfo{MemorySpace::device, 1e13, 100};
+  }
   bool present() const override { return portable::on_host() || cuda::device_found(); }
   void check(const Options& options) const override {
     check_block_size(options, "kokkos");
@@ -126,28 +129,18 @@ class PortableBackend final : public BackendFor<Scalar> {
   std::size_t available_memory() const override {
     return portable::on_host() ? available_host_memory() : portable::free_memory();
   }
-  Offset bytes_needed(bool single_precision, const SymbolicPlan& plan,
-                      const Pattern& pattern) const override {
-    return portable::bytes_needed<Scalar>(single_precision, plan, pattern, available_threads()) +
-           bytes_beside(plan.n);
-  }
-  std::unique_ptr<Factorization<Scalar>> make(bool single_precision, std::shared_ptr<const SymbolicPlan> plan,
-                                              std::shared_ptr<const Pattern> pattern,
-                                              int threads) const override {
-    const std::size_t available = available_memory();
-    auto factors =
-        portable::make_portable_factors<Scalar>(single_precision, plan, pattern, threads, [&](Offset bytes) {
-          const auto needed = static_cast<std::size_t>(bytes + bytes_beside(plan->n));
-          const MemorySpace space = portable::on_host() ? MemorySpace::host : MemorySpace::device;
-          if (needed > available) throw OutOfMemory(space, needed, available);
-        });
-    return make_factorization<Scalar>(HostSpace::openmp, std::move(factors), std::move(plan),
-                                      std::move(pattern));
-  }
-
- private:
-  static Offset bytes_beside(Vertex n) {
-    return portable::on_host() ? ladder_bytes(n, sizeof(Scalar), 1) : 0;
+  Planned<Factorization<Scalar>> plan(bool single_precision, std::shared_ptr<const SymbolicPlan> plan,
+                                      std::shared_ptr<const Pattern> pattern, int threads) const override {
+    const Planned<Factors<Scalar>> factors =
+        portable::plan_portable_factors<Scalar>(single_precision, plan, pattern, threads);
+    NumericBytes bytes = factors.bytes;
+    if (portable::on_host()) bytes.solve += ladder_bytes(plan->n, sizeof(Scalar), 1);
+    return {bytes, factors.flops, [=] {
+              const auto needed = static_cast<std::size_t>(bytes.total());
+              const std::size_t available = available_memory();
+              if (needed > available) throw OutOfMemory(info().memory, needed, available);
+              return make_factorization<Scalar>(HostSpace::openmp, factors.make(), plan, pattern);
+            }};
   }
 };
 

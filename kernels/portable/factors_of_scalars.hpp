@@ -2,19 +2,15 @@
 // each: factors_<scalars>.cpp.
 #pragma once
 
-#include <functional>
 #include <memory>
 
 #include "kernels/factors.hpp"
 
 namespace mfs::portable {
 
-/// Factors of Scalar for matrices and vectors of Value in Kokkos' default space (portable_factors.hpp).
+/// As plan_portable_factors: factors of Scalar for matrices and vectors of Value.
 template <class Value, class Scalar>
-std::unique_ptr<Factors<Value>> make_factors(std::shared_ptr<const SymbolicPlan> plan,
-                                             std::shared_ptr<const Pattern> pattern, int threads,
-                                             const std::function<void(Offset)>& check);
-template <class Value, class Scalar>
-Offset bytes_of_factors(const SymbolicPlan& plan, const Pattern& pattern, int threads);
+Planned<Factors<Value>> plan_factors(std::shared_ptr<const SymbolicPlan> plan,
+                                     std::shared_ptr<const Pattern> pattern, int threads);
 
 }  // namespace mfs::portable

@@ -24,27 +24,16 @@ std::size_t free_memory() {
 }
 
 template <class Value>
-Offset bytes_needed(bool single_precision, const SymbolicPlan& plan, const Pattern& pattern, int threads) {
-  return single_precision ? bytes_of_factors<Value, Narrow<Value>>(plan, pattern, threads)
-                          : bytes_of_factors<Value, Value>(plan, pattern, threads);
-}
-
-template <class Value>
-std::unique_ptr<Factors<Value>> make_portable_factors(bool single_precision,
-                                                      std::shared_ptr<const SymbolicPlan> plan,
-                                                      std::shared_ptr<const Pattern> pattern, int threads,
-                                                      const std::function<void(Offset)>& check) {
-  Space<Kokkos::DefaultExecutionSpace>::start();
+Planned<Factors<Value>> plan_portable_factors(bool single_precision, std::shared_ptr<const SymbolicPlan> plan,
+                                              std::shared_ptr<const Pattern> pattern, int threads) {
   if (single_precision)
-    return make_factors<Value, Narrow<Value>>(std::move(plan), std::move(pattern), threads, check);
-  return make_factors<Value, Value>(std::move(plan), std::move(pattern), threads, check);
+    return plan_factors<Value, Narrow<Value>>(std::move(plan), std::move(pattern), threads);
+  return plan_factors<Value, Value>(std::move(plan), std::move(pattern), threads);
 }
 
-#define MFS_INSTANTIATE(Value)                                                         \
-  template Offset bytes_needed<Value>(bool, const SymbolicPlan&, const Pattern&, int); \
-  template std::unique_ptr<Factors<Value>> make_portable_factors<Value>(               \
-      bool, std::shared_ptr<const SymbolicPlan>, std::shared_ptr<const Pattern>, int,  \
-      const std::function<void(Offset)>&);
+#define MFS_INSTANTIATE(Value)                                                                             \
+  template Planned<Factors<Value>> plan_portable_factors<Value>(bool, std::shared_ptr<const SymbolicPlan>, \
+                                                                std::shared_ptr<const Pattern>, int);
 MFS_INSTANTIATE(float)
 MFS_INSTANTIATE(double)
 MFS_INSTANTIATE(std::complex<float>)

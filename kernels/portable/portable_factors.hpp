@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstddef>
-#include <functional>
 #include <memory>
 
 #include "kernels/factors.hpp"
@@ -19,16 +18,10 @@ bool has_threads();
 /// Bytes free in its memory, if that is a device's; inside Engine::run.
 std::size_t free_memory();
 
-/// Bytes of the space's memory that factors of this plan will take, a library's left out.
+/// The launches for the factors of this plan. What a library takes is left out of the bytes. `make` is as
+/// make_host_factors, and throws OutOfMemory(device) and BackendError as well.
 template <class Value>
-Offset bytes_needed(bool single_precision, const SymbolicPlan& plan, const Pattern& pattern, int threads);
-
-/// As make_host_factors; also throws OutOfMemory(device) and BackendError. Calls check(bytes) before it takes
-/// so many.
-template <class Value>
-std::unique_ptr<Factors<Value>> make_portable_factors(bool single_precision,
-                                                      std::shared_ptr<const SymbolicPlan> plan,
-                                                      std::shared_ptr<const Pattern> pattern, int threads,
-                                                      const std::function<void(Offset)>& check);
+Planned<Factors<Value>> plan_portable_factors(bool single_precision, std::shared_ptr<const SymbolicPlan> plan,
+                                              std::shared_ptr<const Pattern> pattern, int threads);
 
 }  // namespace mfs::portable

@@ -35,19 +35,26 @@ class PortableFactors final : public Factors<Value> {
 
  public:
   PortableFactors(std::shared_ptr<const SymbolicPlan> plan, std::shared_ptr<const Pattern> pattern,
-                  int threads, const std::function<void(Offset)>& check = {})
+                  int threads, Lists lists)
       : plan_(std::move(plan)),
         pattern_(std::move(pattern)),
         threads_(threads),
-        stages_(*plan_, *pattern_, sizes_for<Exec, S, Dense>(threads)) {
-    if (check) check(stages_.bytes_needed() + vector_bytes(stages_, *plan_, 1));
+        stages_(*plan_, *pattern_, std::move(lists)) {
     stages_.allocate();
     place_matrix();
     make_room(1);
   }
-  static Offset bytes_for(const SymbolicPlan& plan, const Pattern& pattern, int threads) {
-    const Stages stages(plan, pattern, sizes_for<Exec, S, Dense>(threads));
-    return stages.bytes_needed() + vector_bytes(stages, plan, 1);
+  static Lists lists_for(const SymbolicPlan& plan, int threads) {
+    return make_lists(plan, sizes_for<Exec, S, Dense>(threads));
+  }
+  static NumericBytes bytes_for(const SymbolicPlan& plan, const Pattern& pattern, const Lists& lists) {
+    NumericBytes bytes;
+    bytes.factor = plan.factor_entries * static_cast<Offset>(sizeof(S));
+    bytes.contribution = (plan.storage_entries - plan.factor_entries) * static_cast<Offset>(sizeof(S));
+    bytes.other =
+        Stages::bytes_for(plan, pattern, lists.device, lists.own) - bytes.factor - bytes.contribution;
+    bytes.solve = vector_layout(plan, lists.device.border_places, 1).arena.total();
+    return bytes;
   }
 
   Value* matrix_values() override {
@@ -72,15 +79,16 @@ class PortableFactors final : public Factors<Value> {
     strict_.begin();
     if (!strict_.active()) stages_.forget_strict_fronts();
     Status status = launch_factor(tolerance, progress);
-    while (status.found_strict > 0) {
+    int passes = 1;
+    for (; status.found_strict > 0; ++passes) {
       strict_.activate();
       status = launch_factor(tolerance, progress);
     }
     strict_.end();
     if (progress) progress(1.0);
-    status.pivots.getrf = plan_->flops.getrf;
-    status.pivots.trsm = plan_->flops.trsm;
-    status.pivots.gemm = plan_->flops.gemm;
+    status.pivots.getrf = passes * plan_->flops.getrf;
+    status.pivots.trsm = passes * plan_->flops.trsm;
+    status.pivots.gemm = passes * plan_->flops.gemm;
     return {status.pivots, status.largest};
   }
 
@@ -107,7 +115,7 @@ class PortableFactors final : public Factors<Value> {
   }
 
   void make_room(Vertex columns) override {
-    const VectorLayout<S> layout = vector_layout(stages_, *plan_, columns);
+    const VectorLayout<S> layout = vector_layout(*plan_, stages_.border_places(), columns);
     vector_memory_ = std::make_unique<typename Space<Exec>::Arena>(layout.arena.total());
     vectors_ = {columns, vector_memory_->template at<S>(layout.v), vector_memory_->template at<S>(layout.y),
                 vector_memory_->template at<S>(layout.border)};
@@ -146,11 +154,8 @@ class PortableFactors final : public Factors<Value> {
   };
   const typename Stages::Queue& queue() const { return stages_.queue(); }
 
-  static VectorLayout<S> vector_layout(const Stages& stages, const SymbolicPlan& plan, Vertex columns) {
-    return {plan.n, stages.border_places(), columns, kOnHost<Exec> ? 0 : static_cast<Offset>(sizeof(V))};
-  }
-  static Offset vector_bytes(const Stages& stages, const SymbolicPlan& plan, Vertex columns) {
-    return vector_layout(stages, plan, columns).arena.total();
+  static VectorLayout<S> vector_layout(const SymbolicPlan& plan, Offset places, Vertex columns) {
+    return {plan.n, places, columns, kOnHost<Exec> ? 0 : static_cast<Offset>(sizeof(V))};
   }
 
   // Where the caller puts values and scales: in the memory of the space, if that is the host's.
@@ -237,17 +242,23 @@ class PortableFactors final : public Factors<Value> {
   mutable std::vector<Scalar> shift_;
 };
 
+template <class Exec, class Value, class Scalar>
+Planned<Factors<Value>> plan_factors_in(std::shared_ptr<const SymbolicPlan> plan,
+                                        std::shared_ptr<const Pattern> pattern, int threads) {
+  using Made = PortableFactors<Exec, Value, Scalar>;
+  const auto lists = std::make_shared<Lists>(Made::lists_for(*plan, threads));
+  return {Made::bytes_for(*plan, *pattern, *lists), plan->flops, [=] {
+            Space<Exec>::start();
+            return std::make_unique<Made>(plan, pattern, threads, std::move(*lists));
+          }};
+}
+
 #define MFS_INSTANTIATE_PORTABLE(Value, Scalar)                                                              \
   template <>                                                                                                \
-  std::unique_ptr<Factors<Value>> make_factors<Value, Scalar>(                                               \
-      std::shared_ptr<const SymbolicPlan> plan, std::shared_ptr<const Pattern> pattern, int threads,         \
-      const std::function<void(Offset)>& check) {                                                            \
-    return std::make_unique<PortableFactors<Kokkos::DefaultExecutionSpace, Value, Scalar>>(                  \
-        std::move(plan), std::move(pattern), threads, check);                                                \
-  }                                                                                                          \
-  template <>                                                                                                \
-  Offset bytes_of_factors<Value, Scalar>(const SymbolicPlan& plan, const Pattern& pattern, int threads) {    \
-    return PortableFactors<Kokkos::DefaultExecutionSpace, Value, Scalar>::bytes_for(plan, pattern, threads); \
+  Planned<Factors<Value>> plan_factors<Value, Scalar>(std::shared_ptr<const SymbolicPlan> plan,              \
+                                                      std::shared_ptr<const Pattern> pattern, int threads) { \
+    return plan_factors_in<Kokkos::DefaultExecutionSpace, Value, Scalar>(std::move(plan),                    \
+                                                                         std::move(pattern), threads);       \
   }
 
 }  // namespace mfs::portable

@@ -82,6 +82,33 @@ inline OwnLists make_own_lists(const SymbolicPlan& plan, const DevicePlan& lists
   return made;
 }
 
+/// What is launched for a plan, made without a look at the space.
+struct Lists {
+  Sizes sizes;
+  DevicePlan device;
+  OwnLists own;
+};
+
+// Those with the most work begin first.
+inline void sort_small_fronts(const SymbolicPlan& plan, DevicePlan& lists) {
+  for (const DepthLaunches& depth : lists.depths) {
+    for (const SmallLaunch& small : depth.small) {
+      const auto begin = lists.small_fronts.begin() + small.fronts.begin;
+      std::stable_sort(begin, begin + small.fronts.count(),
+                       [&](Vertex a, Vertex b) { return plan.front_flops[a] > plan.front_flops[b]; });
+    }
+  }
+}
+
+inline Lists make_lists(const SymbolicPlan& plan, const Sizes& sizes) {
+  if (plan.has_turns() && (sizes.limits.small_part > 0 || sizes.limits.small_rows > kAssemblyTurns.rows))
+    throw std::logic_error("MFS: fronts of this plan wait for their turn that are assembled at once");
+  Lists made{sizes, make_device_plan(plan, sizes.limits), {}};
+  made.own = make_own_lists(plan, made.device, sizes);
+  sort_small_fronts(plan, made.device);
+  return made;
+}
+
 /// Fronts that became strict in the factorization before are it in this one.
 template <class Exec>
 void settle_strict_fronts(const Exec& exec, Vertex fronts, int* strict) {
@@ -110,24 +137,21 @@ class PortableStages {
   using Queue = typename Space<Exec>::Queue;
   using Arena = typename Space<Exec>::Arena;
 
-  /// The lists for `threads` threads of a host space; takes no memory of the space before allocate().
-  PortableStages(const SymbolicPlan& plan, const Pattern& pattern, const Sizes& sizes)
+  /// Takes no memory of the space before allocate().
+  PortableStages(const SymbolicPlan& plan, const Pattern& pattern, Lists lists)
       : plan_(plan),
         pattern_(pattern),
-        sizes_(sizes),
-        lists_(make_device_plan(plan, sizes.limits)),
-        own_(make_own_lists(plan, lists_, sizes)) {
-    sort_small_fronts();
-    if (plan.has_turns() && (sizes.limits.small_part > 0 || sizes.limits.small_rows > kAssemblyTurns.rows))
-      throw std::logic_error("MFS: fronts of this plan wait for their turn that are assembled at once");
-  }
+        sizes_(lists.sizes),
+        lists_(std::move(lists.device)),
+        own_(std::move(lists.own)) {}
 
   /// Bytes that allocate() takes, the library's left out.
-  Offset bytes_needed() const {
+  static Offset bytes_for(const SymbolicPlan& plan, const Pattern& pattern, const DevicePlan& lists,
+                          const OwnLists& own) {
     ArenaLayout layout;
     Store<S, V> store{};
-    Lists lists{};
-    place(store, lists, [&](auto*& pointer, Offset count, const void*) {
+    ListPointers pointers{};
+    place(plan, pattern, lists, own, store, pointers, [&](auto*& pointer, Offset count, const void*) {
       layout.add(count * static_cast<Offset>(sizeof(*pointer)));
     });
     return layout.total();
@@ -136,15 +160,16 @@ class PortableStages {
   /// Throws std::bad_alloc, OutOfMemory, BackendError.
   void allocate() {
     if (Queue::kLibrary && has_large_products()) queue_.open_library();
-    arena_ = std::make_unique<Arena>(bytes_needed());
+    arena_ = std::make_unique<Arena>(bytes_for(plan_, pattern_, lists_, own_));
     Offset at = 0;
-    place(store_, on_space_, [&](auto*& pointer, Offset count, const void* source) {
-      using T = std::remove_pointer_t<std::remove_reference_t<decltype(pointer)>>;
-      pointer = arena_->template at<T>(at);
-      const Offset bytes = count * static_cast<Offset>(sizeof(T));
-      if (source) queue_.to_space(const_cast<std::remove_const_t<T>*>(pointer), source, bytes);
-      at += (bytes + kRegionAlignment - 1) / kRegionAlignment * kRegionAlignment;
-    });
+    place(plan_, pattern_, lists_, own_, store_, on_space_,
+          [&](auto*& pointer, Offset count, const void* source) {
+            using T = std::remove_pointer_t<std::remove_reference_t<decltype(pointer)>>;
+            pointer = arena_->template at<T>(at);
+            const Offset bytes = count * static_cast<Offset>(sizeof(T));
+            if (source) queue_.to_space(const_cast<std::remove_const_t<T>*>(pointer), source, bytes);
+            at += (bytes + kRegionAlignment - 1) / kRegionAlignment * kRegionAlignment;
+          });
     store_.fronts.n = plan_.n;
     store_.fronts.max_block_size = plan_.max_block_size;
     store_.fronts.status = nullptr;
@@ -237,7 +262,7 @@ class PortableStages {
 
  private:
   static constexpr Offset kSlack = 48;  // of scratch memory, for alignment
-  struct Lists {
+  struct ListPointers {
     const Vertex *small_fronts, *source_begin, *destination, *whole;
     const AssemblyPart* assemble;
     const StepTask* steps;
@@ -250,7 +275,8 @@ class PortableStages {
   // Calls put(pointer, count, source) for all arrays of the arena; on the host, arrays of the plan stay where
   // they are.
   template <class Put>
-  void place(Store<S, V>& store, Lists& lists, const Put& put) const {
+  static void place(const SymbolicPlan& plan, const Pattern& pattern, const DevicePlan& made,
+                    const OwnLists& own, Store<S, V>& store, ListPointers& lists, const Put& put) {
     const auto take = [&](auto*& pointer, const auto& array) {
       if constexpr (kOnHost<Exec>) {
         pointer = array.data();
@@ -259,58 +285,47 @@ class PortableStages {
       }
     };
     FrontStore<S, V>& at = store.fronts;
-    const Offset n = plan_.n;
-    put(at.storage, plan_.storage_entries, nullptr);
-    put(at.matrix_values, plan_.nnz, nullptr);
+    const Offset n = plan.n;
+    put(at.storage, plan.storage_entries, nullptr);
+    put(at.matrix_values, plan.nnz, nullptr);
     put(at.row_scale, n, nullptr);
     put(at.column_scale, n, nullptr);
     put(at.interchange, n, nullptr);
     put(at.local_row, n, nullptr);
     put(at.shift, n, nullptr);
     put(at.work, n, nullptr);
-    put(store.strict, plan_.num_fronts, nullptr);
+    put(store.strict, plan.num_fronts, nullptr);
     put(store.status, 1, nullptr);
     put(store.displacement, n, nullptr);
     put(store.move_to, 2 * n, nullptr);
     put(store.move_from, 2 * n, nullptr);
     put(store.move_count, n, nullptr);
-    take(at.row_of, plan_.row_of);
-    take(at.column_of, plan_.column_of);
-    take(at.pivot_begin, plan_.pivot_begin);
-    take(at.border_begin, plan_.border_begin);
-    take(at.border, plan_.border);
-    take(at.border_in_parent, plan_.border_in_parent);
-    take(at.child_begin, plan_.child_begin);
-    take(at.children, plan_.children);
-    take(at.lower_begin, plan_.lower_begin);
-    take(at.upper_begin, plan_.upper_begin);
-    take(at.contribution_begin, plan_.contribution_begin);
-    take(at.entry_begin, plan_.entry_begin);
-    take(at.entry_in_row, plan_.entry_in_row);
-    take(at.matrix_offsets, pattern_.offsets);
-    take(at.matrix_columns, pattern_.columns);
-    take(store.entry_place, lists_.entry_place);
-    take(lists.small_fronts, lists_.small_fronts);
-    take(lists.assemble, lists_.assemble);
-    take(lists.steps, lists_.steps);
-    take(lists.products, lists_.products);
-    take(lists.row_begin, lists_.row_begin);
-    take(lists.source_begin, lists_.source_begin);
-    take(lists.destination, lists_.destination);
-    take(lists.columns, own_.columns);
-    take(lists.whole, own_.whole);
-    take(lists.solve, own_.solve);
-  }
-
-  // Those with the most work begin first.
-  void sort_small_fronts() {
-    for (const DepthLaunches& depth : lists_.depths) {
-      for (const SmallLaunch& small : depth.small) {
-        const auto begin = lists_.small_fronts.begin() + small.fronts.begin;
-        std::stable_sort(begin, begin + small.fronts.count(),
-                         [&](Vertex a, Vertex b) { return plan_.front_flops[a] > plan_.front_flops[b]; });
-      }
-    }
+    take(at.row_of, plan.row_of);
+    take(at.column_of, plan.column_of);
+    take(at.pivot_begin, plan.pivot_begin);
+    take(at.border_begin, plan.border_begin);
+    take(at.border, plan.border);
+    take(at.border_in_parent, plan.border_in_parent);
+    take(at.child_begin, plan.child_begin);
+    take(at.children, plan.children);
+    take(at.lower_begin, plan.lower_begin);
+    take(at.upper_begin, plan.upper_begin);
+    take(at.contribution_begin, plan.contribution_begin);
+    take(at.entry_begin, plan.entry_begin);
+    take(at.entry_in_row, plan.entry_in_row);
+    take(at.matrix_offsets, pattern.offsets);
+    take(at.matrix_columns, pattern.columns);
+    take(store.entry_place, made.entry_place);
+    take(lists.small_fronts, made.small_fronts);
+    take(lists.assemble, made.assemble);
+    take(lists.steps, made.steps);
+    take(lists.products, made.products);
+    take(lists.row_begin, made.row_begin);
+    take(lists.source_begin, made.source_begin);
+    take(lists.destination, made.destination);
+    take(lists.columns, own.columns);
+    take(lists.whole, own.whole);
+    take(lists.solve, own.solve);
   }
 
   bool has_large_products() const {
@@ -417,7 +432,7 @@ class PortableStages {
   Queue queue_;
   std::unique_ptr<Arena> arena_;
   Store<S, V> store_{};
-  Lists on_space_{};
+  ListPointers on_space_{};
   Dense dense_;
 };
 

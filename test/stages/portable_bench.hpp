@@ -21,7 +21,9 @@ class PortableBench {
   using Stages = portable::PortableStages<Exec, S, S, Dense>;
 
   PortableBench(const StageProblem<Scalar>& problem, const portable::Sizes& sizes)
-      : plan_(problem.plan), pattern_(problem.pattern), stages_(*plan_, *pattern_, sizes) {
+      : plan_(problem.plan),
+        pattern_(problem.pattern),
+        stages_(*plan_, *pattern_, portable::make_lists(*plan_, sizes)) {
     stages_.allocate();
     put_values(problem.values);
     const auto& at = stages_.store().fronts;

@@ -30,8 +30,8 @@ struct AnalysisOptions {
   /// More pay where the other phases have few because their work is done on a device.
   int threads = 0;
 
-  /// Rows and columns of the widest block into which a pivot block is divided. Backend::cuda has blocks of
-  /// its own and refuses any other value than the default.
+  /// Rows and columns of the widest block into which a pivot block is divided. Backend::cuda and Backend::kokkos
+  /// have blocks of their own and refuse any other value than the default.
   std::int32_t max_block_size = 1024;
   /// Sub-graphs of at most this many unknowns are ordered by CAMD instead of being dissected.
   std::int32_t leaf_size = 120;

@@ -13,13 +13,8 @@ namespace {
 Options options_for(Place place, int threads) {
   Options options;
   options.threads = threads;
-  if (place != Place::device) return options;
-  for (const Backend backend : backends()) {
-    if (backend_info(backend).memory != MemorySpace::device) continue;
-    options.backend = backend;
-    return options;
-  }
-  throw BackendError("MFS", 0, "no backend has a device here");
+  if (place == Place::device) options.backend = Backend::cuda;
+  return options;
 }
 
 class MfsCandidate : public Candidate {

@@ -110,12 +110,15 @@ inline Lists make_lists(const SymbolicPlan& plan, const Sizes& sizes) {
 }
 
 /// Fronts that became strict in the factorization before are it in this one.
+struct SettleStrictFronts {
+  int* strict;
+  KOKKOS_FUNCTION void operator()(Offset f) const {
+    if (strict[f] != 0) strict[f] = kStrict;
+  }
+};
 template <class Exec>
 void settle_strict_fronts(const Exec& exec, Vertex fronts, int* strict) {
-  for_each_index(
-      exec, "mfs::strict", fronts, KOKKOS_LAMBDA(Offset f) {
-        if (strict[f] != 0) strict[f] = kStrict;
-      });
+  for_each_index(exec, "mfs::strict", fronts, SettleStrictFronts{strict});
 }
 
 /// to[position] = pivot, for all n positions.

@@ -1,4 +1,7 @@
 // Vector operations of the solve phase. Free functions: nvcc takes no extended lambda of a private member.
+// What files for several pairs of scalars have in common on a device is a function object: nvcc reaches the
+// host code of an extended lambda by a pointer of its file, which is null where the linker takes the launch
+// from another.
 #pragma once
 
 #include <complex>
@@ -159,14 +162,17 @@ void largest_unscaled(const Exec& exec, Vertex n, const double* scale, const Sca
 }
 
 /// *found = 1 if an entry is NaN or infinite, else 0 or less.
+template <class Scalar>
+struct FindNonfinite {
+  const Scalar* x;
+  KOKKOS_FUNCTION void operator()(Offset i, double& most) const {
+    if (!(magnitude(x[i]) <= 1.7976931348623157e308)) most = 1;
+  }
+};
 template <class Exec, class Scalar>
 void find_nonfinite(const Exec& exec, Offset count, const Scalar* x, double* found) {
-  Kokkos::parallel_reduce(
-      "mfs::finite", Kokkos::RangePolicy<Exec, Kokkos::IndexType<Offset>>(exec, 0, count),
-      KOKKOS_LAMBDA(Offset i, double& most) {
-        if (!(magnitude(x[i]) <= 1.7976931348623157e308)) most = 1;
-      },
-      maximum_at<Exec>(found));
+  Kokkos::parallel_reduce("mfs::finite", Kokkos::RangePolicy<Exec, Kokkos::IndexType<Offset>>(exec, 0, count),
+                          FindNonfinite<Scalar>{x}, maximum_at<Exec>(found));
 }
 
 /// *largest = largest |a_ij| row_scale[i] column_scale[j].

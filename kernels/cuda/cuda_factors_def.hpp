@@ -8,10 +8,11 @@
 #include <cmath>
 
 #include "kernels/cuda/device_stages_def.hpp"
-#include "kernels/cuda/factor/diagonal.hpp"
 #include "kernels/cuda/factors_of_scalars.hpp"
-#include "kernels/fallback.hpp"
 #include "kernels/cuda/solve/solve_vectors.hpp"
+#include "kernels/fallback.hpp"
+#include "kernels/stages/diagonal.hpp"
+#include "kernels/stages/pivots_on_host.hpp"
 
 namespace mfs::cuda {
 
@@ -76,7 +77,7 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   }
 
   Factored factor(double tolerance, const std::function<void(double)>& progress) override {
-    pivots_read_ = false;
+    pivots_.forget();
     send_matrix();
     done_ = {0, 0, 0};
     find_factors(tolerance);
@@ -157,13 +158,13 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   }
 
   Vertex local_row(Vertex position) const override {
-    read_pivots();
-    return local_row_[position];
+    bring_pivots();
+    return pivots_.local_row(position);
   }
 
   Value pivot_shift(Vertex position) const override {
-    read_pivots();
-    return static_cast<Value>(shift_[position]);
+    bring_pivots();
+    return static_cast<Value>(pivots_.shift(position));
   }
   void diagonal_pivots(std::complex<double>* pivots) const override {
     std::vector<Scalar> inverse(static_cast<std::size_t>(plan().n));
@@ -429,17 +430,11 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
     return transposed_rows_;
   }
 
-  // Once per factorization that is asked about its pivots.
-  void read_pivots() const {
-    if (pivots_read_) return;
-    const std::size_t n = static_cast<std::size_t>(plan().n);
-    local_row_.resize(n);
-    shift_.resize(n);
-    const FrontStore<S, V>& at = stages_.store().fronts;
-    stream_.to_host(local_row_.data(), at.local_row, n * sizeof(Vertex));
-    stream_.to_host(shift_.data(), at.shift, n * sizeof(Scalar));
-    stream_.synchronize();
-    pivots_read_ = true;
+  void bring_pivots() const {
+    pivots_.bring(
+        stages_.store().fronts,
+        [&](void* to, const void* from, Offset bytes) { stream_.to_host(to, from, bytes); },
+        [&] { stream_.synchronize(); });
   }
 
   std::shared_ptr<const SymbolicPlan> plan_;
@@ -467,9 +462,7 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   double* device_error_;  // and what the rows of each column count at least
   typename DeviceStages<S, V>::Vectors substitution_{};
   Solve solve_;
-  mutable bool pivots_read_ = false;
-  mutable std::vector<Vertex> local_row_;
-  mutable std::vector<Scalar> shift_;
+  mutable PivotsOnHost<Scalar> pivots_;
 };
 
 template <class Value, class Scalar>

@@ -86,9 +86,8 @@ void accept_pivot(const BlockColumns<Scalar>& block, Vertex c, const PivotRule& 
     if (tally.first_nonfinite < 0) tally.first_nonfinite = c;
   } else if (size < rule.bound) {
     const double border = largest_in_border(block, c);
-    if (size > rule.tiny && size >= kBorderThreshold * border) return;
-    const bool dependent = size <= rule.tiny && border <= kEmptyBorder * rule.tiny;
-    const Scalar replacement = perturbed(pivot, dependent ? rule.largest : rule.bound);
+    if (is_accepted(size, border, rule)) return;
+    const Scalar replacement = perturbed(pivot, size_instead(size, border, rule));
     shift = replacement - pivot;
     pivot = replacement;
     ++tally.perturbed;

@@ -3,9 +3,7 @@
 // by.
 #pragma once
 
-#include <cmath>
-#include <limits>
-
+#include "kernels/dense/pivot_rule.hpp"
 #include "ordering/types.hpp"
 
 namespace mfs {
@@ -15,34 +13,6 @@ struct PivotTally {
   Vertex perturbed = 0;
   Vertex first_nonfinite = -1;  // column of the first pivot that is NaN or infinite
 };
-
-/// When a pivot is too small, and what takes its place. All are absolute.
-struct PivotRule {
-  double bound = 0;    // below it a pivot is suspect
-  double tiny = 0;     // up to it a pivot may be nothing but rounding
-  double largest = 1;  // what is large in this matrix
-};
-
-/// A suspect pivot is still accepted when it is at least this fraction of what lies below it in the border:
-/// then dividing by it lets nothing grow.
-constexpr double kBorderThreshold = 0.01;
-
-/// A pivot of at most this many square roots of machine epsilon relative to the largest scaled entry may be a
-/// rounded zero: rounding errors are divided by the small pivots before it, so no multiple of epsilon itself
-/// is a bound. It is perturbed, and the exact correction of the solve (kernels/correction.hpp) finds out.
-/// Accepting pivots from 5000 epsilons on let one singular matrix in 25 000 through.
-constexpr double kTinyPivot = 1;
-
-/// The rule for factors of Real.
-template <class Real>
-PivotRule pivot_rule(double tolerance, double largest) {
-  return {tolerance * largest,
-          kTinyPivot * std::sqrt(static_cast<double>(std::numeric_limits<Real>::epsilon())) * largest,
-          largest};
-}
-
-/// A column whose border is below this many times `tiny` holds nothing but rounding there.
-constexpr double kEmptyBorder = 10;
 
 /// The block of a front that is factored: its columns from the first one on, with the pivot rows in [0, m)
 /// and the border rows, not yet solved for, in [border_begin, border_begin + border_rows).

@@ -87,7 +87,7 @@ struct AssembleParts {
       const Offset e = part.first_entry + k;
       const Vertex place = store.entry_place[e];
       const Vertex i = area.first_row + static_cast<Vertex>(place % area.ld);
-      first_column[place] = store.scaled_entry(e, part.front, i, p);
+      first_column[place] = store.fronts.scaled_entry(e, part.front, i, p);
     });
     team.team_barrier();
     add_children(team, store, part.front, area, spans);
@@ -146,7 +146,7 @@ KOKKOS_INLINE_FUNCTION void assemble_front(const Team& team, const Store<S, V>& 
     const Vertex i = static_cast<Vertex>(in_block % ld);
     const Offset j = in_block / ld;
     S& entry = lower ? to.lower[i + j * to.lower_ld] : to.upper[i + j * to.upper_ld];
-    entry = store.scaled_entry(first + k, f, i, p);
+    entry = store.fronts.scaled_entry(first + k, f, i, p);
   });
   team.team_barrier();
   for (Vertex c = at.child_begin[f]; c < at.child_begin[f + 1]; ++c)

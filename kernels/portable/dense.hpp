@@ -27,22 +27,6 @@ KOKKOS_INLINE_FUNCTION S divided_by(const S& value, const S& pivot, const S& inv
   return magnitude(inverse) <= 1e300 ? value * inverse : value / pivot;
 }
 
-template <class S>
-KOKKOS_INLINE_FUNCTION S perturbed_pivot(S pivot, double wanted) {
-  using Real = RealOf<S>;
-  const double size = magnitude(pivot);
-  return size > 0 ? pivot * static_cast<Real>(wanted / size) : S(static_cast<Real>(wanted));
-}
-
-/// What becomes of a pivot below the bound (kernels/dense/panel_lu.hpp has the rule).
-template <class S>
-KOKKOS_INLINE_FUNCTION S replacement(S pivot, double border, const PivotRule& rule) {
-  const double size = magnitude(pivot);
-  if (size > rule.tiny && size >= kBorderThreshold * border) return pivot;
-  const bool dependent = size <= rule.tiny && border <= kEmptyBorder * rule.tiny;
-  return perturbed_pivot(pivot, dependent ? rule.largest : rule.bound);
-}
-
 /// Scratch memory of a search: the best candidate of each of kLanes parts.
 constexpr Vertex kLanes = 32;
 struct Candidates {

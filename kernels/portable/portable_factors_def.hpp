@@ -8,6 +8,7 @@
 #include "kernels/fallback.hpp"
 #include "kernels/portable/factors_of_scalars.hpp"
 #include "kernels/portable/stages.hpp"
+#include "kernels/stages/pivots_on_host.hpp"
 
 namespace mfs::portable {
 
@@ -74,7 +75,7 @@ class PortableFactors final : public Factors<Value> {
   // Again where fronts have to be strict.
   Factored factor(double tolerance, const std::function<void(double)>& progress) override {
     const CallerScope callers(threads_);
-    pivots_read_ = false;
+    pivots_.forget();
     send_matrix();
     strict_.begin();
     if (!strict_.active()) stages_.forget_strict_fronts();
@@ -128,16 +129,16 @@ class PortableFactors final : public Factors<Value> {
   }
 
   Vertex local_row(Vertex position) const override {
-    read_pivots();
-    return local_row_[position];
+    bring_pivots();
+    return pivots_.local_row(position);
   }
   Value pivot_shift(Vertex position) const override {
-    read_pivots();
-    return static_cast<Value>(shift_[position]);
+    bring_pivots();
+    return static_cast<Value>(pivots_.shift(position));
   }
   void diagonal_pivots(std::complex<double>* pivots) const override {
     std::vector<Scalar> found(static_cast<std::size_t>(plan_->n));
-    gather_pivots(queue().exec(), stages_.store().fronts, plan_->num_fronts, vectors_.v);
+    gather_diagonal(queue().exec(), stages_.store().fronts, plan_->num_fronts, vectors_.v);
     queue().to_host(found.data(), vectors_.v, plan_->n * static_cast<Offset>(sizeof(S)));
     queue().wait();
     for (const Scalar& pivot : found) *pivots++ = std::complex<double>(pivot);
@@ -211,17 +212,11 @@ class PortableFactors final : public Factors<Value> {
     return *host_status_;
   }
 
-  // Once per factorization that is asked about its pivots.
-  void read_pivots() const {
-    if (pivots_read_) return;
-    const std::size_t n = static_cast<std::size_t>(plan_->n);
-    local_row_.resize(n);
-    shift_.resize(n);
-    const FrontStore<S, V>& at = stages_.store().fronts;
-    queue().to_host(local_row_.data(), at.local_row, plan_->n * static_cast<Offset>(sizeof(Vertex)));
-    queue().to_host(shift_.data(), at.shift, plan_->n * static_cast<Offset>(sizeof(Scalar)));
-    queue().wait();
-    pivots_read_ = true;
+  void bring_pivots() const {
+    pivots_.bring(
+        stages_.store().fronts,
+        [&](void* to, const void* from, Offset bytes) { queue().to_host(to, from, bytes); },
+        [&] { queue().wait(); });
   }
 
   std::shared_ptr<const SymbolicPlan> plan_;
@@ -237,9 +232,7 @@ class PortableFactors final : public Factors<Value> {
   std::unique_ptr<typename Space<Exec>::Arena> vector_memory_;
   Vectors<S> vectors_{};
   V* staged_ = nullptr;
-  mutable bool pivots_read_ = false;
-  mutable std::vector<Vertex> local_row_;
-  mutable std::vector<Scalar> shift_;
+  mutable PivotsOnHost<Scalar> pivots_;
 };
 
 template <class Exec, class Value, class Scalar>

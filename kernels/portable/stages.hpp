@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "kernels/portable/sizes.hpp"
+#include "kernels/stages/diagonal.hpp"
 #include "kernels/stages/vector_ops.hpp"
 #include "plan/spans.hpp"
 
@@ -119,18 +120,6 @@ struct SettleStrictFronts {
 template <class Exec>
 void settle_strict_fronts(const Exec& exec, Vertex fronts, int* strict) {
   for_each_index(exec, "mfs::strict", fronts, SettleStrictFronts{strict});
-}
-
-/// to[position] = pivot, for all n positions.
-template <class Exec, class S, class V>
-void gather_pivots(const Exec& exec, const FrontStore<S, V>& store, Vertex fronts, S* to) {
-  for_each_index(
-      exec, "mfs::pivots", store.n, KOKKOS_LAMBDA(Offset position) {
-        const Vertex after = static_cast<Vertex>(position) + 1;
-        const Vertex f = lower_bound(store.pivot_begin, fronts + 1, after) - 1;
-        const Front<S> front = store.front(f);
-        to[position] = front.lower[(position - store.pivot_begin[f]) * (front.lower_ld + Offset(1))];
-      });
 }
 
 /// S: numbers of the factors, V: of the matrix, both as device code calls them.
@@ -303,21 +292,7 @@ class PortableStages {
     put(store.move_to, 2 * n, nullptr);
     put(store.move_from, 2 * n, nullptr);
     put(store.move_count, n, nullptr);
-    take(at.row_of, plan.row_of);
-    take(at.column_of, plan.column_of);
-    take(at.pivot_begin, plan.pivot_begin);
-    take(at.border_begin, plan.border_begin);
-    take(at.border, plan.border);
-    take(at.border_in_parent, plan.border_in_parent);
-    take(at.child_begin, plan.child_begin);
-    take(at.children, plan.children);
-    take(at.lower_begin, plan.lower_begin);
-    take(at.upper_begin, plan.upper_begin);
-    take(at.contribution_begin, plan.contribution_begin);
-    take(at.entry_begin, plan.entry_begin);
-    take(at.entry_in_row, plan.entry_in_row);
-    take(at.matrix_offsets, pattern.offsets);
-    take(at.matrix_columns, pattern.columns);
+    for_each_plan_array(at, plan, pattern, take);
     take(store.entry_place, made.entry_place);
     take(lists.small_fronts, made.small_fronts);
     take(lists.assemble, made.assemble);

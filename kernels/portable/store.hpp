@@ -11,8 +11,6 @@
 
 namespace mfs::portable {
 
-constexpr int kStrict = 1, kBecomesStrict = 2;
-
 /// What a factorization says when it is done.
 struct Status {
   FactorStatus pivots;
@@ -38,8 +36,6 @@ template <class S, class V>
 struct Store {
   FrontStore<S, V> fronts;
 
-  // A front is strict once a pivot of a tile was too small, or let something below it grow: from the next
-  // factorization on its pivots are searched in all rows of the pivot block.
   int* strict;       // by front: 0, kStrict or kBecomesStrict
   double tolerance;  // of pivots, relative to the largest scaled entry
   double tiny;
@@ -56,12 +52,6 @@ struct Store {
     rule.tiny = tiny * status->largest;
     rule.largest = status->largest;
     return rule;
-  }
-  /// Original entry e, which goes to row i of front f.
-  KOKKOS_INLINE_FUNCTION S scaled_entry(Offset e, Vertex f, Vertex i, Vertex pivots) const {
-    const Vertex position =
-        i < pivots ? fronts.pivot_begin[f] + i : fronts.border[fronts.border_begin[f] + i - pivots];
-    return fronts.scaled_entry(e, fronts.row_of[position]);
   }
   KOKKOS_INLINE_FUNCTION bool is_strict(Vertex f) const { return strict[f] == kStrict; }
   KOKKOS_INLINE_FUNCTION void make_strict(Vertex f) const {

@@ -25,13 +25,11 @@ class ArenaLayout {
   Offset total_ = 0;
 };
 
-/// Host memory of one arena; pages are touched first by the thread that fills them. Throws std::bad_alloc.
-class HostArena {
+/// What all kinds of memory are once they have been taken.
+class RawArena {
  public:
-  explicit HostArena(Offset bytes);
-  ~HostArena() { ::operator delete(data_, std::align_val_t(kAlignment)); }
-  HostArena(const HostArena&) = delete;
-  HostArena& operator=(const HostArena&) = delete;
+  RawArena(const RawArena&) = delete;
+  RawArena& operator=(const RawArena&) = delete;
 
   template <class T>
   T* at(Offset offset) const {
@@ -39,10 +37,21 @@ class HostArena {
   }
   Offset bytes() const { return bytes_; }
 
+ protected:
+  explicit RawArena(Offset bytes) : bytes_(bytes) {}
+  ~RawArena() = default;
+  Offset bytes_;
+  void* data_ = nullptr;
+};
+
+/// Host memory of one arena; pages are touched first by the thread that fills them. Throws std::bad_alloc.
+class HostArena : public RawArena {
+ public:
+  explicit HostArena(Offset bytes);
+  ~HostArena() { ::operator delete(data_, std::align_val_t(kAlignment)); }
+
  private:
   static constexpr std::size_t kAlignment = 4096;
-  Offset bytes_;
-  void* data_;
 };
 
 }  // namespace mfs

@@ -27,7 +27,6 @@ struct Space<Kokkos::Cuda> {
     void fill(void* place, int byte, Offset bytes) const { stream_.fill(place, byte, bytes); }
     /// Throws BackendError for what failed in it.
     void wait() const { stream_.synchronize(); }
-    void drain() const noexcept { stream_.drain(); }
 
     static constexpr bool kLibrary = true;
     void open_library() { blas_.emplace(stream_); }

@@ -25,9 +25,9 @@ constexpr bool kOnHost = std::is_same_v<typename Exec::memory_space, Kokkos::Hos
 
 /// Memory of a device. Throws OutOfMemory(device).
 template <class Exec>
-class KokkosArena {
+class KokkosArena : public RawArena {
  public:
-  explicit KokkosArena(Offset bytes) : bytes_(bytes) {
+  explicit KokkosArena(Offset bytes) : RawArena(bytes) {
     try {
       data_ =
           Kokkos::kokkos_malloc<typename Exec::memory_space>("mfs::arena", static_cast<std::size_t>(bytes));
@@ -36,18 +36,6 @@ class KokkosArena {
     if (!data_) throw OutOfMemory(MemorySpace::device, static_cast<std::size_t>(bytes), 0);
   }
   ~KokkosArena() { Kokkos::kokkos_free<typename Exec::memory_space>(data_); }
-  KokkosArena(const KokkosArena&) = delete;
-  KokkosArena& operator=(const KokkosArena&) = delete;
-
-  template <class T>
-  T* at(Offset offset) const {
-    return reinterpret_cast<T*>(static_cast<char*>(data_) + offset);
-  }
-  Offset bytes() const { return bytes_; }
-
- private:
-  Offset bytes_;
-  void* data_ = nullptr;
 };
 
 /// Any space: the instance that Kokkos has, its memory and its copies.
@@ -84,13 +72,6 @@ struct Space {
       }
     }
     void wait() const { exec_.fence(); }
-    /// Whatever comes of what is in it.
-    void drain() const noexcept {
-      try {
-        exec_.fence();
-      } catch (...) {
-      }
-    }
 
     /// No library: products are kernels like all else.
     static constexpr bool kLibrary = false;

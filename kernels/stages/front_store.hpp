@@ -73,7 +73,38 @@ struct FrontStore {
     const double scale = row_scale[row] * column_scale[matrix_columns[slot]];
     return static_cast<Scalar>(matrix_values[slot] * static_cast<RealOf<Value>>(scale));
   }
+  /// The same for one that goes to row i of front f, whose pivots are so many.
+  KOKKOS_INLINE_FUNCTION Scalar scaled_entry(Offset e, Vertex f, Vertex i, Vertex pivots) const {
+    const Vertex position = i < pivots ? pivot_begin[f] + i : border[border_begin[f] + i - pivots];
+    return scaled_entry(e, row_of[position]);
+  }
 };
+
+/// Calls take(pointer, array) for what every executor reads of a plan and its pattern.
+template <class Scalar, class Value, class Take>
+void for_each_plan_array(FrontStore<Scalar, Value>& store, const SymbolicPlan& plan, const Pattern& pattern,
+                         const Take& take) {
+  take(store.row_of, plan.row_of);
+  take(store.column_of, plan.column_of);
+  take(store.pivot_begin, plan.pivot_begin);
+  take(store.border_begin, plan.border_begin);
+  take(store.border, plan.border);
+  take(store.border_in_parent, plan.border_in_parent);
+  take(store.child_begin, plan.child_begin);
+  take(store.children, plan.children);
+  take(store.lower_begin, plan.lower_begin);
+  take(store.upper_begin, plan.upper_begin);
+  take(store.contribution_begin, plan.contribution_begin);
+  take(store.entry_begin, plan.entry_begin);
+  take(store.entry_in_row, plan.entry_in_row);
+  take(store.matrix_offsets, pattern.offsets);
+  take(store.matrix_columns, pattern.columns);
+}
+
+/// States of a front, 0 at first, where pivots are searched in tiles: it is strict once a pivot of a tile was
+/// too small, or let something below it grow. From the next factorization on its pivots are searched in all
+/// rows of the pivot block.
+constexpr int kStrict = 1, kBecomesStrict = 2;
 
 /// First index of a sorted array that is not below `value`.
 KOKKOS_INLINE_FUNCTION Vertex lower_bound(const Vertex* sorted, Vertex count, Vertex value) {

@@ -40,23 +40,10 @@ FrontStore<Scalar, Value> make_front_store(const SymbolicPlan& plan, const Patte
   FrontStore<Scalar, Value> store;
   store.n = plan.n;
   store.max_block_size = plan.max_block_size;
-  store.row_of = plan.row_of.data();
-  store.column_of = plan.column_of.data();
-  store.pivot_begin = plan.pivot_begin.data();
-  store.border_begin = plan.border_begin.data();
-  store.border = plan.border.data();
-  store.border_in_parent = plan.border_in_parent.data();
-  store.child_begin = plan.child_begin.data();
-  store.children = plan.children.data();
-  store.lower_begin = plan.lower_begin.data();
-  store.upper_begin = plan.upper_begin.data();
-  store.contribution_begin = plan.contribution_begin.data();
-  store.entry_begin = plan.entry_begin.data();
+  for_each_plan_array(store, plan, pattern,
+                      [](auto*& pointer, const auto& array) { pointer = array.data(); });
   store.entry_target = plan.entry_target.data();
   store.entry_row = plan.entry_row.data();
-  store.entry_in_row = plan.entry_in_row.data();
-  store.matrix_offsets = pattern.offsets.data();
-  store.matrix_columns = pattern.columns.data();
   store.matrix_values = arena.at<Value>(layout.matrix_values);
   store.row_scale = arena.at<double>(layout.row_scale);
   store.column_scale = arena.at<double>(layout.column_scale);

@@ -16,6 +16,7 @@
 #include "solver/program/matrix_market.hpp"
 #include "test/failure/counted_memory.hpp"
 #include "test/failure/fresh_solver.hpp"
+#include "test/solver/family_members.hpp"
 
 namespace mfs::test {
 namespace {
@@ -47,36 +48,6 @@ template <class Scalar>
 class PortableScalars : public Portable {};
 using Scalars = testing::Types<float, double, std::complex<float>, std::complex<double>>;
 TYPED_TEST_SUITE(PortableScalars, Scalars, );
-
-SparseMatrix dense(std::int64_t n) {
-  Random random(static_cast<std::uint64_t>(n));
-  std::vector<Entry> entries;
-  for (std::int64_t i = 0; i < n; ++i)
-    for (std::int64_t j = 0; j < n; ++j) entries.push_back({i, j, random.entry()});
-  return from_entries(n, entries);
-}
-
-/// [D B; C 0] with a diagonal D: the last third of the diagonal is zero.
-SparseMatrix saddle_point(std::int64_t n) {
-  const std::int64_t constraints = n / 3, free = n - constraints;
-  Random random(static_cast<std::uint64_t>(n));
-  std::vector<Entry> entries;
-  for (std::int64_t i = 0; i < free; ++i) entries.push_back({i, i, 2 + random.unit()});
-  for (std::int64_t k = 0; k < constraints; ++k) {
-    for (const std::int64_t i : {k, constraints + k % (free - constraints)}) {
-      entries.push_back({free + k, i, 1 + random.unit()});
-      entries.push_back({i, free + k, 1 + random.unit()});
-    }
-  }
-  return from_entries_summed(n, entries);
-}
-
-std::vector<NamedMatrix> family_members(std::int64_t n) {
-  return {{"tridiagonal", tridiagonal(n)},
-          {"random", random_diagonally_dominant(n, 4, static_cast<std::uint64_t>(n))},
-          {"dense", dense(n)},
-          {"saddle point", saddle_point(n)}};
-}
 
 TYPED_TEST(PortableScalars, FamiliesOfEverySize) {
   for (const std::int64_t n : {1, 2, 31, 32, 33, 65, 257, 600}) {

@@ -13,12 +13,6 @@ namespace mfs::test {
 template <class Scalar>
 constexpr double kDeviceTolerance = 20000 *
                                     static_cast<double>(std::numeric_limits<RealOf<Scalar>>::epsilon());
-/// The default pivot tolerance.
-template <class Scalar>
-double default_tolerance() {
-  return std::sqrt(static_cast<double>(std::numeric_limits<RealOf<Scalar>>::epsilon()));
-}
-
 /// cuda::kDiagonalThreshold, which only the device's compiler sees.
 constexpr double kDiagonalThreshold = 0.1;
 /// Small fronts of up to so many rows have one warp, which searches every pivot.

@@ -249,31 +249,13 @@ TYPED_TEST(DeviceStagesTest, CountsPivotsThatAreNoNumbers) {
   });
 }
 
-/// A front of p pivots whose first 128 columns have their large entries below the first 128 rows; `own` is
-/// what those columns have in the rows of their own tile.
-StageProblem<double> pivots_below_the_tile(Vertex p, double own) {
-  constexpr Vertex b = 50, half = 128;
-  Random random(31);
-  std::vector<Entry> entries;
-  for (Vertex i = 0; i < p; ++i) {
-    const Vertex partner = i < half ? i + half : i < 2 * half ? i - half : i;
-    for (Vertex j = 0; j < p + b; ++j) {
-      const double size = i < half && j < half ? own : 1;
-      entries.push_back({i, j, j == partner ? 80.0 : size * random.entry()});
-      if (j >= p) entries.push_back({j, i, random.entry()});
-    }
-  }
-  for (Vertex j = p; j < p + b; ++j) entries.push_back({j, j, 80.0});
-  return two_fronts(p, b, entries, 64);
-}
-
 // Nothing is there (the pivot would be replaced), or so little that the multipliers would grow. Panels of
 // 900 rows of complex numbers are too large for shared memory.
 TYPED_TEST(DeviceStagesTest, SearchesFurtherWhereTheTileHasNoPivots) {
   this->on_device([&] {
     for (const auto& [p, own] : {std::pair<Vertex, double>{300, 0.0}, {300, 1e-3}, {900, 0.0}}) {
       SCOPED_TRACE(std::to_string(p) + " pivots, entries of size " + std::to_string(own));
-      const StageProblem<TypeParam> problem = turned<TypeParam>(pivots_below_the_tile(p, own));
+      const StageProblem<TypeParam> problem = turned<TypeParam>(pivots_below_the_tile(p, 128, own));
       DeviceBench<TypeParam> bench(problem);
       const FactorStatus status = bench.factor(default_tolerance<TypeParam>());
       EXPECT_GT(bench.passes(), 1);

@@ -3,13 +3,21 @@
 // replaced just the pivots that are too small, is checked on the way.
 #pragma once
 
+#include <cmath>
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
 #include "test/stages/factored_fronts.hpp"
 
 namespace mfs::test {
+
+/// The default pivot tolerance.
+template <class Scalar>
+double default_tolerance() {
+  return std::sqrt(static_cast<double>(std::numeric_limits<RealOf<Scalar>>::epsilon()));
+}
 
 /// How far from its bounds the rule must have decided as it says.
 constexpr double kRuleSlack = 0.5;

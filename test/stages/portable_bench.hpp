@@ -53,8 +53,7 @@ class PortableBench {
   }
   /// Pivots are searched in all rows of all fronts.
   void make_all_strict() {
-    put(stages_.store().strict,
-        std::vector<int>(static_cast<std::size_t>(plan_->num_fronts), portable::kStrict));
+    put(stages_.store().strict, std::vector<int>(static_cast<std::size_t>(plan_->num_fronts), kStrict));
   }
   void put_front(Vertex f, const FrontBlocks<Scalar>& blocks) {
     std::vector<Scalar> storage = get<Scalar>(stages_.store().fronts.storage, plan_->storage_entries);

@@ -7,7 +7,7 @@
 #include "test/stages/followed_reference.hpp"
 #include "test/stages/in_engine.hpp"
 #include "test/stages/portable_bench.hpp"
-#include "test/stages/reference_stages.hpp"
+#include "test/stages/stage_cases.hpp"
 #include "test/stages/weak_pivots.hpp"
 #ifdef MFS_CUDA
 #include "kernels/cuda/cuda_factors.hpp"
@@ -25,6 +25,7 @@ template <class Exec_, class Scalar_, template <class> class Dense_>
 struct Tested {
   using Exec = Exec_;
   using Scalar = Scalar_;
+  static constexpr bool kThorough = std::is_same_v<Scalar, double>;
   using Dense = Dense_<DeviceScalar<Scalar>>;
   using Bench = PortableBench<Exec, Scalar, Dense>;
 };
@@ -37,52 +38,11 @@ using AllTested =
                    Tested<Default, double, DefaultDense>, Tested<Default, std::complex<double>, DefaultDense>,
                    Tested<Default, float, DefaultDense>, Tested<Default, std::complex<float>, DefaultDense>>;
 
-/// Of the largest entry: pivots are large, so nothing grows.
-template <class Scalar>
-constexpr double kTolerance = 4000 * static_cast<double>(std::numeric_limits<RealOf<Scalar>>::epsilon());
-template <class Scalar>
-double default_tolerance() {
-  return std::sqrt(static_cast<double>(std::numeric_limits<RealOf<Scalar>>::epsilon()));
-}
-
-template <class Scalar>
-struct Case {
-  std::string name;
-  StageProblem<Scalar> problem;
-  ReferenceStages<Scalar> reference;
-  Case(std::string name_, const StageProblem<double>& problem_)
-      : name(std::move(name_)),
-        problem(in_numbers_of<Scalar>(problem_)),
-        reference(problem, ReferenceRule()) {}
-};
-
-/// Pivots x border sizes, made once; and trees, with and without contribution blocks that are assembled in
-/// turns.
-template <class Scalar>
-const std::vector<Case<Scalar>>& front_sizes() {
-  static const auto* const cases = [] {
-    auto* made = new std::vector<Case<Scalar>>;
-    const bool all = std::is_same_v<Scalar, double>;
-    for (const Vertex p :
-         all ? std::vector<Vertex>{1, 2, 31, 32, 33, 65, 257} : std::vector<Vertex>{1, 33, 257}) {
-      for (const Vertex b :
-           all ? std::vector<Vertex>{0, 1, 2, 31, 32, 33, 65, 257} : std::vector<Vertex>{0, 1, 65})
-        made->emplace_back(
-            std::to_string(p) + " pivots, border " + std::to_string(b),
-            artificial_problem(leaf_and_root(p, b), {static_cast<std::uint64_t>(1000 * p + b)}));
-    }
-    return made;
-  }();
-  return *cases;
-}
+/// With and without contribution blocks that are assembled in turns.
 template <class Scalar>
 const std::vector<Case<Scalar>>& trees() {
   static const auto* const cases = [] {
-    auto* made = new std::vector<Case<Scalar>>;
-    made->emplace_back("mixed tree", artificial_problem(mixed_tree(), {1, 1.0}));
-    made->emplace_back("mixed tree, sparse entries", artificial_problem(mixed_tree(), {2, 0.2}));
-    made->emplace_back("broom", artificial_problem(broom(), {3, 0.5}));
-    made->emplace_back("chain", artificial_problem(chain(), {4, 0.7}));
+    auto* made = new std::vector<Case<Scalar>>(four_trees<Scalar>());
     made->emplace_back("400 pivots, border 150", artificial_problem(leaf_and_root(400, 150), {5}));
     made->emplace_back("in turns", artificial_problem(fork(), {12, 0.1, 64, kAssemblyTurns}));
     return made;
@@ -268,13 +228,13 @@ class PortableStagesTest : public testing::Test {
 TYPED_TEST_SUITE(PortableStagesTest, AllTested);
 
 TYPED_TEST(PortableStagesTest, AssembleFactorUpdateOfAllFrontSizes) {
-  this->check_stages(front_sizes<typename TypeParam::Scalar>());
+  this->check_stages(front_sizes<typename TypeParam::Scalar, TypeParam::kThorough>());
 }
 TYPED_TEST(PortableStagesTest, AssembleFactorUpdateOfTrees) {
   this->check_stages(trees<typename TypeParam::Scalar>());
 }
 TYPED_TEST(PortableStagesTest, SolvesWithAllFrontSizes) {
-  this->check_solves(front_sizes<typename TypeParam::Scalar>());
+  this->check_solves(front_sizes<typename TypeParam::Scalar, TypeParam::kThorough>());
 }
 TYPED_TEST(PortableStagesTest, SolvesWithTrees) {
   this->check_solves(trees<typename TypeParam::Scalar>());
@@ -310,31 +270,13 @@ TYPED_TEST(PortableStagesTest, ReplacesZeroPivots) {
   });
 }
 
-/// A front of p pivots whose first ones have their large entries far below them; `own` is what their columns
-/// have in the rows of the first half.
-StageProblem<double> pivots_far_below(Vertex p, double own) {
-  const Vertex b = 50, half = p / 2;
-  Random random(31);
-  std::vector<Entry> entries;
-  for (Vertex i = 0; i < p; ++i) {
-    const Vertex partner = i < half ? i + half : i < 2 * half ? i - half : i;
-    for (Vertex j = 0; j < p + b; ++j) {
-      const double size = i < half && j < half ? own : 1;
-      entries.push_back({i, j, j == partner ? 80.0 : size * random.entry()});
-      if (j >= p) entries.push_back({j, i, random.entry()});
-    }
-  }
-  for (Vertex j = p; j < p + b; ++j) entries.push_back({j, j, 80.0});
-  return two_fronts(p, b, entries, 64);
-}
-
 // Nothing is there (the pivot would be replaced), or so little that the multipliers would grow.
 TYPED_TEST(PortableStagesTest, SearchesFurtherWhereATileHasNoPivots) {
   using Scalar = typename TypeParam::Scalar;
   this->in_space([&](const Sizes& sizes) {
     for (const double own : {0.0, 1e-3}) {
       SCOPED_TRACE("entries of size " + std::to_string(own));
-      StageProblem<Scalar> problem = in_numbers_of<Scalar>(pivots_far_below(300, own));
+      StageProblem<Scalar> problem = in_numbers_of<Scalar>(pivots_below_the_tile(300, 150, own));
       int passes = 0;
       EXPECT_EQ(this->check_followed(problem, sizes, default_tolerance<Scalar>(), &passes).perturbed, 0u);
       EXPECT_EQ(passes, TypeParam::Dense::kSearchesAll ? 1 : 2);

@@ -3,7 +3,7 @@
 #include <map>
 #include <string>
 
-#include "test/stages/reference_stages.hpp"
+#include "test/stages/stage_cases.hpp"
 
 namespace mfs::test {
 namespace {
@@ -11,51 +11,11 @@ namespace {
 constexpr PivotRule kNoRule{0, 0};
 constexpr Stages kAssemble{true, false, false}, kFactor{false, true, false}, kUpdate{false, false, true};
 
-/// Of the largest entry: pivots are large, so nothing grows.
-template <class Scalar>
-constexpr double kTolerance = 4000 * static_cast<double>(std::numeric_limits<RealOf<Scalar>>::epsilon());
-
-template <class Scalar>
-struct Case {
-  std::string name;
-  StageProblem<Scalar> problem;
-  ReferenceStages<Scalar> reference;
-  Case(std::string name_, const StageProblem<double>& problem_)
-      : name(std::move(name_)),
-        problem(in_numbers_of<Scalar>(problem_)),
-        reference(problem, ReferenceRule()) {}
-};
-
-/// Pivots x border sizes; made once, as the reference takes its time.
-template <class Tested>
-const std::vector<Case<typename Tested::Scalar>>& front_sizes() {
-  using Cases = std::vector<Case<typename Tested::Scalar>>;
-  static const Cases* const cases = [] {
-    auto* made = new Cases;
-    const bool all = Tested::kThorough;
-    for (const Vertex p :
-         all ? std::vector<Vertex>{1, 2, 31, 32, 33, 65, 257} : std::vector<Vertex>{1, 33, 257}) {
-      for (const Vertex b :
-           all ? std::vector<Vertex>{0, 1, 2, 31, 33, 65, 257} : std::vector<Vertex>{0, 1, 65}) {
-        made->emplace_back(
-            std::to_string(p) + " pivots, border " + std::to_string(b),
-            artificial_problem(leaf_and_root(p, b), {static_cast<std::uint64_t>(1000 * p + b)}));
-      }
-    }
-    return made;
-  }();
-  return *cases;
-}
-
 template <class Tested>
 const std::vector<Case<typename Tested::Scalar>>& trees() {
   using Cases = std::vector<Case<typename Tested::Scalar>>;
   static const Cases* const cases = [] {
-    auto* made = new Cases;
-    made->emplace_back("mixed tree", artificial_problem(mixed_tree(), {1, 1.0}));
-    made->emplace_back("mixed tree, sparse entries", artificial_problem(mixed_tree(), {2, 0.2}));
-    made->emplace_back("broom", artificial_problem(broom(), {3, 0.5}));
-    made->emplace_back("chain", artificial_problem(chain(), {4, 0.7}));
+    auto* made = new Cases(four_trees<typename Tested::Scalar>());
     if (Tested::kThorough) {  // past the tiles of large fronts (384 in factor and update, 256 in solve)
       made->emplace_back("400 pivots, border 450", artificial_problem(leaf_and_root(400, 450), {5}));
     }
@@ -242,13 +202,13 @@ const std::vector<Path> kOnePath{Path::small, Path::large};  // where a depth ha
 const std::vector<Path> kAnyPath{Path::small, Path::large, Path::mixed};
 
 TYPED_TEST(StagesTest, AssembleFactorUpdateOfAllFrontSizes) {
-  this->check_stages(front_sizes<TypeParam>(), kOnePath);
+  this->check_stages(front_sizes<typename TypeParam::Scalar, TypeParam::kThorough>(), kOnePath);
 }
 TYPED_TEST(StagesTest, AssembleFactorUpdateOfTrees) {
   this->check_stages(trees<TypeParam>(), kAnyPath);
 }
 TYPED_TEST(StagesTest, SolveWithAllFrontSizes) {
-  this->check_solves(front_sizes<TypeParam>(), kOnePath);
+  this->check_solves(front_sizes<typename TypeParam::Scalar, TypeParam::kThorough>(), kOnePath);
 }
 TYPED_TEST(StagesTest, SolveWithTrees) {
   this->check_solves(trees<TypeParam>(), kAnyPath);

@@ -54,6 +54,22 @@ StageProblem<double> low_rank_pivot_block(std::uint64_t seed, Vertex pivots, Ver
   return two_fronts(pivots, border, entries, max_block_size);
 }
 
+StageProblem<double> pivots_below_the_tile(Vertex pivots, Vertex half, double own) {
+  constexpr Vertex b = 50;
+  Random random(31);
+  std::vector<Entry> entries;
+  for (Vertex i = 0; i < pivots; ++i) {
+    const Vertex partner = i < half ? i + half : i < 2 * half ? i - half : i;
+    for (Vertex j = 0; j < pivots + b; ++j) {
+      const double size = i < half && j < half ? own : 1;
+      entries.push_back({i, j, j == partner ? 80.0 : size * random.entry()});
+      if (j >= pivots) entries.push_back({j, i, random.entry()});
+    }
+  }
+  for (Vertex j = pivots; j < pivots + b; ++j) entries.push_back({j, j, 80.0});
+  return two_fronts(pivots, b, entries, 64);
+}
+
 void weaken_rows(StageProblem<double>& problem, std::uint64_t seed) {
   Random random(seed);
   for (Vertex row = 0; row < problem.pattern->n; ++row) {

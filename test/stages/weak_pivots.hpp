@@ -18,6 +18,10 @@ StageProblem<double> zero_pivot_block(Vertex pivots, Vertex border, Vertex max_b
 StageProblem<double> low_rank_pivot_block(std::uint64_t seed, Vertex pivots, Vertex rank, Vertex border,
                                           Vertex max_block_size, double corner);
 
+/// Two fronts, the first of `pivots` pivots, whose first `half` columns have their large entries `half` rows
+/// below the diagonal; `own` is the size of their entries in the first `half` rows.
+StageProblem<double> pivots_below_the_tile(Vertex pivots, Vertex half, double own);
+
 /// Multiplies some rows of the matrix by a power of two from 2^-10 to 2^-39.
 void weaken_rows(StageProblem<double>& problem, std::uint64_t seed);
 

@@ -110,7 +110,7 @@ __global__ void __launch_bounds__(kAssembleThreads)
   S* const first_column = block + part.begin * ld;
   for (Offset e = part.first_entry + threadIdx.x; e < part.last_entry; e += kAssembleThreads) {
     const int place = store.entry_place[e];
-    first_column[place] += store.scaled_entry(e, f, place % static_cast<int>(ld), p);
+    first_column[place] += store.fronts.scaled_entry(e, f, place % static_cast<int>(ld), p);
   }
 }
 

@@ -8,14 +8,10 @@
 
 namespace mfs::cuda {
 
-constexpr int kStrict = 1, kBecomesStrict = 2;
-
 template <class S, class Value>
 struct DeviceStore {
   FrontStore<S, Value> fronts;
 
-  // A front is strict once a pivot of a tile was too small, or let something below it grow: from the next
-  // factorization on its pivots are searched in all rows of the pivot block, as on the host.
   int* strict;            // by front: 0, kStrict or kBecomesStrict
   int* found_strict;      // fronts that became strict in this factorization
   int* pivots_needed;     // whether a root of this factorization should have been searched for pivots
@@ -35,13 +31,6 @@ struct DeviceStore {
   const Offset* child_row_begin;
   const Vertex* child_row;
   const Vertex* entry_place;
-
-  /// Original entry e, which goes to row i of front f.
-  __device__ S scaled_entry(Offset e, Vertex f, int i, int pivots) const {
-    const Vertex position =
-        i < pivots ? fronts.pivot_begin[f] + i : fronts.border[fronts.border_begin[f] + i - pivots];
-    return fronts.scaled_entry(e, fronts.row_of[position]);
-  }
 
   __device__ PivotRule rule() const {
     PivotRule rule;

@@ -25,7 +25,7 @@ __device__ void assemble_in_tile(const DeviceStore<S, Value>& store, Vertex f, c
   for (Offset e = at.entry_begin[f] + threadIdx.x; e < at.entry_begin[f + 1]; e += blockDim.x) {
     const int place = store.entry_place[e], beyond = place - p * rows;
     const int i = beyond < 0 ? place % rows : beyond % p, j = beyond < 0 ? place / rows : p + beyond / p;
-    tile.a[i + j * tile.ld] = store.scaled_entry(e, f, i, p);
+    tile.a[i + j * tile.ld] = store.fronts.scaled_entry(e, f, i, p);
   }
   const int lane = threadIdx.x % kWarp, warp = threadIdx.x / kWarp, warps = blockDim.x / kWarp;
   for (Vertex c = at.child_begin[f]; c < at.child_begin[f + 1]; ++c) {

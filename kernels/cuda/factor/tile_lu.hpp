@@ -79,22 +79,6 @@ struct BorderBelow {
   }
 };
 
-template <class S>
-__device__ S perturbed_pivot(S pivot, double wanted) {
-  using Real = RealOf<S>;
-  const double size = magnitude(pivot);
-  return size > 0 ? pivot * static_cast<Real>(wanted / size) : S(static_cast<Real>(wanted));
-}
-
-/// What becomes of a pivot below the bound (kernels/dense/panel_lu.hpp has the rule).
-template <class S>
-__device__ S replacement(S pivot, double border, const PivotRule& rule) {
-  const double size = magnitude(pivot);
-  if (size > rule.tiny && size >= kBorderThreshold * border) return pivot;
-  const bool dependent = size <= rule.tiny && border <= kEmptyBorder * rule.tiny;
-  return perturbed_pivot(pivot, dependent ? rule.largest : rule.bound);
-}
-
 // The inverse of the unit lower triangle of a panel in its place, by one warp: a lane makes a column. Row i
 // of the triangle lies at row place(i). What a narrow panel lacks is computed too, and not used, from entries
 // of the panel: those right of it are being moved by other warps.

@@ -44,25 +44,6 @@ class OnDevice {
 int code_of(const void* kernel);
 void set_shared_memory(const void* kernel, std::size_t bytes);
 
-/// What both kinds of memory are once they have been taken.
-class RawArena {
- public:
-  RawArena(const RawArena&) = delete;
-  RawArena& operator=(const RawArena&) = delete;
-
-  template <class T>
-  T* at(Offset offset) const {
-    return reinterpret_cast<T*>(static_cast<char*>(data_) + offset);
-  }
-  Offset bytes() const { return bytes_; }
-
- protected:
-  explicit RawArena(Offset bytes) : bytes_(bytes) {}
-  ~RawArena() = default;
-  Offset bytes_;
-  void* data_ = nullptr;
-};
-
 /// Device memory of one arena. Throws OutOfMemory(device).
 class DeviceArena : public RawArena {
  public:

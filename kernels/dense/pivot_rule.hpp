@@ -1,0 +1,63 @@
+// When a pivot is too small, and what becomes of it: one rule for the host and for every device.
+#pragma once
+
+#include <cmath>
+#include <limits>
+
+#include "kernels/runtime/scalars.hpp"
+
+namespace mfs {
+
+/// When a pivot is too small, and what takes its place. All are absolute.
+struct PivotRule {
+  double bound = 0;    // below it a pivot is suspect
+  double tiny = 0;     // up to it a pivot may be nothing but rounding
+  double largest = 1;  // what is large in this matrix
+};
+
+/// A suspect pivot is still accepted when it is at least this fraction of what lies below it in the border:
+/// then dividing by it lets nothing grow.
+constexpr double kBorderThreshold = 0.01;
+
+/// A pivot of at most this many square roots of machine epsilon relative to the largest scaled entry may be a
+/// rounded zero: rounding errors are divided by the small pivots before it, so no multiple of epsilon itself
+/// is a bound. It is perturbed, and the exact correction of the solve (kernels/correction.hpp) finds out.
+/// Accepting pivots from 5000 epsilons on let one singular matrix in 25 000 through.
+constexpr double kTinyPivot = 1;
+
+/// The rule for factors of Real.
+template <class Real>
+PivotRule pivot_rule(double tolerance, double largest) {
+  return {tolerance * largest,
+          kTinyPivot * std::sqrt(static_cast<double>(std::numeric_limits<Real>::epsilon())) * largest,
+          largest};
+}
+
+/// A column whose border is below this many times `tiny` holds nothing but rounding there.
+constexpr double kEmptyBorder = 10;
+
+/// Whether a pivot of this size below the bound stays as it is. `border`: the largest entry of its column in
+/// the border.
+KOKKOS_INLINE_FUNCTION bool is_accepted(double size, double border, const PivotRule& rule) {
+  return size > rule.tiny && size >= kBorderThreshold * border;
+}
+/// The size that it gets where it does not.
+KOKKOS_INLINE_FUNCTION double size_instead(double size, double border, const PivotRule& rule) {
+  const bool dependent = size <= rule.tiny && border <= kEmptyBorder * rule.tiny;
+  return dependent ? rule.largest : rule.bound;
+}
+
+template <class S>
+KOKKOS_INLINE_FUNCTION S perturbed_pivot(S pivot, double wanted) {
+  using Real = RealOf<S>;
+  const double size = magnitude(pivot);
+  return size > 0 ? pivot * static_cast<Real>(wanted / size) : S(static_cast<Real>(wanted));
+}
+/// What becomes of a pivot below the bound, as kernels compute it.
+template <class S>
+KOKKOS_INLINE_FUNCTION S replacement(S pivot, double border, const PivotRule& rule) {
+  const double size = magnitude(pivot);
+  return is_accepted(size, border, rule) ? pivot : perturbed_pivot(pivot, size_instead(size, border, rule));
+}
+
+}  // namespace mfs

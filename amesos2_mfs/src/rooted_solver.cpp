@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "on_all_ranks.hpp"
@@ -63,11 +64,21 @@ bool holds_zeros(const CsrView<double>& a) {
   return std::find(a.values, end, 0.0) != end;
 }
 
-/// Throws SingularMatrix where the pattern alone, with any values, is structurally singular.
-void analyze_pattern(Solver& solver, CsrView<double> a) {
+/// Throws SingularMatrix where the pattern alone, with any values, is structurally singular. The matching
+/// finds that: what an analysis does beyond it would be done in vain, and is left.
+void match_without_values(Options options, CsrView<double> a) {
+  struct BeyondMatching {};
+  options.dump_prefix.clear();
+  options.log = nullptr;
+  options.progress = [](const Progress& at) {
+    if (at.phase != std::string_view("matching")) throw BeyondMatching();
+  };
   const std::vector<double> ones(static_cast<std::size_t>(a.row_offsets[a.rows]), 1.0);
   a.values = ones.data();
-  solver.analyze(a);
+  try {
+    Solver(std::move(options)).analyze(a);
+  } catch (const BeyondMatching&) {
+  }
 }
 
 /// Ids of all ranks on rank 0.
@@ -272,7 +283,7 @@ void RootedSolver::analyze() {
       counted(Phase::analysis, 1, [&] { solver.analyze(matrix_); });
     } catch (const SingularMatrix&) {
       if (!holds_zeros(matrix_)) throw;
-      analyze_pattern(solver, matrix_);
+      match_without_values(options_, matrix_);
       analysis_due_ = true;
     }
   });

@@ -57,9 +57,18 @@ __device__ void write_tile(const Front<S>& front, const Tile<S>& tile) {
   }
 }
 
+/// Blocks that a multiprocessor can hold: the compiler says so where it is asked for more.
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ / 10 == 86
+constexpr int kMostBlocks = 16;
+#elif defined(__CUDA_ARCH__) && (__CUDA_ARCH__ / 10 == 89 || __CUDA_ARCH__ / 100 == 12)
+constexpr int kMostBlocks = 24;
+#else
+constexpr int kMostBlocks = 32;
+#endif
+
 /// Threads by the number of rows, and how many blocks a multiprocessor should hold.
 template <int Threads, int Blocks, class S, class Value>
-__global__ void __launch_bounds__(Threads, Blocks)
+__global__ void __launch_bounds__(Threads, Blocks < kMostBlocks ? Blocks : kMostBlocks)
     factor_small_fronts(DeviceStore<S, Value> store, Offset first) {
   extern __shared__ __align__(16) unsigned char memory[];
   const Vertex f = store.small_fronts[first + blockIdx.x];

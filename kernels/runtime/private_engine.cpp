@@ -9,6 +9,7 @@
 #include <exception>
 #include <memory>
 #include <mutex>
+#include <new>
 #include <system_error>
 #include <thread>
 #include <vector>
@@ -21,21 +22,27 @@ namespace mfs {
 
 namespace {
 
-// OpenMP's library ends the process where the system refuses it a thread. So they are asked for here first,
-// all at once, and a refusal is thrown. The C library gives a thread that allocates or frees 64 MiB of
-// address space, which outlive it: so each frees something while the stacks of all are there, as else the
-// last of them could take the place that the first ones' stacks have left.
+// Kokkos and OpenMP's library take some KiB for each thread when they start, and some hundred for all.
+constexpr std::size_t kThreadMemory = 1 << 20;
+
+// OpenMP's library ends the process where the system refuses it a thread, and so does Kokkos where its
+// threads find no memory. So threads and memory are asked for here first, all at once, and a refusal is
+// thrown. The C library gives a thread that allocates 64 MiB of address space, which outlive it: so each
+// allocates while the stacks of all are there, as else the last of them could take the place that the first
+// ones' stacks have left.
 void ask_for_threads(int count) {
   std::mutex mutex;
   std::condition_variable changed;
   int there = -1, settled = 0;  // -1: not all yet
+  bool memory_refused = false;
   const auto settle = [&] {
     std::unique_lock<std::mutex> lock(mutex);
     changed.wait(lock, [&] { return there >= 0; });
-    void* volatile byte = std::malloc(1);
-    std::free(byte);
-    if (++settled == there) changed.notify_all();
-    changed.wait(lock, [&] { return settled == there; });
+    void* const volatile taken = std::malloc(kThreadMemory);
+    if (!taken) memory_refused = true;
+    if (++settled == there + 1) changed.notify_all();
+    changed.wait(lock, [&] { return settled == there + 1; });  // with that of the caller
+    std::free(taken);
   };
   std::vector<std::thread> granted;
   std::exception_ptr refusal;
@@ -49,8 +56,10 @@ void ask_for_threads(int count) {
     there = static_cast<int>(granted.size());
   }
   changed.notify_all();
+  settle();
   for (std::thread& thread : granted) thread.join();
   if (refusal) std::rethrow_exception(refusal);
+  if (memory_refused) throw std::bad_alloc();
 }
 
 }  // namespace

@@ -15,8 +15,8 @@ constexpr double kSafeGrowth = 1.1;
 
 /// A local error, in units of what is allowed, with which steps would become longer at any order.
 constexpr double kFarFromLimit = 1e-3;
-/// Most steps for which orders that proved unstable are not tried again.
-constexpr int kMostHeld = 5000;
+/// Steps of order 1 in a row after which order 2 is taken where it is better, if only a little.
+constexpr int kLongAtOne = 30;
 
 /// Factor for the step by which an error of `error` at `order` becomes half of what is allowed.
 double step_factor(double error, int order) {
@@ -95,7 +95,7 @@ void Bdf::start(Array<double> y, Array<double> dy, double h) {
   order_ = 1;
   rising_ = true;
   rejected_ = false;
-  steps_ = last_order_ = unchanged_ = 0;
+  steps_ = last_order_ = unchanged_ = steps_at_one_ = 0;
   step_ = last_step_ = 0.0;
   psi_ = {};
   restart_with(h);
@@ -166,7 +166,7 @@ double Bdf::local_error(const Array<double>& e, const Array<double>& weights) {
   error_here_ = sigma_[k] * size[0];
   suited_order_ = order_;
   suited_error_ = error_here_;
-  const bool held = held_ > 0 && order_ == kStableOrder;  // its differences are now large, now small
+  const bool held = hold_.holds() && order_ == kStableOrder;  // its differences are now large, now small
   if (order_ > 1 && !fixed_ && !held) {
     error_below_ = sigma_[k - 1] * size[1];
     const double here = (order_ + 1) * error_here_, below = order_ * error_below_;
@@ -201,6 +201,7 @@ void Bdf::shift(const Array<double>& e) {
 
 double Bdf::accept(const Array<double>& e, const Array<double>& weights) {
   ++steps_;
+  steps_at_one_ = order_ == 1 ? steps_at_one_ + 1 : 0;
   if (!fixed_ && (suited_order_ < order_ || order_ == most_order())) rising_ = false;
   Choice next{order_, step_};
   if (leave_unstable_orders())
@@ -219,17 +220,17 @@ double Bdf::accept(const Array<double>& e, const Array<double>& weights) {
 }
 
 bool Bdf::leave_unstable_orders() {
-  if (held_ > 0) --held_;
+  hold_.add(step_);
   // Where the step is not limited by its error, differences are rounding, which is an oscillation as well.
-  if (fixed_ || order_ <= kStableOrder || error_factor_ * sizes_[0] < kFarFromLimit) {
+  if (fixed_ || hold_.ignores_alarms() || order_ <= kStableOrder ||
+      error_factor_ * sizes_[0] < kFarFromLimit) {
     watch_.forget();
     return false;
   }
   watch_.add(sizes_[0], sizes_[1], sizes_[2], sizes_[3]);
   if (!watch_.unstable()) return false;
   watch_.forget();
-  held_ = next_held_;
-  next_held_ = std::min(2 * next_held_, kMostHeld);
+  hold_.begin(step_, order_ == kMostOrder);
   return true;
 }
 
@@ -244,7 +245,7 @@ Bdf::Choice Bdf::choose(const Array<double>& e, const Array<double>& weights) {
     if (order_ > 1 && order_ * error_below_ <= std::min(rated_here, rated_above)) {
       order = order_ - 1;
       error = error_below_;
-    } else if (rated_above < (order_ > 1 ? 1.0 : 0.5) * rated_here) {
+    } else if (rated_above < (order_ > 1 || steps_at_one_ > kLongAtOne ? 1.0 : 0.5) * rated_here) {
       order = order_ + 1;
       error = error_above;
     }

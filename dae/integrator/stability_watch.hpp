@@ -11,7 +11,14 @@
 // k + 1 and k - 1 point against each other, an oscillation in that range limits the step. Where a smooth
 // motion does, the ratio is below 0.3 at the usual tolerances. (CVODE's and IDA's STALD has the same purpose
 // and takes the roots from differences of five steps: Hindmarsh, UCRL-ID-110933 (1992).)
+//
+// A motion may be an oscillation itself, as the waves that run down a swinging chain: at a loose tolerance its
+// steps are as long as w h = 0.8, where order 5 lets nothing grow yet that would matter, but orders 3 and 4
+// do. Order 2 needs half of that, and after an oscillation that only order 5 had let grow its steps become
+// longer than before. So what order 2 comes to tells a false alarm of order 5.
 #pragma once
+
+#include <algorithm>
 
 namespace mfs::dae {
 
@@ -37,6 +44,48 @@ class StabilityWatch {
   static constexpr int kSteps = 20;    ///< with fewer, nothing is said
 
   double highest_ = 0.0, middle_ = 0.0, along_ = 0.0;
+  int steps_ = 0;
+};
+
+/// For how long orders above 2 are left after an alarm.
+class OrderHold {
+ public:
+  /// Whether they are not to be taken now.
+  bool holds() const { return held_ > 0; }
+  /// Whether an alarm means nothing, for some time after a false one.
+  bool ignores_alarms() const { return ignored_ > 0; }
+  /// An alarm after a step of `step`: twice as long as the last time. `doubtful`: it may be false.
+  void begin(double step, bool doubtful) {
+    held_ = next_held_;
+    next_held_ = std::min(2 * next_held_, kMost);
+    step_before_ = step;
+    doubtful_ = doubtful;
+    longest_ = 0.0;
+    steps_ = 0;
+  }
+  /// A step of `step` has been taken. After a false alarm the hold ends, and alarms are ignored, twice as long
+  /// as after the last one.
+  void add(double step) {
+    if (ignored_ > 0) --ignored_;
+    if (held_ == 0) return;
+    --held_;
+    longest_ = std::max(longest_, step);
+    if (!doubtful_ || ++steps_ < kJudged || longest_ >= kPays * step_before_) return;
+    held_ = 0;
+    next_held_ = std::max(next_held_ / 2, kFirst);
+    ignored_ = next_ignored_;
+    next_ignored_ = std::min(2 * next_ignored_, kMost);
+  }
+
+ private:
+  static constexpr int kFirst = 50, kMost = 5000;  ///< steps
+  static constexpr int kJudged = 10;               ///< steps of order 2 before an alarm is called false
+  static constexpr double kPays = 0.75;            ///< what they have to come to, in parts of the one before
+
+  int held_ = 0, next_held_ = kFirst;
+  int ignored_ = 0, next_ignored_ = 2 * kFirst;
+  bool doubtful_ = false;
+  double step_before_ = 0.0, longest_ = 0.0;
   int steps_ = 0;
 };
 

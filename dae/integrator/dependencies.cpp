@@ -203,7 +203,7 @@ class Search {
       dependent_.assign(static_cast<std::size_t>(columns_), -1);
       int count = 0;
       for (std::size_t k = 0; k < pivots.value.size(); ++k) {
-        good[pivots.column[k]] = std::abs(pivots.value[k]) >= kLargePivot ? 1 : 0;
+        good[pivots.column[k]] = std::abs(pivots.value[k]) >= std::max(kLargePivot, nothing_) ? 1 : 0;
         if (good[pivots.column[k]] != 0) dependent_[pivots.row[k]] = count++;
       }
       std::vector<int> left;

@@ -13,6 +13,7 @@
 #include "dae/model/model.hpp"
 #include "dae/model/model_library.hpp"
 #include "dae/output/plots.hpp"
+#include "dae/program/alignment.hpp"
 #include "dae/program/host_threads.hpp"
 #include "dae/program/recorder.hpp"
 #include "dae/program/result_files.hpp"
@@ -181,6 +182,7 @@ ExitCode check_model(const Command& command) {
                         model.name, model.flexible_bodies.size(), model.rigid_bodies.size(),
                         model.system->coordinates(), model.system->constraints(),
                         3 * std::int64_t{model.system->coordinates()} + model.system->constraints()));
+  for (const std::string& note : alignment_notes(model, model.q0)) io::print(program::labelled("note", note));
   return ExitCode::solved;
 }
 

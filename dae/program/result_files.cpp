@@ -10,6 +10,8 @@
 
 #include <mfs/error.hpp>
 
+#include "dae/program/alignment.hpp"
+
 namespace mfs::dae {
 namespace {
 
@@ -141,8 +143,10 @@ void ResultFiles::add_step(const StepReport& step, const State& state) {
 }
 
 std::function<void()> ResultFiles::add_output(const std::shared_ptr<const State>& state) {
-  if (outputs_ == 0)
+  if (outputs_ == 0) {
     for (std::string& text : correction_notes(model_, *state)) notes_.push_back(std::move(text));
+    for (std::string& text : alignment_notes(model_, state->q)) notes_.push_back(std::move(text));
+  }
   const auto measurement = std::make_shared<Measurement>(model_, *state, account_, threads_);
   add_row(*measurement);
   // Its rows have taken all that the pictures show and another output would change.

@@ -7,6 +7,7 @@
 #include <mfs/error.hpp>
 
 #include "dae/integrator/initial_conditions.hpp"
+#include "dae/mechanics/number_text.hpp"
 #include "dae/statics/constrained_matrix.hpp"
 #include "dae/statics/independent_system.hpp"
 
@@ -69,12 +70,21 @@ class Search {
     throw Error("no static equilibrium has been found in " +
                 std::to_string(std::min(report_.iterations, kMostSteps)) +
                 " steps: " + system_.coordinate_name(moves_most_) + " moves most, by " +
-                std::to_string(report_.last_step) + " in the last one");
+                number_text(report_.last_step) + " in the last one" + what_rolls());
   }
 
  private:
   StateView view(const State& state) const {
     return {state.t, state.q.data(), rest_.data(), rest_.data(), state.lambda.data()};
+  }
+
+  /// Why a wheel has none, whose leaning nothing but its motion holds up; empty: nothing rolls.
+  std::string what_rolls() const {
+    for (int row = 0; row < m_; ++row)
+      if (system_.is_nonholonomic(row))
+        return "; what rolls (" + system_.constraint_owner(row) +
+               ") may be held up by its motion alone, and falls over or rolls away at rest";
+    return "";
   }
 
   void project() {
@@ -113,8 +123,7 @@ class Search {
     // Of the forces without those of constraints, which work only where the constraints were not fulfilled.
     const double work = -dot(change, residual_.force) - dot(state_.lambda, residual_.position);
     if (report_.last_step > kRounding && !(work > 0)) return false;
-    accept(std::move(trial), std::move(residual));
-    return true;
+    return accept(std::move(trial), std::move(residual));
   }
 
   /// Near the equilibrium, where a free motion has no stiffness, s stays larger.
@@ -141,14 +150,21 @@ class Search {
     }
   }
 
-  void accept(State trial, Residual residual) {
-    state_ = std::move(trial);
+  /// False: the step leads to where the constraints cannot be fulfilled.
+  bool accept(State trial, Residual residual) {
+    std::swap(state_, trial);
+    if (largest(residual.position) > 1e2 * options_.constraint_position) {  // otherwise the next step mends it
+      try {
+        project();
+      } catch (const InvalidInput&) {  // as of a wheel that falls flat
+        std::swap(state_, trial);
+        return false;
+      }
+      system_.evaluate(view(state_), residual);
+    }
     residual_ = std::move(residual);
     is_tangent_there_ = false;
-    const double violation = largest(residual_.position);
-    if (violation <= 1e2 * options_.constraint_position) return;  // the next step mends it
-    project();
-    system_.evaluate(view(state_), residual_);
+    return true;
   }
 
   void finish() {

@@ -1,11 +1,14 @@
 // The program mfs-dae from outside: exit codes, standard output and error, files.
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <functional>
+#include <sstream>
+#include <string>
 
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
@@ -21,6 +24,7 @@ using nlohmann::ordered_json;
 using testing::AllOf;
 using testing::EndsWith;
 using testing::HasSubstr;
+using testing::Not;
 using testing::StartsWith;
 
 class DaeProgram : public testing::Test {
@@ -160,6 +164,77 @@ TEST_F(DaeProgram, SaysWhatItCorrectsAtTheBeginning) {
       "initial velocities are corrected by up to 3 m/s (body block), so that all constraints hold";
   EXPECT_THAT(run.out, HasSubstr("note            " + note));
   EXPECT_EQ(ordered_json::parse(text_of(path("report.json")))["notes"], ordered_json::array({note}));
+}
+
+// A door on two hinges, the lower of which has this axis and place.
+std::string door(const std::array<double, 3>& axis, double x) {
+  ordered_json json = {{"name", "door"}, {"end", 0.01}, {"outputs", 1}};
+  json["bodies"]["door"] = {{"type", "rigid"}, {"mass", 1}, {"inertia", {1, 1, 1}}};
+  json["joints"]["high"] = {
+      {"type", "revolute"}, {"a", "ground"}, {"b", "door"}, {"point", {0, 2, 0}}, {"axis", {0, 1, 0}}};
+  json["joints"]["low"] = {
+      {"type", "revolute"}, {"a", "door"}, {"b", "ground"}, {"point", {x, 0, 0}}, {"axis", axis}};
+  return json.dump();
+}
+
+TEST_F(DaeProgram, NamesJointsThatAreOutOfLine) {
+  const std::string straight = run_program({"check", file("door.json", door({0, 1, 0}, 0))}).out;
+  EXPECT_THAT(straight, Not(HasSubstr("note")));
+  // Half a degree, and a hinge that points the other way.
+  const std::string askew = file("askew.json", door({-std::sin(M_PI / 360), -std::cos(M_PI / 360), 0}, 0));
+  const std::string note =
+      "the axis of joint low is 0.5 degrees off that of joint high, which may lock the mechanism";
+  const ProgramRun check = run_program({"check", askew});
+  EXPECT_EQ(check.code, 0) << check.err;
+  EXPECT_THAT(check.out, HasSubstr("note            " + note + "\n"));
+  const ProgramRun run = run_program({"run", askew, "-o", path("out"), "--no-plots", "--json", path("r.json")});
+  EXPECT_EQ(run.code, 0) << run.err;
+  EXPECT_EQ(ordered_json::parse(text_of(path("r.json")))["notes"], ordered_json::array({note}));
+  const ProgramRun beside = run_program({"check", file("beside.json", door({0, 1, 0}, 1e-3))});
+  EXPECT_THAT(beside.out, HasSubstr("joint low is 0.001 m beside that of joint high"));
+  // What differs by more is meant: 5 degrees, 0.3 m.
+  const double turn = 5 * M_PI / 180;
+  for (const std::string& meant : {door({std::sin(turn), std::cos(turn), 0}, 0), door({0, 1, 0}, 0.3)})
+    EXPECT_THAT(run_program({"check", file("meant.json", meant)}).out, Not(HasSubstr("note")));
+}
+
+// The one of four parallel axes that is not; a pendulum's axis beside them is in no loop.
+TEST_F(DaeProgram, NamesTheJointOfALoopThatIsOutOfLine) {
+  run_program({"models", "--write", path("models")});
+  ordered_json json = ordered_json::parse(text_of(path("models/four_bar.json")));
+  const double turn = 0.1 * M_PI / 180;
+  json["joints"]["A"]["axis"] = {0, std::sin(turn), std::cos(turn)};
+  json["bodies"]["bob"] = {{"type", "rigid"}, {"mass", 1}, {"inertia", {1, 1, 1}}};
+  json["joints"]["pin"] = {{"type", "revolute"},   {"a", "ground"}, {"b", "bob"},
+                           {"point", {0, 0, 0}}, {"axis", {std::sin(turn), 0, std::cos(turn)}}};
+  const std::string out = run_program({"check", file("four_bar.json", json.dump())}).out;
+  EXPECT_THAT(out, HasSubstr("the axis of joint A is 0.1 degrees off that of joint B, which"));
+  EXPECT_EQ(out.find("note"), out.rfind("note")) << out;
+}
+
+TEST_F(DaeProgram, NamesAUniversalJointWhoseAxesAreNotPerpendicular) {
+  ordered_json json = ordered_json::parse(text_of(falling()));
+  json["joints"]["cross"] = {{"type", "universal"}, {"a", "ground"},       {"b", "block"},
+                             {"point", {0, 0, 0}},  {"axis", {1, 0, 0}}, {"axis_b", {1, 1, 0}}};
+  EXPECT_THAT(run_program({"check", file("cross.json", json.dump())}).out,
+              HasSubstr("the axes of joint cross are 45 degrees apart where bodies are placed"));
+}
+
+// Not one of them is out of line.
+TEST_F(DaeProgram, HasNoNotesOnItsOwnModels) {
+  std::istringstream list(run_program({"models"}).out);
+  int count = 0;
+  for (std::string line; std::getline(list, line); ++count) {
+    const std::string name = line.substr(0, line.find(' '));
+    EXPECT_THAT(run_program({"check", name}).out, Not(HasSubstr("note"))) << name;
+  }
+  EXPECT_GE(count, 20);
+}
+
+TEST_F(DaeProgram, SaysWhyALeaningWheelHasNoEquilibrium) {
+  EXPECT_THAT(complaint({"static", "rolling_disc", "-o", path("out"), "--no-plots"}, 7),
+              AllOf(HasSubstr("no static equilibrium has been found"), HasSubstr("what rolls (joint road) may be held "
+                                                                                "up by its motion alone")));
 }
 
 TEST_F(DaeProgram, PlotsAreForThoseWhoWantThem) {

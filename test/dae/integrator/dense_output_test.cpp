@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "dae/integrator/integrator.hpp"
@@ -84,6 +85,24 @@ TEST_P(DenseOutputTest, IsAsGoodAsTheEndsOfSteps) {
     ASSERT_LT(run.recorder.steps.size(), 10000U);
     for (std::size_t k = 0; k < between.size(); ++k)
       EXPECT_LT(between[k], 1.2 * at_ends[k] + 1e-3 * rtol) << "rtol " << rtol << ", number " << k;
+  }
+}
+
+// Errors of velocities add up to several times rtol along a motion, and those of accelerations and multipliers
+// follow from them: they are not more than four times as large, of what each comes to in the motion.
+TEST_P(DenseOutputTest, MultipliersAreAboutAsGoodAsVelocities) {
+  for (const double rtol : {1e-4, 1e-6, 1e-8}) {
+    const Swing run = swing(GetParam(), rtol, 997);
+    std::array<double, 4> sizes{};
+    for (const State& state : run.recorder.outputs)
+      for (const auto& [k, x] : {std::pair(1, &state.v), {2, &state.a}, {3, &state.lambda}})
+        for (const double value : *x) sizes[k] = std::max(sizes[k], std::abs(value));
+    for (const auto* states : {&run.recorder.states, &run.recorder.outputs}) {
+      const Errors error = errors(*states);
+      const double of_velocity = error[1] / sizes[1];
+      EXPECT_LT(error[2] / sizes[2], 4.0 * of_velocity) << "accelerations, rtol " << rtol;
+      EXPECT_LT(error[3] / sizes[3], 4.0 * of_velocity) << "multipliers, rtol " << rtol;
+    }
   }
 }
 

@@ -12,10 +12,11 @@
 // 5; Hindmarsh et al., SUNDIALS, ACM TOMS 31 (2005) 363-396, section 2.3 (whose factors of 2, 0.9, 0.5 and
 // 0.25 these are). Four things differ: after the third rejection in one step the integrator starts the
 // formula anew, as its past is then no guide (IDA goes on at order 1 with it, and order and step come up only
-// after many equal steps), and after many steps of order 1 order 2 has to be no more than better; steps grow by 1.2 ... 2 after as many equal ones as CVODE asks for, and
-// after a rejection by 2 not before then either (IDA's only double, so that errors for tolerances a hundred
-// apart differ by anything from 15 to 200, and a step may double and be rejected by turns for ever); and
-// orders above 2 are left where they are not stable (stability_watch.hpp).
+// after many equal steps), and after many steps of order 1 order 2 has to be no more than better; steps grow
+// by 1.2 ... 2 after as many equal ones as CVODE asks for, and after a rejection by 2 not before then either
+// (IDA's only double, so that errors for tolerances a hundred apart differ by anything from 15 to 200, and a
+// step may double and be rejected by turns for ever); and orders above 2 are left where they are not stable
+// (stability_watch.hpp).
 #pragma once
 
 #include <algorithm>
@@ -84,7 +85,7 @@ class Bdf {
   bool rising_ = true;     ///< the first steps: order and step grow at each
   bool rejected_ = false;  ///< by the error, and since then not so many equal steps that they may grow
   int steps_ = 0, steps_at_one_ = 0;  ///< steps_at_one_: the last ones
-  int last_order_ = 0;  ///< of the last accepted step
+  int last_order_ = 0;                ///< of the last accepted step
   double step_ = 0.0, last_step_ = 0.0;
   int unchanged_ = 0, next_unchanged_ = 0;  ///< steps taken with one step and order
   double rate_ = 0.0, error_factor_ = 0.0;

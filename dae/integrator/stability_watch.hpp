@@ -12,9 +12,9 @@
 // motion does, the ratio is below 0.3 at the usual tolerances. (CVODE's and IDA's STALD has the same purpose
 // and takes the roots from differences of five steps: Hindmarsh, UCRL-ID-110933 (1992).)
 //
-// A motion may be an oscillation itself, as the waves that run down a swinging chain: at a loose tolerance its
-// steps are as long as w h = 0.8, where order 5 lets nothing grow yet that would matter, but orders 3 and 4
-// do. Order 2 needs half of that, and after an oscillation that only order 5 had let grow its steps become
+// A motion may be an oscillation itself, as the waves that run down a swinging chain: at a loose tolerance
+// its steps are as long as w h = 0.8, where order 5 lets nothing grow yet that would matter, but orders 3 and
+// 4 do. Order 2 needs half of that, and after an oscillation that only order 5 had let grow its steps become
 // longer than before. So what order 2 comes to tells a false alarm of order 5.
 #pragma once
 
@@ -63,8 +63,8 @@ class OrderHold {
     longest_ = 0.0;
     steps_ = 0;
   }
-  /// A step of `step` has been taken. After a false alarm the hold ends, and alarms are ignored, twice as long
-  /// as after the last one.
+  /// A step of `step` has been taken. After a false alarm the hold ends, and alarms are ignored, twice as
+  /// long as after the last one.
   void add(double step) {
     if (ignored_ > 0) --ignored_;
     if (held_ == 0) return;

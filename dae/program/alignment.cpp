@@ -45,8 +45,8 @@ std::vector<Line> lines_of(const MultibodyModel& model, const State& state) {
   for (const ModelJoint& joint : model.joints) {
     if (!has_line(joint.kind)) continue;
     const FrameMotion frame = frame_motion(joint.a.frame, state);
-    lines.push_back({&joint, frame.position + frame.rotation * joint.a.point,
-                     frame.rotation * joint.a.axes.col(2)});
+    lines.push_back(
+        {&joint, frame.position + frame.rotation * joint.a.point, frame.rotation * joint.a.axes.col(2)});
   }
   return lines;
 }
@@ -102,14 +102,14 @@ void add_notes(const std::vector<Line>& lines, std::vector<std::string>& notes) 
       return angle_between_lines(line.along, other.along) <= kRounding;
     });
   };
-  const auto most = std::max_element(lines.begin(), lines.end(), [&](const Line& x, const Line& y) {
-    return agreeing(x) < agreeing(y);
-  });
+  const auto most = std::max_element(lines.begin(), lines.end(),
+                                     [&](const Line& x, const Line& y) { return agreeing(x) < agreeing(y); });
   for (const Line& line : lines) {
     const std::string how = out_of_line(*most, line);
     if (how.empty()) continue;
-    std::string note = fmt::format("the axis of joint {} is {} that of joint {}, which may lock the mechanism",
-                                   line.joint->name, how, most->joint->name);
+    std::string note =
+        fmt::format("the axis of joint {} is {} that of joint {}, which may lock the mechanism",
+                    line.joint->name, how, most->joint->name);
     if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(std::move(note));
   }
 }
@@ -124,10 +124,10 @@ void add_universal_joints(const MultibodyModel& model, std::vector<std::string>&
     const Eigen::Vector3d y = frame_motion(joint.b.frame, placed).rotation * joint.b.axes.col(2);
     const double angle = angle_between_lines(x, y);
     if (M_PI_2 - angle > kRounding)
-      notes.push_back(
-          fmt::format("the axes of joint {} are {:.5g} degrees apart where bodies are placed, which are turned "
-                      "until they are perpendicular",
-                      joint.name, degrees(angle)));
+      notes.push_back(fmt::format(
+          "the axes of joint {} are {:.5g} degrees apart where bodies are placed, which are turned "
+          "until they are perpendicular",
+          joint.name, degrees(angle)));
   }
 }
 

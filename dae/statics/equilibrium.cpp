@@ -153,7 +153,8 @@ class Search {
   /// False: the step leads to where the constraints cannot be fulfilled.
   bool accept(State trial, Residual residual) {
     std::swap(state_, trial);
-    if (largest(residual.position) > 1e2 * options_.constraint_position) {  // otherwise the next step mends it
+    if (largest(residual.position) >
+        1e2 * options_.constraint_position) {  // otherwise the next step mends it
       try {
         project();
       } catch (const InvalidInput&) {  // as of a wheel that falls flat

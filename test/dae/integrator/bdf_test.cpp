@@ -70,7 +70,8 @@ std::vector<Taken> go_round(double allowed, std::size_t count) {
 // three of four steps are of order 2.
 TEST(Bdf, HighOrdersComeBackAfterAFalseAlarm) {
   const std::vector<Taken> taken = go_round(0.03, 200);
-  const auto first = std::find_if(taken.begin() + 20, taken.end(), [](const Taken& s) { return s.order == 2; });
+  const auto first =
+      std::find_if(taken.begin() + 20, taken.end(), [](const Taken& s) { return s.order == 2; });
   ASSERT_NE(first, taken.end());  // there is an alarm
   EXPECT_LT(first->step, 0.7 * (first - 1)->step);
   const auto low = [](const Taken& s) { return s.order <= 2; };

@@ -88,8 +88,9 @@ TEST_P(DenseOutputTest, IsAsGoodAsTheEndsOfSteps) {
   }
 }
 
-// Errors of velocities add up to several times rtol along a motion, and those of accelerations and multipliers
-// follow from them: they are not more than four times as large, of what each comes to in the motion.
+// Errors of velocities add up to several times rtol along a motion, and those of accelerations and
+// multipliers follow from them: they are not more than four times as large, of what each comes to in the
+// motion.
 TEST_P(DenseOutputTest, MultipliersAreAboutAsGoodAsVelocities) {
   for (const double rtol : {1e-4, 1e-6, 1e-8}) {
     const Swing run = swing(GetParam(), rtol, 997);

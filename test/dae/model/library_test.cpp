@@ -27,7 +27,8 @@ class Library : public testing::TestWithParam<std::string> {};
 
 // Starts and what a motion meets on its way included, none of which takes as long.
 TEST_P(Library, HasNoLongStretchOfOrderOne) {
-  MultibodyModel model = make_model(Json::parse(find_library_model(GetParam())->text), "", 1, Backend::serial);
+  MultibodyModel model =
+      make_model(Json::parse(find_library_model(GetParam())->text), "", 1, Backend::serial);
   if (model.starts_at_rest)
     model.q0 = find_equilibrium(*model.system, model.integrator, {0.0, model.q0, model.v0, {}, {}}).q;
   Integrator integrator(*model.system, model.integrator);

@@ -187,7 +187,8 @@ TEST_F(DaeProgram, NamesJointsThatAreOutOfLine) {
   const ProgramRun check = run_program({"check", askew});
   EXPECT_EQ(check.code, 0) << check.err;
   EXPECT_THAT(check.out, HasSubstr("note            " + note + "\n"));
-  const ProgramRun run = run_program({"run", askew, "-o", path("out"), "--no-plots", "--json", path("r.json")});
+  const ProgramRun run =
+      run_program({"run", askew, "-o", path("out"), "--no-plots", "--json", path("r.json")});
   EXPECT_EQ(run.code, 0) << run.err;
   EXPECT_EQ(ordered_json::parse(text_of(path("r.json")))["notes"], ordered_json::array({note}));
   const ProgramRun beside = run_program({"check", file("beside.json", door({0, 1, 0}, 1e-3))});
@@ -205,8 +206,11 @@ TEST_F(DaeProgram, NamesTheJointOfALoopThatIsOutOfLine) {
   const double turn = 0.1 * M_PI / 180;
   json["joints"]["A"]["axis"] = {0, std::sin(turn), std::cos(turn)};
   json["bodies"]["bob"] = {{"type", "rigid"}, {"mass", 1}, {"inertia", {1, 1, 1}}};
-  json["joints"]["pin"] = {{"type", "revolute"},   {"a", "ground"}, {"b", "bob"},
-                           {"point", {0, 0, 0}}, {"axis", {std::sin(turn), 0, std::cos(turn)}}};
+  json["joints"]["pin"] = {{"type", "revolute"},
+                           {"a", "ground"},
+                           {"b", "bob"},
+                           {"point", {0, 0, 0}},
+                           {"axis", {std::sin(turn), 0, std::cos(turn)}}};
   const std::string out = run_program({"check", file("four_bar.json", json.dump())}).out;
   EXPECT_THAT(out, HasSubstr("the axis of joint A is 0.1 degrees off that of joint B, which"));
   EXPECT_EQ(out.find("note"), out.rfind("note")) << out;
@@ -214,7 +218,7 @@ TEST_F(DaeProgram, NamesTheJointOfALoopThatIsOutOfLine) {
 
 TEST_F(DaeProgram, NamesAUniversalJointWhoseAxesAreNotPerpendicular) {
   ordered_json json = ordered_json::parse(text_of(falling()));
-  json["joints"]["cross"] = {{"type", "universal"}, {"a", "ground"},       {"b", "block"},
+  json["joints"]["cross"] = {{"type", "universal"}, {"a", "ground"},     {"b", "block"},
                              {"point", {0, 0, 0}},  {"axis", {1, 0, 0}}, {"axis_b", {1, 1, 0}}};
   EXPECT_THAT(run_program({"check", file("cross.json", json.dump())}).out,
               HasSubstr("the axes of joint cross are 45 degrees apart where bodies are placed"));
@@ -233,8 +237,9 @@ TEST_F(DaeProgram, HasNoNotesOnItsOwnModels) {
 
 TEST_F(DaeProgram, SaysWhyALeaningWheelHasNoEquilibrium) {
   EXPECT_THAT(complaint({"static", "rolling_disc", "-o", path("out"), "--no-plots"}, 7),
-              AllOf(HasSubstr("no static equilibrium has been found"), HasSubstr("what rolls (joint road) may be held "
-                                                                                "up by its motion alone")));
+              AllOf(HasSubstr("no static equilibrium has been found"),
+                    HasSubstr("what rolls (joint road) may be held "
+                              "up by its motion alone")));
 }
 
 TEST_F(DaeProgram, PlotsAreForThoseWhoWantThem) {

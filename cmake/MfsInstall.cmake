@@ -2,10 +2,11 @@
 include(CMakePackageConfigHelpers)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/mfs)
 
-install(TARGETS mfs EXPORT mfs-targets)
+install(TARGETS mfs mfs_fortran EXPORT mfs-targets)
 install(EXPORT mfs-targets NAMESPACE mfs:: DESTINATION ${package_dir})
-install(DIRECTORY ordering/include/mfs solver/include/mfs DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
-  FILES_MATCHING PATTERN "*.hpp")
+install(DIRECTORY ordering/include/mfs solver/include/mfs bindings/c/include/mfs DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+  FILES_MATCHING PATTERN "*.hpp" PATTERN "*.h")
+install(FILES bindings/c/fortran/mfs.f90 DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/mfs)
 
 file(RELATIVE_PATH prefix_from_bin "/${CMAKE_INSTALL_BINDIR}" "/${CMAKE_INSTALL_LIBDIR}")
 foreach(program mfs_program mfs_dae)

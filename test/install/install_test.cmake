@@ -34,11 +34,16 @@ endif()
 
 function(build_outside name)
   run(${CMAKE_COMMAND} -G ${GENERATOR} -S ${CMAKE_CURRENT_LIST_DIR}/outside -B ${WORK}/${name}
-    -D CMAKE_CXX_COMPILER=${CXX} -D CMAKE_PREFIX_PATH=${prefix} -D CMAKE_CXX_FLAGS=${sanitizer} ${ARGN})
+    -D CMAKE_CXX_COMPILER=${CXX} -D CMAKE_PREFIX_PATH=${prefix}
+    -D CMAKE_C_FLAGS=${sanitizer} -D CMAKE_CXX_FLAGS=${sanitizer} ${ARGN})
   run(${CMAKE_COMMAND} --build ${WORK}/${name})
   run(${WORK}/${name}/solve_tiny)
+  run(${WORK}/${name}/solve_tiny_c)
 endfunction()
-build_outside(plain)
+build_outside(plain -D WITH_FORTRAN=${FORTRAN})
+if(FORTRAN)
+  run(${WORK}/plain/solve_tiny_fortran)
+endif()
 if(AMESOS2)
   build_outside(amesos2 -D WITH_AMESOS2=ON -D Trilinos_DIR=${TRILINOS_DIR})
   run(${WORK}/amesos2/solve_tiny_amesos2)

@@ -115,10 +115,12 @@ expect("all is there" "${output}")
 # Nor is hipcc.
 make_system()
 remove_package(hipcc)
+remove_package(gfortran)
 remove_package(libtrilinos-nox-dev)
-file(WRITE ${system}/not-offered "hipcc\n")
+file(WRITE ${system}/not-offered "hipcc\ngfortran\n")
 setup(0)
 expect("not offered by this system: hipcc; nothing is compiled for HIP" "${output}")
+expect("not offered by this system: gfortran; the module of Fortran is not tested" "${output}")
 expect("all is there" "${output}")
 
 # Too old: each is named, with the version that is needed.

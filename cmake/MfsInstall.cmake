@@ -4,7 +4,8 @@ set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/mfs)
 
 install(TARGETS mfs mfs_fortran EXPORT mfs-targets)
 install(EXPORT mfs-targets NAMESPACE mfs:: DESTINATION ${package_dir})
-install(DIRECTORY ordering/include/mfs solver/include/mfs bindings/c/include/mfs DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+install(DIRECTORY ordering/include/mfs solver/include/mfs bindings/c/include/mfs
+  bindings/eigen/include/mfs DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
   FILES_MATCHING PATTERN "*.hpp" PATTERN "*.h")
 install(FILES bindings/c/fortran/mfs.f90 DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/mfs)
 

@@ -7,6 +7,7 @@ install(EXPORT mfs-targets NAMESPACE mfs:: DESTINATION ${package_dir})
 install(DIRECTORY ordering/include/mfs solver/include/mfs bindings/c/include/mfs
   bindings/eigen/include/mfs DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
   FILES_MATCHING PATTERN "*.hpp" PATTERN "*.h")
+install(FILES bindings/sundials/include/sunlinsol_mfs.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(FILES bindings/c/fortran/mfs.f90 DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/mfs)
 
 file(RELATIVE_PATH prefix_from_bin "/${CMAKE_INSTALL_BINDIR}" "/${CMAKE_INSTALL_LIBDIR}")

@@ -15,6 +15,7 @@ int keep(int status, const char* text, std::int64_t row = -1, std::int64_t colum
   error.status = status;
   error.row = row;
   error.column = column;
+  error.argument[0] = '\0';
   std::snprintf(error.text, sizeof error.text, "%s", text);
   return status;
 }
@@ -30,7 +31,9 @@ int keep_current_exception() noexcept {
   try {
     throw;
   } catch (const InvalidInput& e) {
-    return keep(MFS_INVALID_INPUT, e.what(), e.row(), e.column());
+    keep(MFS_INVALID_INPUT, e.what(), e.row(), e.column());
+    std::snprintf(last_error().argument, sizeof last_error().argument, "%s", e.argument().c_str());
+    return MFS_INVALID_INPUT;
   } catch (const SingularMatrix& e) {
     return keep(MFS_SINGULAR_MATRIX, e.what(), e.row(), e.column());
   } catch (const PatternChanged& e) {

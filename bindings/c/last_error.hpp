@@ -8,6 +8,7 @@ namespace mfs::c {
 struct LastError {
   int status = 0;
   char text[1024] = "";
+  char argument[64] = "";
   std::int64_t row = -1, column = -1;
 };
 

@@ -84,6 +84,10 @@ int mfs_last_error(const char** text, int64_t* row, int64_t* column) {
   return error.status;
 }
 
+const char* mfs_last_error_argument(void) {
+  return mfs::c::last_error().argument;
+}
+
 int mfs_analyze(mfs_solver* solver, int64_t n, const void* row_offsets, const void* columns,
                 const void* values) {
   return attempt([&] { there(solver, "solver").analyze({n, row_offsets, columns, values}); });

@@ -92,10 +92,13 @@ static void refuse(void) {
   expect_error(mfs_factor(solver, 3, offsets, columns, NULL), MFS_INVALID_INPUT, -1, -1, "values: are NULL");
   values[3] = NAN;
   expect_error(mfs_factor(solver, 3, offsets, columns, values), MFS_INVALID_INPUT, 1, 1, "");
+  expect(strcmp(mfs_last_error_argument(), "values") == 0, "it is about the values");
   values[3] = 4;
   expect(mfs_factor(solver, 3, offsets, columns, values) == MFS_OK, "factor after errors");
   expect_error(mfs_set_option(solver, "threads", "1"), MFS_STATE_ERROR, -1, -1, "before the first analysis");
   expect_error(mfs_factor(solver, 3, offsets, other, values), MFS_PATTERN_CHANGED, 0, -1, "");
+  expect(strcmp(mfs_last_error_argument(), "") == 0, "it is about no argument");
+  expect(mfs_factor(solver, 3, offsets, columns, values) == MFS_OK, "the same pattern again");
   expect_error(mfs_solve(solver, b, NULL, 1, 0, 0), MFS_INVALID_INPUT, -1, -1, "x: is NULL");
   expect_error(mfs_solve(solver, b, x, 1, 2, 0), MFS_INVALID_INPUT, -1, -1, "");
   expect_error(mfs_solve_device(solver, b, x, 1, 0, 0, NULL), MFS_STATE_ERROR, -1, -1, "");

@@ -70,12 +70,17 @@ MFS_C_API const char* mfs_option_name(int index);
    end is left out. Each pointer may be NULL. */
 MFS_C_API int mfs_last_error(const char** text, int64_t* row, int64_t* column);
 
+/* The name of the argument or option that MFS_INVALID_INPUT is about ("values": NaN or infinity in the matrix;
+   "b": in a right-hand side), if that was the last error of this thread; else "". */
+MFS_C_API const char* mfs_last_error_argument(void);
+
 /* Orders the pattern of an n x n matrix. `row_offsets` has n + 1 indices, `columns` row_offsets[n], and
    `values`, which may be NULL, as many numbers. What was analysed and factored before is forgotten.
    MFS_INVALID_INPUT, MFS_SINGULAR_MATRIX, MFS_OUT_OF_MEMORY, MFS_BACKEND_ERROR. */
 MFS_C_API int mfs_analyze(mfs_solver* solver, int64_t n, const void* row_offsets, const void* columns,
                           const void* values);
-/* Factors, and analyses first where nothing has been analysed. MFS_PATTERN_CHANGED, and what mfs_analyze
+/* Factors, and analyses first where nothing has been analysed. Later calls compare the pattern with the analysed
+   one, and factor in the memory of the first. MFS_PATTERN_CHANGED, and what mfs_analyze
    returns. */
 MFS_C_API int mfs_factor(mfs_solver* solver, int64_t n, const void* row_offsets, const void* columns,
                          const void* values);

@@ -1,5 +1,6 @@
 /* u' = 1 + u^2 v - 4 u + d u_xx, v' = 3 u - u^2 v + d v_xx in a rod (Hairer and Wanner 1996, IV.10) by CVODE.
  */
+#include <arkode/arkode_arkstep.h>
 #include <cvode/cvode.h>
 #include <math.h>
 #include <nvector/nvector_serial.h>
@@ -65,6 +66,13 @@ static int jacobian(sunrealtype t, N_Vector vector, N_Vector f, SUNMatrix J, voi
   return 0;
 }
 
+static void start(sunrealtype* y) {
+  for (int i = 0; i < kPoints; ++i) {
+    y[2 * i] = 1 + sin(6.283185307179586 * (i + 1) / (kPoints + 1));
+    y[2 * i + 1] = 3;
+  }
+}
+
 Course brusselator(Solver which, int form, JacobianKind kind, SUNContext context) {
   Course course = {0};
   State state = {kind, 0};
@@ -73,10 +81,7 @@ Course brusselator(Solver which, int form, JacobianKind kind, SUNContext context
   void* cvode = CVodeCreate(CV_BDF, context);
   SUNMatrix J = SUNSparseMatrix(kSize, kSize, 8 * kSize, form, context);
   SUNLinearSolver LS = make_solver(which, vector, J, context);
-  for (int i = 0; i < kPoints; ++i) {
-    y[2 * i] = 1 + sin(6.283185307179586 * (i + 1) / (kPoints + 1));
-    y[2 * i + 1] = 3;
-  }
+  start(y);
   CVodeInit(cvode, derivative, 0, vector);
   CVodeSStolerances(cvode, 1e-6, 1e-8);
   CVodeSetUserData(cvode, &state);
@@ -90,6 +95,35 @@ Course brusselator(Solver which, int form, JacobianKind kind, SUNContext context
   CVodeGetNumErrTestFails(cvode, &course.error_test_failures);
   for (int k = 0; k < 3; ++k) course.end[k] = y[20 * k + 7];
   CVodeFree(&cvode);
+  course.analyses = analyses_of(which, LS);
+  SUNLinSolFree(LS);
+  SUNMatDestroy(J);
+  N_VDestroy(vector);
+  return course;
+}
+
+Course brusselator_by_arkode(Solver which, int form, SUNContext context) {
+  Course course = {0};
+  State state = {GOOD, 0};
+  long int explicit_evaluations = 0;
+  N_Vector vector = N_VNew_Serial(kSize, context);
+  sunrealtype *y = N_VGetArrayPointer(vector), t = 0;
+  start(y);
+  void* arkode = ARKStepCreate(NULL, derivative, 0, vector, context);
+  SUNMatrix J = SUNSparseMatrix(kSize, kSize, 8 * kSize, form, context);
+  SUNLinearSolver LS = make_solver(which, vector, J, context);
+  ARKStepSStolerances(arkode, 1e-6, 1e-8);
+  ARKStepSetUserData(arkode, &state);
+  ARKStepSetLinearSolver(arkode, LS, J);
+  ARKStepSetJacFn(arkode, jacobian);
+  course.status = ARKStepEvolve(arkode, 6, vector, &t, ARK_NORMAL);
+  ARKStepGetNumSteps(arkode, &course.steps);
+  ARKStepGetNumRhsEvals(arkode, &explicit_evaluations, &course.evaluations);
+  ARKStepGetNumJacEvals(arkode, &course.jacobians);
+  ARKStepGetNumNonlinSolvIters(arkode, &course.nonlinear_iterations);
+  ARKStepGetNumErrTestFails(arkode, &course.error_test_failures);
+  for (int k = 0; k < 3; ++k) course.end[k] = y[20 * k + 7];
+  ARKStepFree(&arkode);
   course.analyses = analyses_of(which, LS);
   SUNLinSolFree(LS);
   SUNMatDestroy(J);

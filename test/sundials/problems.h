@@ -32,6 +32,10 @@ Course heat(Solver which, int form, SUNContext context);
  * 0. */
 typedef enum { GOOD, FIRST_HAS_NAN, FIRST_HAS_OTHER_PATTERN } JacobianKind;
 Course brusselator(Solver which, int form, JacobianKind kind, SUNContext context);
+/* The same by an implicit method of Runge and Kutta. ARKODE. */
+Course brusselator_by_arkode(Solver which, int form, SUNContext context);
+/* A nonlinear system with three unknowns in each row. KINSOL; its iterations count as steps. */
+Course equation(Solver which, int form, SUNContext context);
 
 #ifdef __cplusplus
 }

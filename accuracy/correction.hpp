@@ -81,6 +81,8 @@ class Correction {
   /// False where the numbers ran out of range: then there is no correction.
   bool usable() const { return usable_; }
   Vertex nullity() const { return nullity_; }
+  /// |A z| / | |A||z| | of the first null vector.
+  double singularity() const { return singularity_; }
   /// No null vector was found, but one that A makes so small that there may be.
   bool doubtful() const { return doubtful_; }
   int rank() const { return static_cast<int>(perturbations_.size()); }
@@ -164,8 +166,10 @@ class Correction {
       const auto smaller = [](const Scalar& one, const Scalar& other) {
         return std::abs(one) < std::abs(other);
       };
-      if (nullity_ == 0)
+      if (nullity_ == 0) {
         dependent_unknown_ = static_cast<Vertex>(std::max_element(x.begin(), x.end(), smaller) - x.begin());
+        singularity_ = smallness_;
+      }
       doubtful_ = false;
       found.push_back(std::move(x));
       ++nullity_;
@@ -198,9 +202,9 @@ class Correction {
       normalize(x);
       for (const std::vector<Scalar>& other : found) subtract_projection(other, x);
       if (!(normalize(x) > kDoubt)) return false;  // rounding of what was found before
-      const double smallness = scaled_residual(a, {}, x, d);
-      if (smallness <= (step == 0 ? kSingular : kRefined)) return true;
-      if (!(smallness <= kDoubt)) return false;
+      smallness_ = scaled_residual(a, {}, x, d);
+      if (smallness_ <= (step == 0 ? kSingular : kRefined)) return true;
+      if (!(smallness_ <= kDoubt)) return false;
       doubtful_ = nullity_ == 0;
       solve_scaled(a, inverse, d);
       if (largest_size(d) <= 0.5 * largest_size(x)) {
@@ -365,6 +369,7 @@ class Correction {
   std::vector<Scalar> at_columns_;                        // work
   std::vector<Wide<Scalar>> rotated_;                     // work
   Vertex nullity_ = 0, dependent_unknown_ = -1;
+  double smallness_ = 0, singularity_ = 0;
   bool usable_ = false, doubtful_ = false;
 };
 

@@ -23,7 +23,7 @@ class Factorization {
   virtual Factors<Value>& factors() = 0;
 
   /// As Factors::factor.
-  virtual FactorStatus factor(double tolerance, const std::function<void(double)>& progress) = 0;
+  virtual FactorStatus factor(const PivotPolicy& policy, const std::function<void(double)>& progress) = 0;
 
   /// Where the right-hand sides of a solve go and its solutions come out: n x columns, column-major, in the
   /// caller's numbering. There is room for one column from the start; more are made room for when first asked
@@ -46,6 +46,8 @@ class Factorization {
   /// The determinant of A as phase * exp(log_abs); false if too many pivots were perturbed to know it.
   virtual bool determinant(Value& phase, double& log_abs) = 0;
 
+  /// Perturbed pivots that the exact correction takes back at most.
+  virtual std::size_t most_corrected() const = 0;
   /// The row of A that came to a position.
   virtual Vertex pivot_row(Vertex position) const = 0;
   /// By front of the plan: whether any of its pivots was perturbed.

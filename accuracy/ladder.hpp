@@ -53,10 +53,11 @@ class AccuracyLadder final : public Factorization<Value> {
 
   Factors<Value>& factors() override { return *factors_; }
 
-  FactorStatus factor(double tolerance, const std::function<void(double)>& progress) override {
+  FactorStatus factor(const PivotPolicy& policy, const std::function<void(double)>& progress) override {
     for (auto& correction : correction_) correction.reset();
     probed_.reset();
-    const Factored factored = factors_->factor(tolerance, progress);
+    divided_by_tiny_ = policy.tiny == TinyPivots::data;
+    const Factored factored = factors_->factor(policy, progress);
     status_ = factored.status;
     largest_ = factored.largest;
     return status_;
@@ -76,7 +77,7 @@ class AccuracyLadder final : public Factorization<Value> {
     SolveOutcome resident;
     if (tried) {
       resident = *tried;
-    } else if (factors_->resident() && status_.perturbed == 0) {
+    } else if (factors_->resident() && status_.perturbed == 0 && settled()) {
       const Offset n = plan_->n;
       factors_->resident()->start_from_host({rhs(columns), n, at_.x, n, columns, transposed},
                                             controls.row_floor);
@@ -95,7 +96,8 @@ class AccuracyLadder final : public Factorization<Value> {
 
   ResidentSolve solve_resident(const SolveBlock<Value>& block, const SolveControls& controls, void* stream,
                                SolveOutcome& outcome) override {
-    if (status_.perturbed > 0) return ResidentSolve::refused;
+    if (status_.perturbed > 0 || (needs_probe() && !(probed_ && probed_->regular)))
+      return ResidentSolve::refused;
     factors_->resident()->start(block, controls.row_floor, stream);
     outcome = refine_resident(*factors_->resident(), controls, resident_improved_);
     // A b that is not finite leaves no finite error.
@@ -105,6 +107,7 @@ class AccuracyLadder final : public Factorization<Value> {
   double condition_estimate(const TransposedPattern& transposed) override {
     matrix_ = factors_->matrix();
     const blas::SequentialScope sequential;
+    if (singular_by_probe()) return std::numeric_limits<double>::infinity();
     for (const bool flip : {false, true}) {
       make_correction(flip ? &transposed : nullptr);
       if (correction_[flip] && correction_[flip]->nullity() > 0)
@@ -138,17 +141,19 @@ class AccuracyLadder final : public Factorization<Value> {
     }
     for (Vertex i = 0; i < n; ++i)
       log_abs -= std::log(matrix_.row_scale[i]) + std::log(matrix_.column_scale[i]);
-    if (status_.perturbed > 0) {
+    bool singular = singular_by_probe();
+    if (status_.perturbed > 0 && !singular) {
       if (!make_correction(nullptr)) return false;
       std::complex<double> factor;
       double log_factor = 0;
       correction_[0]->determinant(factor, log_factor);
       product *= factor;
       log_abs += log_factor;
-      if (dependent_rows(nullptr) > 0) {
-        product = 0;
-        log_abs = -std::numeric_limits<double>::infinity();
-      }
+      singular = dependent_rows(nullptr) > 0;
+    }
+    if (singular) {
+      product = 0;
+      log_abs = -std::numeric_limits<double>::infinity();
     }
     phase = from_parts<Value>(product.real(), product.imag());
     return true;
@@ -158,6 +163,8 @@ class AccuracyLadder final : public Factorization<Value> {
     const auto front = std::upper_bound(plan_->pivot_begin.begin(), plan_->pivot_begin.end(), position) - 1;
     return plan_->row_of[*front + factors_->local_row(position)];
   }
+
+  std::size_t most_corrected() const override { return mfs::most_corrected(*plan_); }
 
   std::vector<char> failed_fronts() const override {
     std::vector<char> failed(static_cast<std::size_t>(plan_->num_fronts), 0);
@@ -178,6 +185,11 @@ class AccuracyLadder final : public Factorization<Value> {
   }
 
  private:
+  struct Probed {
+    bool regular = false;
+    SolveOutcome refusal;
+  };
+
   // From the factors on, or where vectors.x holds a solution that has been begun, from there.
   SolveOutcome climb(Vertex columns, const TransposedPattern* transposed, const SolveControls& controls,
                      bool begun) {
@@ -185,10 +197,23 @@ class AccuracyLadder final : public Factorization<Value> {
     SolveOutcome outcome;
     // Whether A is singular is settled before any right-hand side is: one that happens to be consistent would
     // hide it.
-    if (!regular_by_correction(transposed, outcome)) return outcome;
-    if (!regular_by_probe(columns, outcome)) return outcome;
+    const bool regular = regular_by_correction(transposed, outcome) && regular_by_probe(outcome);
+    const bool singular = outcome.dependent_rows > 0;
+    if (!regular && singular && !controls.solve_singular) return outcome;
     refine(columns, transposed, controls, outcome, begun);
     return outcome;
+  }
+
+  bool singular_by_probe() { return needs_probe() && probed().refusal.dependent_rows > 0; }
+  // Before the first solve where the factors lie.
+  bool settled() {
+    if (!needs_probe()) return true;
+    matrix_ = factors_->matrix();
+    const blas::SequentialScope sequential;
+    return probed().regular;
+  }
+  bool needs_probe() const {
+    return divided_by_tiny_ || status_.perturbed > static_cast<unsigned long long>(most_corrected());
   }
 
   // What is in the right-hand sides stays.
@@ -244,12 +269,18 @@ class AccuracyLadder final : public Factorization<Value> {
     return std::max(nullity, correction_[other] ? correction_[other]->nullity() : 0);
   }
 
-  // The same where more pivots were perturbed than the exact correction takes.
-  bool regular_by_probe(Vertex columns, SolveOutcome& outcome) {
-    if (status_.perturbed <= most_corrected(*plan_)) return true;
-    if (!probed_) probe(columns);
-    if (!probed_->regular) outcome = probed_->refusal;
-    return probed_->regular;
+  // The same where tiny pivots were divided by, or more perturbed than the exact correction takes.
+  bool regular_by_probe(SolveOutcome& outcome) {
+    if (!needs_probe()) return true;
+    const Stopwatch watch;
+    const Probed& found = probed();
+    if (!found.regular) {
+      const double before = outcome.time_ladder;
+      outcome = found.refusal;
+      outcome.time_ladder = before;
+    }
+    outcome.time_ladder += watch.seconds();
+    return found.regular;
   }
 
   void refine(Vertex columns, const TransposedPattern* transposed, const SolveControls& controls,
@@ -277,51 +308,59 @@ class AccuracyLadder final : public Factorization<Value> {
     return {part * largest, transposed ? matrix_.column_scale : matrix_.row_scale};
   }
 
-  // Whether A is singular, by the solutions for a right-hand side that is in nobody's range by chance. Keeps
-  // what is in rhs().
-  void probe(Vertex columns) {
-    const std::vector<Value> held(at_.b, at_.b + static_cast<Offset>(plan_->n) * columns);
-    probed_ = Probed();
+  // Whether A is singular, by the solutions for a right-hand side that is in nobody's range by chance: of A,
+  // and of A^T where that leaves doubt, or to name a row.
+  const Probed& probed() {
+    if (probed_) return *probed_;
+    Probed found;
     const NullDirection column = probe_direction(nullptr);
-    probed_->regular = column.regular;
+    found.regular = column.regular;
     if (!column.regular) {
       const TransposedPattern transposed = transpose(*pattern_, 1);
       const NullDirection row = probe_direction(&transposed);
-      probed_->refusal.backward_error = std::numeric_limits<double>::infinity();
-      if (column.null && row.null) {
-        probed_->refusal.dependent_rows = dependent_pivots();
-        probed_->refusal.row = row.unknown;
-        probed_->refusal.column = column.unknown;
+      found.regular = row.regular && !column.null;
+      SolveOutcome& refusal = found.refusal;
+      refusal.doubtful = !found.regular && !column.null && !row.null;
+      refusal.backward_error = std::numeric_limits<double>::infinity();
+      if (column.null || row.null) {
+        refusal.dependent_rows = dependent_pivots();
+        refusal.row = row.unknown;
+        refusal.column = column.unknown;
+        refusal.singularity = std::min(column.smallness, row.smallness);
       }
     }
-    std::copy(held.begin(), held.end(), at_.b);
+    probed_ = found;
+    return *probed_;
   }
 
   NullDirection probe_direction(const TransposedPattern* transposed) {
-    const double* in_scale = transposed ? matrix_.column_scale : matrix_.row_scale;
-    const double* out_scale = transposed ? matrix_.row_scale : matrix_.column_scale;
-    const Value *b = at_.b, *x = at_.x;
-    probing_vector(plan_->n, in_scale, at_.b);
-    SolveOutcome outcome;
-    refine(1, transposed, probing_controls<Value>(), outcome, false);
-    double error = 0;
-    mfs::residual(exec_, plan_->n, matrix_rows(transposed), b, x, at_.r, &error);
-    return null_direction(plan_->n, in_scale, at_.r, out_scale, x, largest_);
+    const bool flip = transposed != nullptr;
+    const ScaledRows<Value> rows{matrix_rows(transposed), flip ? matrix_.column_scale : matrix_.row_scale,
+                                 flip ? matrix_.row_scale : matrix_.column_scale};
+    return null_direction<Value>(
+        rows, plan_->n, [&](Value* x) { apply_best_inverse(x, x, 1, flip); },
+        [&](const Value* b, const Value* x, const Value* low, Value* r) {
+          doubled_residual(exec_, plan_->n, rows.rows, b, x, low, r);
+        },
+        [&](const Value* d, Value* x, Value* low) { add_doubled(exec_, plan_->n, d, x, low); });
   }
 
-  // Pivots that were replaced by something of the size of the largest entry: their columns depend on those
-  // before them.
+  // Pivots that are rounding beside the largest entry: their columns depend on those before them.
   Vertex dependent_pivots() const {
-    Vertex count = 0;
-    for (Vertex position = 0; position < plan_->n; ++position)
-      count += std::abs(factors_->pivot_shift(position)) >= 0.5 * largest_;
-    return std::max(count, Vertex(1));
+    constexpr double kRounding = 10;
+    const double most = kRounding * std::numeric_limits<RealOf<Value>>::epsilon() * largest_;
+    std::vector<std::complex<double>> pivots(static_cast<std::size_t>(plan_->n));
+    factors_->diagonal_pivots(pivots.data());
+    const auto count = std::count_if(pivots.begin(), pivots.end(), [&](const std::complex<double>& pivot) {
+      return std::abs(pivot) <= most;
+    });
+    return std::max(static_cast<Vertex>(count), Vertex(1));
   }
 
   // What was added to A by perturbed pivots; for A^T with rows and columns exchanged.
   std::vector<Perturbation<Value>> perturbed_entries(bool transposed) const {
     std::vector<Perturbation<Value>> entries;
-    for (Vertex position = 0; position < plan_->n && entries.size() <= most_corrected(*plan_); ++position) {
+    for (Vertex position = 0; position < plan_->n && entries.size() <= most_corrected(); ++position) {
       const Value shift = factors_->pivot_shift(position);
       if (shift == Value(0)) continue;
       const Vertex row = pivot_row(position), column = plan_->column_of[position];
@@ -339,7 +378,7 @@ class AccuracyLadder final : public Factorization<Value> {
     if (correction_[flip]) return true;
     if (status_.perturbed == 0) return false;
     std::vector<Perturbation<Value>> perturbations = perturbed_entries(flip);
-    if (perturbations.empty() || perturbations.size() > most_corrected(*plan_)) return false;
+    if (perturbations.empty() || perturbations.size() > most_corrected()) return false;
     rhs(factors_->columns_at_once());  // room for the vectors of a full block
     const auto inverse = [&](Value* x, Vertex count) { factors_->apply_inverse(x, x, count, flip); };
     const auto inverse_of_transposed = [&](Value* x) { factors_->apply_inverse(x, x, 1, !flip); };
@@ -396,6 +435,7 @@ class AccuracyLadder final : public Factorization<Value> {
     const Vertex other =
         largest_unknown(plan_->n, null_vector, by ? matrix_.column_scale : matrix_.row_scale);
     outcome.backward_error = std::numeric_limits<double>::infinity();
+    outcome.singularity = correction_[by]->singularity();
     outcome.row = by ? own : other;
     outcome.column = by ? other : own;
   }
@@ -410,17 +450,14 @@ class AccuracyLadder final : public Factorization<Value> {
   std::shared_ptr<const Pattern> pattern_;
   HostMatrix<Value> matrix_;
   FactorStatus status_{};
-  double largest_ = 0;  // scaled entry of the matrix that is factored
+  bool divided_by_tiny_ = false;  // pivots as small as rounding were accepted
+  double largest_ = 0;            // scaled entry of the matrix that is factored
   std::shared_ptr<char> ends_;
   std::unique_ptr<HostArena> work_;
   RefinementVectors<Value> at_{};
   Vertex columns_ = 0;
   bool resident_improved_ = false;   // whether the last steps where the factors lie are worth going on from
   std::vector<Value> krylov_space_;  // taken when FGMRES is first needed
-  struct Probed {
-    bool regular = false;
-    SolveOutcome refusal;
-  };
   std::optional<Probed> probed_;
   std::unique_ptr<Correction<Value>> correction_[2];  // for A, for A^T; made when first needed
   Exec exec_;

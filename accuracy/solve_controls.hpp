@@ -6,9 +6,10 @@
 namespace mfs {
 
 struct SolveControls {
-  double tolerance = 1e-12;  // componentwise backward error
-  int max_steps = 10;        // of refinement; 0: none, and no FGMRES either
-  double row_floor = 0;      // SolveOptions::row_floor
+  double tolerance = 1e-12;     // componentwise backward error
+  int max_steps = 10;           // of refinement; 0: none, and no FGMRES either
+  double row_floor = 0;         // SolveOptions::row_floor
+  bool solve_singular = false;  // SolveOptions::solve_singular
 };
 
 struct SolveOutcome {
@@ -19,6 +20,8 @@ struct SolveOutcome {
   int corrected_pivots = 0;      // perturbed pivots that an exact low-rank correction took back
   Vertex dependent_rows = 0;     // > 0: A is singular to working precision, and this row and this column
   Vertex row = -1, column = -1;  // of A depend on the others
+  double singularity = 0;        // the proof of it: |A z| / | |A||z| | in scaled rows for some z
+  bool doubtful = false;         // whether A is singular could not be found out with these factors
 };
 
 }  // namespace mfs

@@ -8,6 +8,7 @@
 
 #include <mfs/error.hpp>
 
+#include "kernels/dense/pivot_rule.hpp"
 #include "kernels/factor_status.hpp"
 #include "ordering/transpose.hpp"
 #include "plan/symbolic_plan.hpp"
@@ -100,9 +101,10 @@ class Factors {
   /// The same for reading. Values that came from a device are copied to the host first.
   virtual HostMatrix<Value> matrix() = 0;
 
-  /// Factors the matrix. A pivot below tolerance times the largest scaled entry is perturbed. `progress`,
-  /// which may be empty, is called with the fraction of the operations that is done after each depth.
-  virtual Factored factor(double tolerance, const std::function<void(double)>& progress) = 0;
+  /// Factors the matrix. A pivot below the policy's tolerance times the largest scaled entry is suspect.
+  /// `progress`, which may be empty, is called with the fraction of the operations that is done after each
+  /// depth.
+  virtual Factored factor(const PivotPolicy& policy, const std::function<void(double)>& progress) = 0;
 
   /// to = approximately A^-1 from (A^-T with `transposed`), scaling and permutation included: n x columns in
   /// memory of the host and in the caller's numbering. They may be the same array.

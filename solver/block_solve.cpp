@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <cstdio>
 #include <vector>
 
 #include <mfs/error.hpp>
@@ -32,6 +33,15 @@ bool overlap(Vertex n, const Columns<Scalar>& all) {
   return false;
 }
 
+/// The row of the first entry that is not finite, or -1.
+template <class Scalar>
+Offset first_overflowed(Vertex n, Offset columns, const std::vector<Scalar>& x) {
+  for (Offset k = 0; k < columns * n; ++k) {
+    if (!std::isfinite(std::abs(x[static_cast<std::size_t>(k)]))) return k % n;
+  }
+  return -1;
+}
+
 }  // namespace
 
 template <class Scalar>
@@ -42,7 +52,7 @@ BlockSolve<Scalar>::BlockSolve(const Options& options, Phases& phases, MatrixFac
       factors_(factors),
       report_(report),
       controls_{tolerance_of<Scalar>(options.solve), options.solve.max_refinement_steps,
-                options.solve.row_floor} {}
+                options.solve.row_floor, options.solve.solve_singular} {}
 
 template <class Scalar>
 void BlockSolve<Scalar>::solve(Columns<Scalar> all) {
@@ -94,6 +104,8 @@ void BlockSolve<Scalar>::solve_parts(const Columns<Scalar>& all, const SolvePart
   report_.krylov_steps = 0;
   report_.corrected_pivots = 0;
   report_.backward_error = 0;
+  report_.singularity = 0;
+  report_.dependent_rows = 0;
   const Offset block = factors_.numeric().factors().columns_at_once();
   for (Offset first = 0; first < all.count; first += block) {
     Columns<Scalar> part = all;
@@ -152,14 +164,15 @@ template <class Scalar>
 void BlockSolve<Scalar>::climb_until_solved(const Columns<Scalar>& part, const SolveOutcome* tried) {
   SolveOutcome outcome = solve_with_factors(part, tried);
   report_.time_ladder += outcome.time_ladder;
-  if (reached(outcome)) return write_solution(part, factors_.numeric("solve").solution(), outcome);
+  if (settled(outcome)) return write_solution(part, factors_.numeric("solve").solution(), outcome);
   const Stopwatch other_factors;
-  while (!reached(outcome) && factors_.climb(outcome.dependent_rows > 0)) outcome = solve_with_factors(part);
+  while (!settled(outcome) && factors_.climb(outcome.dependent_rows > 0)) outcome = solve_with_factors(part);
   const Scalar* found = factors_.numeric("solve").solution();
   std::vector<Scalar> solution(found, found + rows() * part.count);
+  const Offset overflowed = first_overflowed(rows(), part.count, solution);
   if (!reached(outcome) && outcome.dependent_rows == 0) outcome = solve_rescaled(part, solution.data());
   report_.time_ladder += other_factors.seconds();
-  if (!reached(outcome)) refuse(outcome);
+  if (!reached(outcome)) refuse(outcome, overflowed);
   write_solution(part, solution.data(), outcome);
 }
 
@@ -186,6 +199,10 @@ void BlockSolve<Scalar>::write_solution(const Columns<Scalar>& part, const Scala
                                         const SolveOutcome& outcome) {
   report_.bytes_used = factors_.numeric("solve").bytes();
   report_.backward_error = std::max(report_.backward_error, outcome.backward_error);
+  if (outcome.dependent_rows > 0) {
+    report_.singularity = outcome.singularity;
+    report_.dependent_rows = outcome.dependent_rows;
+  }
   for (Offset j = 0; j < part.count; ++j)
     std::copy(solution + j * rows(), solution + (j + 1) * rows(), part.x + j * part.ldx);
 }
@@ -223,15 +240,25 @@ void BlockSolve<Scalar>::note_outcome(const SolveOutcome& outcome) {
                     : outcome.corrected_pivots > 0 ? Rung::correction
                                                    : Rung::factors;
   report_.rung = std::max(report_.rung, used);
+  if (phases_.logs(2) && outcome.doubtful) phases_.log(2, "whether the matrix is singular is not known");
 }
 
 // The tolerance was missed: because A is singular, or in spite of a regular A.
 template <class Scalar>
-void BlockSolve<Scalar>::refuse(const SolveOutcome& outcome) const {
-  if (outcome.dependent_rows == 0 || !factors_.within_range())
-    throw AccuracyNotReached(outcome.backward_error, controls_.tolerance);
+void BlockSolve<Scalar>::refuse(const SolveOutcome& outcome, Offset overflowed) const {
+  if (outcome.dependent_rows == 0 || !factors_.within_range()) {
+    AccuracyNotReached error(outcome.backward_error, controls_.tolerance);
+    if (overflowed >= 0)
+      error.append("; entry " + std::to_string(overflowed) +
+                   " of the solution (counted from 0) is beyond the range of its numbers");
+    throw error;
+  }
+  char text[120];
+  std::snprintf(text, sizeof text,
+                "the matrix is singular to working precision: some z has |A z| = %.1e | |A||z| |",
+                outcome.singularity);
   throw SingularMatrix(SingularMatrix::Kind::numerical, outcome.row, outcome.column, outcome.dependent_rows,
-                       "the matrix is singular to working precision");
+                       text);
 }
 
 template class BlockSolve<float>;

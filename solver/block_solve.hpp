@@ -42,13 +42,15 @@ class BlockSolve {
   void solve_part(const Columns<Scalar>& part, const SolveOutcome* tried = nullptr);
   void solve_part_on_device(const Columns<Scalar>& part, void* stream);
   bool reached(const SolveOutcome& outcome) const { return outcome.backward_error <= controls_.tolerance; }
+  // What leaves in doubt whether A is singular is no solution as long as there are other factors to try.
+  bool settled(const SolveOutcome& outcome) const { return reached(outcome) && !outcome.doubtful; }
   void climb_until_solved(const Columns<Scalar>& part, const SolveOutcome* tried);
   SolveOutcome solve_rescaled(const Columns<Scalar>& part, Scalar* solution);
   void write_solution(const Columns<Scalar>& part, const Scalar* solution, const SolveOutcome& outcome);
   SolveOutcome solve_with_factors(const Columns<Scalar>& part, const SolveOutcome* tried = nullptr);
   const TransposedPattern* pattern_for(const Columns<Scalar>& part);
   void note_outcome(const SolveOutcome& outcome);
-  [[noreturn]] void refuse(const SolveOutcome& outcome) const;
+  [[noreturn]] void refuse(const SolveOutcome& outcome, Offset overflowed) const;
 
   const Options& options_;
   Phases& phases_;

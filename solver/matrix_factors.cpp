@@ -132,6 +132,7 @@ void MatrixFactors<Scalar>::forget() {
   factored_ = refactored_ = drifted_ = false;
   usual_effort_ = 0;
   rematches_ = 0;
+  tiny_pivots_ = TinyPivots::noise;
   planned_ = {};
   numeric_.reset();
   transposed_pattern_.reset();
@@ -267,10 +268,28 @@ double MatrixFactors<Scalar>::pivot_tolerance() const {
 
 // Factors what is in matrix_values().
 template <class Scalar>
-void MatrixFactors<Scalar>::factor_values(double tolerance) {
+void MatrixFactors<Scalar>::factor_values() {
+  factor_values(policy());
+  if (tiny_pivots_ == TinyPivots::data ||
+      report_.perturbed_pivots <= static_cast<std::int64_t>(numeric_->most_corrected()))
+    return;
+  tiny_pivots_ = TinyPivots::data;
+  factor_values(policy());
+}
+
+template <class Scalar>
+PivotPolicy MatrixFactors<Scalar>::policy() const {
+  // What grows by dividing by less than a hundredth of the border is seen in the backward error. To perturb
+  // such a pivot by the root of epsilon would be no better.
+  if (tiny_pivots_ == TinyPivots::data) return {pivot_tolerance(), tiny_pivots_, pivot_tolerance()};
+  return pivot_tolerance();
+}
+
+template <class Scalar>
+void MatrixFactors<Scalar>::factor_values(const PivotPolicy& policy) {
   FactorStatus status{};
   const auto factor_progress = [this](double fraction) { phases_.tell("factor", fraction); };
-  phases_.run("factor", [&] { status = numeric_->factor(tolerance, std::ref(factor_progress)); });
+  phases_.run("factor", [&] { status = numeric_->factor(policy, std::ref(factor_progress)); });
   factored_ = true;
   report_.flops_used = {status.getrf, status.trsm, status.gemm};
   report_.perturbed_pivots = static_cast<std::int64_t>(status.perturbed);
@@ -285,12 +304,20 @@ bool MatrixFactors<Scalar>::climb(bool singular) {
   if (report_.single_precision) {
     report_.rung = Rung::full_precision;
     report_.single_precision = false;
+    tiny_pivots_ = TinyPivots::noise;
     replace_numeric();
     return true;
   }
   if (refactored_) {
     report_.rung = Rung::reanalysis;
     rematch();
+    return true;
+  }
+  if (tiny_pivots_ == TinyPivots::noise && report_.perturbed_pivots > 0 &&
+      (!singular || options_.solve.solve_singular)) {
+    report_.rung = Rung::tiny_pivots;
+    tiny_pivots_ = TinyPivots::data;
+    factor_values();
     return true;
   }
   if (singular) return false;
@@ -354,7 +381,7 @@ bool MatrixFactors<Scalar>::strengthen() {
   if (strengthened_ >= options_.factor.max_reanalyses) return false;
   ++strengthened_;
   const double allowed = kGrowth * report_.flops.total() + kFree;
-  factor_values(1.0);
+  factor_values(PivotPolicy(1.0, tiny_pivots_, kBorderThreshold));
   if (report_.perturbed_pivots > 0 && merge_failed_fronts(allowed)) {
     replace_numeric();
     return true;
@@ -386,6 +413,7 @@ void MatrixFactors<Scalar>::replace_numeric() {
 template <class Scalar>
 void MatrixFactors<Scalar>::rematch() {
   refactored_ = drifted_ = false;
+  tiny_pivots_ = TinyPivots::noise;
   ++rematches_;
   phases_.run_analysis("ordering", [&] {
     reanalyze(*analysis_, numeric_->factors().matrix().values, options_.analysis, backend_.assembly_turns(),

@@ -50,8 +50,9 @@ class MatrixFactors {
   ResidentFactors<Scalar>& resident(const char* call) const;
 
   /// The next rung after all that can be done with the present factors: full precision, then a new matching
-  /// and tree for values that have changed since the analysis, then larger pivot blocks wherever the factors
-  /// grow (no help to a singular matrix). False when there is none.
+  /// and tree for values that have changed since the analysis, then perturbed pivots divided by as they are
+  /// (for a singular matrix only with SolveOptions::solve_singular), then larger pivot blocks wherever the
+  /// factors grow (no help to a singular matrix). False when there is none.
   bool climb(bool singular);
 
   /// The last rung, for one right-hand side b: the present values are factored with rows scaled by the size
@@ -85,8 +86,9 @@ class MatrixFactors {
   void refactor_checked(const CsrView<Scalar>& a, bool pattern);
   void factor_other_values(const CsrView<Scalar>& a);
   double pivot_tolerance() const;
-  void factor_values() { factor_values(pivot_tolerance()); }
-  void factor_values(double tolerance);
+  PivotPolicy policy() const;
+  void factor_values();
+  void factor_values(const PivotPolicy& policy);
 
   void enlarge_pivot_blocks();
   bool merge_failed_fronts(double allowed_flops);
@@ -107,8 +109,9 @@ class MatrixFactors {
   bool drifted_ = false;           // solves have become dearer: the next refactor matches anew
   std::int64_t usual_effort_ = 0;  // steps that a solve took for the values of the analysis
   int rematches_ = 0;
-  bool rescaled_ = false;  // the scales are not those of the analysis
-  int strengthened_ = 0;   // rounds of strengthen() for the present values
+  TinyPivots tiny_pivots_ = TinyPivots::noise;  // data: since a factorization perturbed too many to correct
+  bool rescaled_ = false;                       // the scales are not those of the analysis
+  int strengthened_ = 0;                        // rounds of strengthen() for the present values
   bool nonfinite_ = false;
 };
 

@@ -76,11 +76,11 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
     return {values_, row_scale_, column_scale_};
   }
 
-  Factored factor(double tolerance, const std::function<void(double)>& progress) override {
+  Factored factor(const PivotPolicy& policy, const std::function<void(double)>& progress) override {
     pivots_.forget();
     send_matrix();
     done_ = {0, 0, 0};
-    find_factors(tolerance);
+    find_factors(policy);
     FactorStatus status = status_->pivots;
     status.getrf = done_.getrf;
     status.trsm = done_.trsm;
@@ -221,12 +221,12 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   }
 
   // Again where fronts have to be strict, or roots do need pivots.
-  void find_factors(double tolerance) {
+  void find_factors(const PivotPolicy& policy) {
     strict_.begin();
     pivoted_roots_.begin();
     if (!strict_.active()) stages_.forget_strict_fronts();
     for (bool found = false; !found;) {
-      const DeviceStatus& status = launch_factor(tolerance);
+      const DeviceStatus& status = launch_factor(policy);
       found = status.found_strict == 0 && status.pivots_needed == 0;
       if (status.found_strict > 0) {
         strict_.activate();
@@ -244,18 +244,18 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
                                                                      : PivotSearch::not_in_roots;
   }
 
-  const DeviceStatus& launch_factor(double tolerance) {
+  const DeviceStatus& launch_factor(const PivotPolicy& policy) {
     const PivotSearch where = search();
     if (!warm_) {
-      stages_.factor(tolerance, where);
+      stages_.factor(policy, where);
       warm_ = true;
     } else {
-      if (tolerance != graph_tolerance_) {
+      if (!(policy == graph_policy_)) {
         for (Graph& graph : graph_) graph.reset();
-        graph_tolerance_ = tolerance;
+        graph_policy_ = policy;
       }
       Graph& graph = graph_[static_cast<int>(where)];
-      if (!graph.recorded()) graph.record(stream_, [&] { stages_.factor(tolerance, where); });
+      if (!graph.recorded()) graph.record(stream_, [&] { stages_.factor(policy, where); });
       graph.launch(stream_);
     }
     done_.getrf += stages_.flops(where).getrf;
@@ -453,7 +453,7 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   Fallback pivoted_roots_;    // those that the vendor's LAPACK could have are factored by tiles
   Event foreign_;
   Graph graph_[3], solve_graph_[2][3];  // by PivotSearch; by transposed, by width
-  double graph_tolerance_ = 0;
+  PivotPolicy graph_policy_{0.0};
   std::unique_ptr<DeviceArena> vectors_, rhs_, transposed_;
   RowAccess<V> transposed_rows_{};
   Vertex width_ = 0;  // of the vectors

@@ -101,7 +101,7 @@ class DeviceStages {
   /// relative to the largest scaled entry. Unless fronts are strict, which exchange rows that an update works
   /// on, large fronts are updated beside their next panel. `mark`, where given, is called before each launch,
   /// one after the other then, and once at the end.
-  void factor(double tolerance, PivotSearch search, const Mark& mark = {});
+  void factor(const PivotPolicy& policy, PivotSearch search, const Mark& mark = {});
   /// Operations of that (plan/device_flops.hpp).
   const BlockFlops& flops(PivotSearch search) const {
     return flops_[search == PivotSearch::not_in_roots && has_library_roots()].done;
@@ -128,7 +128,7 @@ class DeviceStages {
   void set_kernel_attributes();
   void launch_small_fronts(const std::vector<SmallLaunch>& launches);
   void join_small_fronts(const std::vector<SmallLaunch>& launches);
-  void launch_stages(double tolerance, PivotSearch search, const Mark& mark);
+  void launch_stages(const PivotPolicy& policy, PivotSearch search, const Mark& mark);
   template <class Next>
   void launch_steps(const DepthLaunches& depth, bool look_ahead, const Next& next);
   void launch_roots();

@@ -173,7 +173,6 @@ DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& patter
   store_.pivots_needed = &status_->pivots_needed;
   store_.largest = &status_->largest;
   store_.tile = lists_.tile;
-  store_.tiny = pivot_rule<RealOf<S>>(0, 1).tiny;
   forget_strict_fronts();
   stream_.synchronize();  // copies that failed are told of here
   lists_.entry_place = {};
@@ -310,15 +309,15 @@ void DeviceStages<S, V>::join_small_fronts(const std::vector<SmallLaunch>& launc
 }
 
 template <class S, class V>
-void DeviceStages<S, V>::factor(double tolerance, PivotSearch search, const Mark& mark) {
-  with_sides([&] { launch_stages(tolerance, search, mark); });
+void DeviceStages<S, V>::factor(const PivotPolicy& policy, PivotSearch search, const Mark& mark) {
+  with_sides([&] { launch_stages(policy, search, mark); });
 }
 
 template <class S, class V>
-void DeviceStages<S, V>::launch_stages(double tolerance, PivotSearch search, const Mark& mark) {
+void DeviceStages<S, V>::launch_stages(const PivotPolicy& policy, PivotSearch search, const Mark& mark) {
   const bool look_ahead = search != PivotSearch::strict && !mark;
   const bool library_roots = search == PivotSearch::not_in_roots && has_library_roots();
-  store_.tolerance = tolerance;
+  store_.pivots = pivot_rule<RealOf<S>>(policy, 1);
   stream_.clear(status_, sizeof(DeviceStatus));
   stream_.clear(store_.fronts.shift, plan_.n * static_cast<Offset>(sizeof(S)));
   settle_strict_fronts<<<vector_blocks(plan_.num_fronts), kVectorThreads, 0, stream_.get()>>>(

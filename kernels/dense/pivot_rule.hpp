@@ -8,13 +8,6 @@
 
 namespace mfs {
 
-/// When a pivot is too small, and what takes its place. All are absolute.
-struct PivotRule {
-  double bound = 0;    // below it a pivot is suspect
-  double tiny = 0;     // up to it a pivot may be nothing but rounding
-  double largest = 1;  // what is large in this matrix
-};
-
 /// A suspect pivot is still accepted when it is at least this fraction of what lies below it in the border:
 /// then dividing by it lets nothing grow.
 constexpr double kBorderThreshold = 0.01;
@@ -25,12 +18,49 @@ constexpr double kBorderThreshold = 0.01;
 /// Accepting pivots from 5000 epsilons on let one singular matrix in 25 000 through.
 constexpr double kTinyPivot = 1;
 
+/// What tiny pivots are taken for. There may be too many for the exact correction where A is badly
+/// conditioned as a whole: stiffness of very different size in one node, volume against shape, gradients
+/// under a curl. Then they are divided by, as partial pivoting does, and a probe of the factors finds out
+/// whether A is singular.
+enum class TinyPivots {
+  noise,  // perturbed
+  data,   // accepted; a column that holds nothing gets a pivot of rounding's size, so that the probe sees it
+};
+
+/// What the rule of a factorization is made of: `tolerance` relative to the largest scaled entry, and the
+/// part of its border that a suspect pivot must have to be accepted.
+struct PivotPolicy {
+  PivotPolicy(double tolerance) : tolerance(tolerance) {}  // of noise, as nothing else is said
+  PivotPolicy(double tolerance, TinyPivots tiny, double border_part)
+      : tolerance(tolerance), tiny(tiny), border_part(border_part) {}
+  double tolerance;
+  TinyPivots tiny = TinyPivots::noise;
+  double border_part = kBorderThreshold;
+
+  bool operator==(const PivotPolicy& other) const {
+    return tolerance == other.tolerance && tiny == other.tiny && border_part == other.border_part;
+  }
+};
+
+/// When a pivot is too small, and what takes its place. All sizes are absolute.
+struct PivotRule {
+  double bound = 0;      // below it a pivot is suspect
+  double tiny = 0;       // up to it a pivot may be nothing but rounding
+  double dependent = 1;  // what it becomes where its column holds nothing but rounding
+  double border_part = kBorderThreshold;
+
+  KOKKOS_INLINE_FUNCTION PivotRule times(double largest) const {
+    return {bound * largest, tiny * largest, dependent * largest, border_part};
+  }
+};
+
 /// The rule for factors of Real.
 template <class Real>
-PivotRule pivot_rule(double tolerance, double largest) {
-  return {tolerance * largest,
-          kTinyPivot * std::sqrt(static_cast<double>(std::numeric_limits<Real>::epsilon())) * largest,
-          largest};
+PivotRule pivot_rule(const PivotPolicy& policy, double largest) {
+  const double epsilon = std::numeric_limits<Real>::epsilon();
+  const bool noise = policy.tiny == TinyPivots::noise;
+  const double tiny = noise ? kTinyPivot * std::sqrt(epsilon) : epsilon;
+  return PivotRule{policy.tolerance, tiny, noise ? 1 : epsilon, policy.border_part}.times(largest);
 }
 
 /// A column whose border is below this many times `tiny` holds nothing but rounding there.
@@ -39,12 +69,12 @@ constexpr double kEmptyBorder = 10;
 /// Whether a pivot of this size below the bound stays as it is. `border`: the largest entry of its column in
 /// the border.
 KOKKOS_INLINE_FUNCTION bool is_accepted(double size, double border, const PivotRule& rule) {
-  return size > rule.tiny && size >= kBorderThreshold * border;
+  return size > rule.tiny && size >= rule.border_part * border;
 }
 /// The size that it gets where it does not.
 KOKKOS_INLINE_FUNCTION double size_instead(double size, double border, const PivotRule& rule) {
   const bool dependent = size <= rule.tiny && border <= kEmptyBorder * rule.tiny;
-  return dependent ? rule.largest : rule.bound;
+  return dependent ? rule.dependent : rule.bound;
 }
 
 template <class S>

@@ -73,17 +73,17 @@ class PortableFactors final : public Factors<Value> {
   HostMatrix<Value> matrix() override { return {values_, row_scale_, column_scale_}; }
 
   // Again where fronts have to be strict.
-  Factored factor(double tolerance, const std::function<void(double)>& progress) override {
+  Factored factor(const PivotPolicy& policy, const std::function<void(double)>& progress) override {
     const CallerScope callers(threads_);
     pivots_.forget();
     send_matrix();
     strict_.begin();
     if (!strict_.active()) stages_.forget_strict_fronts();
-    Status status = launch_factor(tolerance, progress);
+    Status status = launch_factor(policy, progress);
     int passes = 1;
     for (; status.found_strict > 0; ++passes) {
       strict_.activate();
-      status = launch_factor(tolerance, progress);
+      status = launch_factor(policy, progress);
     }
     strict_.end();
     if (progress) progress(1.0);
@@ -196,10 +196,10 @@ class PortableFactors final : public Factors<Value> {
   }
 
   // Where launches return when their work is done, progress is told after each depth.
-  Status launch_factor(double tolerance, const std::function<void(double)>& progress) {
+  Status launch_factor(const PivotPolicy& policy, const std::function<void(double)>& progress) {
     const double total = plan_->flops.total();
     double done = 0;
-    stages_.factor(tolerance, [&]([[maybe_unused]] Vertex step) {
+    stages_.factor(policy, [&]([[maybe_unused]] Vertex step) {
       if constexpr (kOnHost<Exec>) {
         if (!progress || !(total > 0)) return;
         for (Vertex f = plan_->depth_begin[step]; f < plan_->depth_begin[step + 1]; ++f)

@@ -165,7 +165,6 @@ class PortableStages {
     store_.fronts.n = plan_.n;
     store_.fronts.max_block_size = plan_.max_block_size;
     store_.fronts.status = nullptr;
-    store_.tiny = pivot_rule<RealOf<S>>(0, 1).tiny;
     forget_strict_fronts();
     queue_.wait();
   }
@@ -180,11 +179,11 @@ class PortableStages {
     queue_.fill(store_.strict, 0, plan_.num_fronts * static_cast<Offset>(sizeof(int)));
   }
 
-  /// Launches all stages for what is in the store's matrix_values. `tolerance` of pivots is relative to the
+  /// Launches all stages for what is in the store's matrix_values. The tolerance of pivots is relative to the
   /// largest scaled entry. Calls after_depth(step) when the fronts of a depth have been launched.
   template <class After>
-  void factor(double tolerance, const After& after_depth) {
-    begin(tolerance);
+  void factor(const PivotPolicy& policy, const After& after_depth) {
+    begin(policy);
     largest_scaled_entry(queue_.exec(), store_.fronts, &store_.status->largest);
     for (Vertex step = 0; step < plan_.num_depths; ++step) {
       factor_depth(step, Stages());
@@ -192,8 +191,8 @@ class PortableStages {
     }
   }
   /// What factor() does before the first depth, but for the largest entry.
-  void begin(double tolerance) {
-    store_.tolerance = tolerance;
+  void begin(const PivotPolicy& policy) {
+    store_.pivots = pivot_rule<RealOf<S>>(policy, 1);
     queue_.fill(store_.status, 0, sizeof(Status));
     queue_.fill(store_.displacement, 0, plan_.n * static_cast<Offset>(sizeof(Vertex)));
     settle_strict_fronts(queue_.exec(), plan_.num_fronts, store_.strict);

@@ -37,8 +37,7 @@ struct Store {
   FrontStore<S, V> fronts;
 
   int* strict;       // by front: 0, kStrict or kBecomesStrict
-  double tolerance;  // of pivots, relative to the largest scaled entry
-  double tiny;
+  PivotRule pivots;  // relative to the largest scaled entry
   Status* status;
 
   const Vertex* entry_place;
@@ -46,13 +45,7 @@ struct Store {
   Vertex *move_to, *move_from;  // 2 n
   Vertex* move_count;           // n, at the first position of each step
 
-  KOKKOS_INLINE_FUNCTION PivotRule rule() const {
-    PivotRule rule;
-    rule.bound = tolerance * status->largest;
-    rule.tiny = tiny * status->largest;
-    rule.largest = status->largest;
-    return rule;
-  }
+  KOKKOS_INLINE_FUNCTION PivotRule rule() const { return pivots.times(status->largest); }
   KOKKOS_INLINE_FUNCTION bool is_strict(Vertex f) const { return strict[f] == kStrict; }
   KOKKOS_INLINE_FUNCTION void make_strict(Vertex f) const {
     if (Kokkos::atomic_compare_exchange(strict + f, 0, kBecomesStrict) == 0)

@@ -49,12 +49,12 @@ class HostFactors final : public Factors<Value> {
     return {store_.matrix_values, store_.row_scale, store_.column_scale};
   }
 
-  Factored factor(double tolerance, const std::function<void(double)>& progress) override {
+  Factored factor(const PivotPolicy& policy, const std::function<void(double)>& progress) override {
     const blas::SequentialScope sequential(workers_.count());
     *store_.status = FactorStatus();
     double largest = 0;
     largest_scaled_entry(exec_, store_, &largest);
-    const PivotRule rule = pivot_rule<RealOf<Scalar>>(tolerance, largest);
+    const PivotRule rule = pivot_rule<RealOf<Scalar>>(policy, largest);
     const double total = plan_->flops.total();
     factor_depths(exec_, workers_, store_, schedule_.data(), schedule_.size(), rule, Stages(),
                   [&](std::size_t) {

@@ -34,6 +34,8 @@ std::string json_line(const CaseResult& result) {
   json["perturbed_pivots"] = report.perturbed_pivots;
   json["krylov_steps"] = report.krylov_steps;
   json["corrected_pivots"] = report.corrected_pivots;
+  json["dependent_rows"] = report.dependent_rows;
+  json["singularity"] = report.singularity;
   json["reanalyses"] = report.reanalyses;
   json["rung"] = rung_name(report.rung);
   json["time_ladder"] = report.time_ladder;

@@ -64,6 +64,8 @@ void add_solve_options(CLI::App& app, Command& command) {
       ->type_name("K")
       ->check(CLI::Range(std::int64_t{1}, std::int64_t{2147483647}));
   app.add_flag("--transpose", request.transpose, "solve A^T x = b");
+  app.add_flag("--singular", request.options.solve.solve_singular,
+               "return a solution that reaches the tolerance also where A is singular to working precision");
   add_analysis_options(app, command);
   mfs::program::add_backend(app, request.options.backend, "serial, openmp (default), cuda or kokkos");
   app.add_option("--refactor", request.refactor, "factor again K times and report the least time")

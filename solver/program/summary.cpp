@@ -64,6 +64,8 @@ void examination_lines(Text& text, const CaseResult& r) {
 
 // What the solution took beyond one pass over the first factors.
 void ladder_line(Text& text, const Report& report) {
+  if (report.dependent_rows > 0)
+    line(text, "singular", "to working precision: some z has |A z| = {:.1e} | |A||z| |", report.singularity);
   if (report.rung == Rung::factors && report.reanalyses == 0 && !report.single_precision) return;
   line(text, "accuracy by", "{}, {:.3f} s; {}, {}, {} in {:.3f} s, {} precision factors",
        rung_name(report.rung), report.time_ladder, count(report.krylov_steps, "FGMRES step", "FGMRES steps"),

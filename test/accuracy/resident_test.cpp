@@ -30,8 +30,8 @@ class CountingFactors final : public Factors<double>, public ResidentFactors<dou
   double* row_scale() override { return factors_->row_scale(); }
   double* column_scale() override { return factors_->column_scale(); }
   HostMatrix<double> matrix() override { return factors_->matrix(); }
-  Factored factor(double tolerance, const std::function<void(double)>& progress) override {
-    return factors_->factor(tolerance, progress);
+  Factored factor(const PivotPolicy& policy, const std::function<void(double)>& progress) override {
+    return factors_->factor(policy, progress);
   }
   void apply_inverse(const double* from, double* to, Vertex columns, bool transposed) override {
     if (std::equal(b_.begin(), b_.end(), from)) ++counts_.inverses_of_b;

@@ -6,10 +6,11 @@
 //     double; "singular" is never said of the latter. UMFPACK's figure is printed beside it: it depends on
 //     the scaling, and takes the Hilbert matrix of order 12 (1e-16) for a regular one.
 //
-//   test_adversarial [COUNT [FIRST_SEED [cuda]]]
+//   test_adversarial [COUNT [FIRST_SEED [engineering] [cuda]]]
 //
-// takes the two backends of the host by turns, or the device, and prints the seed of each failure and a table
-// by kind. Unproved: refused, and the reference has no inverse to hold against it.
+// takes the two backends of the host by turns, or the device, and matrices of either header, and prints the
+// seed of each failure and a table by kind. Unproved: refused, and the reference has no inverse to hold
+// against it.
 #include <umfpack.h>
 
 #include <algorithm>
@@ -22,6 +23,7 @@
 #include <mfs/mfs.hpp>
 
 #include "test/adversarial/best_condition.hpp"
+#include "test/adversarial/engineering_matrices.hpp"
 #include "test/adversarial/hard_matrices.hpp"
 #include "test/reference/random.hpp"
 
@@ -80,8 +82,7 @@ void check_refusal(const HardMatrix& hard, const std::vector<double>& b, const m
               condition.beyond_range ? ", not solvable in double precision" : "", error.what());
 }
 
-void check_answer(std::uint64_t seed, mfs::Backend backend, Tally& tally) {
-  const HardMatrix hard = mfs::test::hard_matrix(seed);
+void check_answer(const HardMatrix& hard, std::uint64_t seed, mfs::Backend backend, Tally& tally) {
   const std::vector<double> b = right_hand_side(hard, seed);
   std::vector<double> x(b.size(), 0.0);
   mfs::Options options;
@@ -110,9 +111,13 @@ void check_answer(std::uint64_t seed, mfs::Backend backend, Tally& tally) {
 int main(int argc, char** argv) {
   const std::uint64_t count = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 400;
   const std::uint64_t first = argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 1;
-  const bool on_device = argc > 3;
-  if (on_device && std::string(argv[3]) != "cuda") {
-    std::fprintf(stderr, "%s: no backend to choose but cuda\n", argv[3]);
+  bool on_device = false, engineering = false;
+  for (int i = 3; i < argc; ++i) {
+    const std::string word = argv[i];
+    on_device |= word == "cuda";
+    engineering |= word == "engineering";
+    if (word == "cuda" || word == "engineering") continue;
+    std::fprintf(stderr, "%s: neither cuda nor engineering\n", argv[i]);
     return 2;
   }
   std::printf("%lu adversarial matrices from seed %lu\n", static_cast<unsigned long>(count),
@@ -120,10 +125,10 @@ int main(int argc, char** argv) {
   std::map<std::string, Tally> kinds;
   int bad = 0;
   for (std::uint64_t seed = first; seed < first + count; ++seed) {
-    const std::string name = mfs::test::hard_matrix(seed).name;
-    Tally& tally = kinds[name.substr(0, name.rfind(", seed"))];
+    const HardMatrix hard = engineering ? mfs::test::engineering_matrix(seed) : mfs::test::hard_matrix(seed);
+    Tally& tally = kinds[hard.name.substr(0, hard.name.rfind(", seed"))];
     const int before = tally.wrong + tally.refused_regular;
-    check_answer(seed,
+    check_answer(hard, seed,
                  on_device  ? mfs::Backend::cuda
                  : seed % 2 ? mfs::Backend::serial
                             : mfs::Backend::openmp,

@@ -50,14 +50,13 @@ class PerturbationTest : public testing::Test {
   struct Lone {
     double pivot, border, shift;
   };
-  void expect_shifts(const std::vector<Lone>& cases) {
+  void expect_shifts(const std::vector<Lone>& cases, const PivotRule& rule = {kBound, kTiny, kLargest}) {
     for_each_way([&](Path path, int threads) {
       for (const Lone& lone : cases) {
         SCOPED_TRACE("pivot " + std::to_string(lone.pivot) + ", border " + std::to_string(lone.border));
         const StageProblem<double> problem =
             two_fronts(1, 1, {{0, 0, lone.pivot}, {1, 0, lone.border}, {0, 1, 0.0}, {1, 1, 1.0}}, 64);
-        const FactoredFronts<double> result =
-            factored<typename Tested::Exec>(problem, path, threads, {kBound, kTiny, kLargest});
+        const FactoredFronts<double> result = factored<typename Tested::Exec>(problem, path, threads, rule);
         EXPECT_EQ(result.shift[0][0], lone.shift);
         EXPECT_EQ(result.status.perturbed, lone.shift == 0 ? 0u : 1u);
         expect_exact_factors(problem, result);
@@ -94,6 +93,19 @@ TYPED_TEST(PerturbationTest, SuspectPivotIsJudgedByItsBorder) {
                        {suspect, 101 * suspect, kBound - suspect},
                        {-suspect, 1.0, suspect - kBound},
                        {kTiny * 1.001, 50 * kTiny, 0.0}});
+}
+
+// Down to the border's part, and never replaced by more than rounding where their columns hold nothing.
+TYPED_TEST(PerturbationTest, TinyPivotsThatAreDataAreDividedBy) {
+  constexpr double kPart = 0x1p-26, rounding = 0x1p-52 * kLargest, bound = kPart * kLargest;
+  this->expect_shifts({{0x1p-40, 0.0, 0.0},
+                       {0x1p-40, 0x1p-14, 0.0},
+                       {-0x1p-40, 0x1p-13, 0x1p-40 - bound},
+                       {1.5 * rounding, 0.0, 0.0},
+                       {-rounding / 2, 0.0, -rounding / 2},
+                       {0.0, 0.0, rounding},
+                       {0.0, 1.0, bound}},
+                      pivot_rule<double>(PivotPolicy(kPart, TinyPivots::data, kPart), kLargest));
 }
 
 // The border as it is once the columns before are eliminated, not as it was assembled:

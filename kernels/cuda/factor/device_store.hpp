@@ -16,9 +16,8 @@ struct DeviceStore {
   int* found_strict;      // fronts that became strict in this factorization
   int* pivots_needed;     // whether a root of this factorization should have been searched for pivots
   const double* largest;  // scaled entry of the matrix
-  double tolerance;       // of pivots, relative to it
-  double tiny;
-  int tile;  // pivots of a diagonal tile, at most kTile<S>
+  PivotRule pivots;       // relative to it
+  int tile;               // pivots of a diagonal tile, at most kTile<S>
 
   const Vertex *small_fronts, *tiny_fronts;
   const AssemblyPart* assemble;
@@ -32,13 +31,7 @@ struct DeviceStore {
   const Vertex* child_row;
   const Vertex* entry_place;
 
-  __device__ PivotRule rule() const {
-    PivotRule rule;
-    rule.bound = tolerance * *largest;
-    rule.tiny = tiny * *largest;
-    rule.largest = *largest;
-    return rule;
-  }
+  __device__ PivotRule rule() const { return pivots.times(*largest); }
   __device__ bool is_strict(Vertex f) const { return strict[f] == kStrict; }
   __device__ void make_strict(Vertex f) const {
     if (atomicCAS(strict + f, 0, kBecomesStrict) == 0) atomicAdd(found_strict, 1);

@@ -8,9 +8,9 @@
 
 namespace mfs {
 
-/// Where the numeric phases run: one thread of the host, its threads, an NVIDIA GPU, or (kokkos) the execution
-/// space that the Kokkos inside the library has by default, a device where it was built for one, by kernels
-/// that are one source for all spaces.
+/// Where the numeric phases run: one thread of the host, its threads, an NVIDIA GPU, or (kokkos) the
+/// execution space that the Kokkos inside the library has by default, a device where it was built for one, by
+/// kernels that are one source for all spaces.
 enum class Backend { serial, openmp, cuda, kokkos };
 
 /// "serial", "openmp", "cuda", "kokkos"; "unknown" for any other value.
@@ -30,8 +30,8 @@ inline const char* backend_name(Backend backend) {
 
 /// Precision of the factors. Factors of `single` precision take half the memory and less time in a double
 /// precision solver. Every solution is refined to the same tolerance. Where that is not reached, the matrix
-/// is factored again in full precision. `automatic` is `single` on a device whose double precision is more than
-/// kSlowDouble times as slow (DeviceInfo::precision), else `full`.
+/// is factored again in full precision. `automatic` is `single` on a device whose double precision is more
+/// than kSlowDouble times as slow (DeviceInfo::precision), else `full`.
 enum class Precision { automatic, full, single };
 constexpr int kSlowDouble = 8;
 
@@ -71,6 +71,10 @@ struct SolveOptions {
   /// others, as Newton's method needs none in corrections: rows that hold only such unknowns then fail no
   /// solve.
   double row_floor = 0.0;
+  /// Where the matrix is singular to working precision, solve throws SingularMatrix. With this it returns a
+  /// solution whose backward error reaches the tolerance all the same, if one is found, and
+  /// Report::singularity tells: the exact solution of a system as near as rounding, but not the only one.
+  bool solve_singular = false;
 };
 
 /// The phase that runs ("matching", "ordering", "symbolic", "factor", "solve"), and the fraction of it that

@@ -46,6 +46,7 @@ enum class Rung {
   krylov,          ///< FGMRES with the factors as preconditioner
   full_precision,  ///< factors of full precision in place of those of single precision
   reanalysis,      ///< a new matching and tree for values that have changed since the analysis
+  tiny_pivots,     ///< perturbed pivots divided by as they are, though they may be rounding
   larger_blocks,   ///< larger pivot blocks wherever the factors grow
   rescaling,       ///< rows scaled by the size that the residual is measured by, for each right-hand side
 };
@@ -65,6 +66,8 @@ inline const char* rung_name(Rung rung) {
       return "full_precision";
     case Rung::reanalysis:
       return "reanalysis";
+    case Rung::tiny_pivots:
+      return "tiny_pivots";
     case Rung::larger_blocks:
       return "larger_blocks";
     case Rung::rescaling:
@@ -111,7 +114,12 @@ struct Report {
   int refinement_steps = 0;           ///< of iterative refinement, the most of any block of columns
   int krylov_steps = 0;               ///< of FGMRES, the same
   std::int64_t corrected_pivots = 0;  ///< perturbed pivots taken back by an exact low-rank correction
-  double backward_error = 0;          ///< componentwise (SolveOptions), the worst of the last solve's columns
+  /// Above 0 only with SolveOptions::solve_singular: the matrix is singular to working precision, so many
+  /// rows were found to depend on the others, and some z has |A z| = singularity * | |A||z| | (maximum norms
+  /// in scaled rows).
+  std::int64_t dependent_rows = 0;
+  double singularity = 0;
+  double backward_error = 0;  ///< componentwise (SolveOptions), the worst of the last solve's columns
 };
 
 }  // namespace mfs

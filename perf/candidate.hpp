@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include <mfs/options.hpp>
+
 #include "cases/families.hpp"
 
 namespace mfs::perf {
@@ -55,9 +57,8 @@ class Candidate {
   virtual std::int64_t caller_bytes(int columns) const = 0;
 };
 
-enum class Place { host, device };
-
-/// MFS by its public class, on OpenMP or CUDA. `system` must outlive it.
-std::unique_ptr<Candidate> make_mfs(const System& system, Place place, int threads);
+/// MFS by its public class; where its factors lie on a device, values and vectors of the caller do, too.
+/// `system` must outlive it.
+std::unique_ptr<Candidate> make_mfs(const System& system, Backend backend, int threads);
 
 }  // namespace mfs::perf

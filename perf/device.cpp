@@ -1,11 +1,14 @@
 // MFS beside cuDSS on one device: for each FAMILY:SIZE or file both solvers go through all phases, one after
 // the other on the same matrix, and each leaves a JSON line (times in s, memory in bytes); a third line has
-// MFS' figures over cuDSS'. perf/device runs this with all it needs.
+// MFS' figures over cuDSS'. MFS may run by several backends, each as if it were another solver. perf/device
+// runs this with all it needs.
 //
-//   perf_device --cudss DIR elas3d:40 poisson2d:1000 my_matrix.mtx.gz
+//   perf_device --cudss DIR --backend cuda,kokkos elas3d:40 poisson2d:1000 my_matrix.mtx.gz
 #include <CLI/CLI.hpp>
 
 #include <cstdio>
+#include <sstream>
+#include <stdexcept>
 
 #include <mfs/mfs.hpp>
 
@@ -28,9 +31,30 @@ struct Arguments {
 };
 
 struct Entrant {
-  std::string name;
+  std::string name, backend;
   MakeCandidate make;
 };
+
+mfs::Backend backend_of(const std::string& name) {
+  for (const mfs::Backend backend : {mfs::Backend::openmp, mfs::Backend::cuda, mfs::Backend::kokkos}) {
+    if (name == mfs::backend_name(backend)) return backend;
+  }
+  throw std::invalid_argument("--backend: '" + name + "' is none of openmp, cuda and kokkos");
+}
+
+std::vector<Entrant> entrants_of(const Arguments& arguments) {
+  std::vector<Entrant> entrants;
+  std::istringstream names(arguments.backend);
+  for (std::string name; std::getline(names, name, ',');) {
+    const mfs::Backend backend = backend_of(name);
+    entrants.push_back({"mfs", name, [backend, &arguments](const System& system) {
+                          return make_mfs(system, backend, arguments.threads);
+                        }});
+  }
+  if (!arguments.cudss.empty())
+    entrants.push_back({"cudss", arguments.backend, load_cudss(arguments.cudss, arguments.threads)});
+  return entrants;
+}
 
 void print(const Json& json) {
   std::printf("%s\n", json.dump(-1, ' ', false, Json::error_handler_t::replace).c_str());
@@ -62,7 +86,7 @@ bool run_case(const std::string& name, const std::vector<Entrant>& entrants, con
       Json line = head;
       line.update({{"solver", entrant.name},
                    {"device", device_name()},
-                   {"backend", arguments.backend},
+                   {"backend", entrant.backend},
                    {"threads", arguments.threads},
                    {"repeat", arguments.repeat},
                    {"n", system.a.n},
@@ -72,10 +96,11 @@ bool run_case(const std::string& name, const std::vector<Entrant>& entrants, con
       print(line);
       solved = solved && results.back()["status"] == "solved";
     }
-    if (results.size() == 2 && solved) {
+    if (entrants.back().name != "cudss" || !solved) continue;
+    for (std::size_t i = 0; i + 1 < results.size(); ++i) {
       Json line = head;
-      line["ratio"] = entrants[0].name + "/" + entrants[1].name;
-      line.update(ratios(results[0], results[1]));
+      line.update({{"ratio", entrants[i].name + "/cudss"}, {"backend", entrants[i].backend}});
+      line.update(ratios(results[i], results.back()));
       print(line);
     }
   }
@@ -85,10 +110,7 @@ bool run_case(const std::string& name, const std::vector<Entrant>& entrants, con
 // Whether every case was solved.
 bool run(const Arguments& arguments) {
   for (const std::string& name : arguments.cases) mfs::io::check_bench_case(name);
-  const Place place = arguments.backend == "cuda" ? Place::device : Place::host;
-  std::vector<Entrant> entrants{
-      {"mfs", [&](const System& system) { return make_mfs(system, place, arguments.threads); }}};
-  if (!arguments.cudss.empty()) entrants.push_back({"cudss", load_cudss(arguments.cudss, arguments.threads)});
+  const std::vector<Entrant> entrants = entrants_of(arguments);
   // The first use of a device makes its context and loads kernels: not part of any case.
   for (const Entrant& entrant : entrants)
     measure(entrant.make, make_system("elas3d:8", arguments.threads), 1);
@@ -106,7 +128,8 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--cudss", arguments.cudss,
                  "folder of libcudss.so and its threading layer; without it MFS runs alone");
-  app.add_option("--backend", arguments.backend, "where MFS runs")->check(CLI::IsMember({"cuda", "openmp"}));
+  app.add_option("--backend", arguments.backend,
+                 "where MFS runs: cuda, kokkos, openmp, or several with commas");
   app.add_option("--threads", arguments.threads, "host threads of both")->check(CLI::PositiveNumber);
   app.add_option("--repeat", arguments.repeat, "refactorizations and solves that are timed")
       ->check(CLI::PositiveNumber);

@@ -10,17 +10,17 @@
 namespace mfs::perf {
 namespace {
 
-Options options_for(Place place, int threads) {
+Options options_for(Backend backend, int threads) {
   Options options;
   options.threads = threads;
-  if (place == Place::device) options.backend = Backend::cuda;
+  options.backend = backend;
   return options;
 }
 
 class MfsCandidate : public Candidate {
  public:
-  MfsCandidate(const System& system, Place place, int threads)
-      : system_(system), solver_(options_for(place, threads)), x_(system.b.size()) {}
+  MfsCandidate(const System& system, Backend backend, int threads)
+      : system_(system), solver_(options_for(backend, threads)), x_(system.b.size()) {}
 
   AnalysisTime analyze() override {
     solver_.analyze(view());
@@ -64,8 +64,8 @@ class MfsCandidate : public Candidate {
 // Values, right-hand sides and solutions in the memory of the device, as for the others.
 class MfsResident final : public MfsCandidate {
  public:
-  MfsResident(const System& system, int threads)
-      : MfsCandidate(system, Place::device, threads),
+  MfsResident(const System& system, Backend backend, int threads)
+      : MfsCandidate(system, backend, threads),
         values_(system.a.values),
         b_(system.b),
         x_(system.b.size()),
@@ -96,11 +96,12 @@ class MfsResident final : public MfsCandidate {
 
 }  // namespace
 
-std::unique_ptr<Candidate> make_mfs(const System& system, Place place, int threads) {
+std::unique_ptr<Candidate> make_mfs(const System& system, Backend backend, int threads) {
 #ifdef MFS_CUDA
-  if (place == Place::device) return std::make_unique<MfsResident>(system, threads);
+  if (backend_info(backend).memory == MemorySpace::device)
+    return std::make_unique<MfsResident>(system, backend, threads);
 #endif
-  return std::make_unique<MfsCandidate>(system, place, threads);
+  return std::make_unique<MfsCandidate>(system, backend, threads);
 }
 
 }  // namespace mfs::perf

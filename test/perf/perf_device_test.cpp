@@ -44,11 +44,23 @@ TEST(PerfDevice, RoundsTakeTurns) {
   EXPECT_EQ(lines[1]["round"], 2);
 }
 
+TEST(PerfDevice, BackendsTakeTurns) {
+  const ProgramRun run = shell(kDevice + "--backend openmp,kokkos --repeat 1 poisson2d:8");
+  ASSERT_EQ(run.code, 0) << run.err;
+  const std::vector<nlohmann::json> lines = json_lines(run.out);
+  ASSERT_EQ(lines.size(), 2u);
+  EXPECT_EQ(lines[0]["backend"], "openmp");
+  EXPECT_EQ(lines[1]["backend"], "kokkos");
+}
+
 TEST(PerfDevice, RefusesWhatItCannotRun) {
   ProgramRun run = shell(kDevice + "--backend openmp poisson2d:8 poisson2d:ten");
   EXPECT_EQ(run.code, 2);
   EXPECT_EQ(run.out, "");  // before any work
   EXPECT_THAT(run.err, HasSubstr("poisson2d:ten"));
+  run = shell(kDevice + "--backend openmp,host poisson2d:8");
+  EXPECT_EQ(run.code, 2);
+  EXPECT_THAT(run.err, HasSubstr("'host'"));
   run = shell(kDevice + "--backend openmp nothing:3");
   EXPECT_EQ(run.code, 2);
   EXPECT_THAT(run.err, HasSubstr("nothing:3"));

@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <thread>
 
 #include <fmt/format.h>
 
 #include <mfs/error.hpp>
+#include <mfs/threads.hpp>
 
 #include "dae/program/alignment.hpp"
 
@@ -119,7 +119,7 @@ std::vector<std::string> correction_notes(const MultibodyModel& model, const Sta
 ResultFiles::ResultFiles(const MultibodyModel& model, const std::string& folder, int threads)
     : model_(model),
       folder_(made(folder)),
-      threads_(threads > 0 ? threads : static_cast<int>(std::max(std::thread::hardware_concurrency(), 1U))),
+      threads_(threads > 0 ? threads : default_threads()),
       chosen_(chosen_quantities(model)),
       along_steps_(
           std::any_of(chosen_.begin(), chosen_.end(), [](const Quantity& q) { return q.along_steps; })),

@@ -1,10 +1,10 @@
 // From a file to a matrix: header, entries, assembly.
 #include <algorithm>
 #include <limits>
-#include <thread>
 #include <utility>
 
 #include <mfs/error.hpp>
+#include <mfs/threads.hpp>
 
 #include "solver/program/matrix_market.hpp"
 #include "solver/program/matrix_market_entries.hpp"
@@ -156,8 +156,7 @@ Content read_content(const HeaderAndRest& top, BlockReader& blocks, const std::s
 }
 
 int threads_to_use(int asked) {
-  const int offered = static_cast<int>(std::thread::hardware_concurrency());
-  return std::clamp(asked > 0 ? asked : offered, 1, kMostThreads);
+  return std::clamp(asked > 0 ? asked : default_threads(), 1, kMostThreads);
 }
 
 template <class Open>

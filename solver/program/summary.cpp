@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <iterator>
-#include <thread>
 
 #include <fmt/format.h>
 
+#include <mfs/threads.hpp>
 #include <mfs/version.hpp>
 
 #include "parts/comma_list.hpp"
@@ -141,7 +141,7 @@ std::string library_summary() {
   line(text, "mfs", "{}", version());
   line(text, "backends", "{}", usable_backends());
   for (const DeviceInfo& device : devices()) text.append(device_summary(device));
-  line(text, "threads", "{}", std::max(1u, std::thread::hardware_concurrency()));
+  line(text, "threads", "{}", default_threads());
   for (const LibraryInfo& library : libraries()) line(text, library.name.c_str(), "{}", library.version);
   return fmt::to_string(text);
 }

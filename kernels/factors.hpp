@@ -5,6 +5,7 @@
 #include <complex>
 #include <functional>
 #include <memory>
+#include <vector>
 
 #include <mfs/error.hpp>
 
@@ -34,6 +35,8 @@ struct Planned {
   BlockFlops flops{0, 0, 0};  // of one factorization
   /// Once. Throws OutOfMemory, std::bad_alloc.
   std::function<std::unique_ptr<Product>()> make;
+  /// The operations by step of the plan; empty where they are those of its blocks.
+  std::vector<BlockFlops> step_flops{};
 };
 
 /// What factor() did, and the largest scaled entry of the matrix.

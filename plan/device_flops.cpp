@@ -6,6 +6,12 @@ namespace mfs {
 
 namespace {
 
+void add_to(BlockFlops& sum, const BlockFlops& flops) {
+  sum.getrf += flops.getrf;
+  sum.trsm += flops.trsm;
+  sum.gemm += flops.gemm;
+}
+
 /// One use: adds up launch after launch.
 class Count {
  public:
@@ -14,7 +20,7 @@ class Count {
   void add(const SmallLaunch& launch) {
     for (Offset i = launch.fronts.begin; i < launch.fronts.end; ++i) {
       const Vertex f = lists_.small_fronts[i];
-      add(block_flops(plan_.pivots(f), plan_.border_rows(f)));
+      add_to(sum_.done, block_flops(plan_.pivots(f), plan_.border_rows(f)));
     }
   }
   void add(const Launch& launch) {
@@ -39,11 +45,6 @@ class Count {
   const DeviceFlops& sum() const { return sum_; }
 
  private:
-  void add(const BlockFlops& flops) {
-    sum_.done.getrf += flops.getrf;
-    sum_.done.trsm += flops.trsm;
-    sum_.done.gemm += flops.gemm;
-  }
   Vertex pivots(const StepTask& task) const {
     return std::min(lists_.tile, plan_.pivots(task.front) - task.k);
   }
@@ -67,8 +68,9 @@ class Count {
 }  // namespace
 
 DeviceFlops count_flops(const SymbolicPlan& plan, const DevicePlan& lists, bool library_roots) {
-  Count count(plan, lists);
+  DeviceFlops all;
   for (const DepthLaunches& depth : lists.depths) {
+    Count count(plan, lists);
     for (const SmallLaunch& launch : depth.small) count.add(launch);
     const bool by_library = library_roots && !lists.roots.empty() && &depth == &lists.depths.back();
     if (by_library) {
@@ -77,8 +79,12 @@ DeviceFlops count_flops(const SymbolicPlan& plan, const DevicePlan& lists, bool 
       for (const Launch& launch : depth.factor) count.add(launch);
     }
     for (const Launch& launch : depth.update) count.add(launch);
+    const DeviceFlops& of_depth = count.sum();
+    add_to(all.done, of_depth.done);
+    all.padding += of_depth.padding;
+    all.steps.push_back(of_depth.done);
   }
-  return count.sum();
+  return all;
 }
 
 }  // namespace mfs

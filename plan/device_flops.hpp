@@ -8,7 +8,8 @@ namespace mfs {
 
 struct DeviceFlops {
   BlockFlops done{0, 0, 0};
-  double padding = 0;  // more that products spend on rows which only align the next column
+  double padding = 0;             // more that products spend on rows which only align the next column
+  std::vector<BlockFlops> steps;  // those done, by step of the plan
 };
 
 /// Of one factorization: the LU of diagonal tiles, the strips beside them, and products; of a small front

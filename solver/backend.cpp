@@ -102,7 +102,8 @@ class CudaBackend final : public BackendFor<Scalar> {
                                       std::shared_ptr<const Pattern> pattern, int) const override {
     const Planned<Factors<Scalar>> factors = cuda::plan_cuda_factors<Scalar>(single_precision, plan, pattern);
     return {factors.bytes, factors.flops,
-            [=] { return make_factorization<Scalar>(HostSpace::openmp, factors.make(), plan, pattern); }};
+            [=] { return make_factorization<Scalar>(HostSpace::openmp, factors.make(), plan, pattern); },
+            factors.step_flops};
   }
 };
 
@@ -135,12 +136,14 @@ class PortableBackend final : public BackendFor<Scalar> {
         portable::plan_portable_factors<Scalar>(single_precision, plan, pattern, threads);
     NumericBytes bytes = factors.bytes;
     if (portable::on_host()) bytes.solve += ladder_bytes(plan->n, sizeof(Scalar), 1);
-    return {bytes, factors.flops, [=] {
+    return {bytes, factors.flops,
+            [=] {
               const auto needed = static_cast<std::size_t>(bytes.total());
               const std::size_t available = available_memory();
               if (needed > available) throw OutOfMemory(info().memory, needed, available);
               return make_factorization<Scalar>(HostSpace::openmp, factors.make(), plan, pattern);
-            }};
+            },
+            factors.step_flops};
   }
 };
 

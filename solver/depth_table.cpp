@@ -4,7 +4,7 @@
 
 namespace mfs {
 
-std::vector<DepthSummary> depth_table(const SymbolicPlan& plan) {
+std::vector<DepthSummary> depth_table(const SymbolicPlan& plan, const std::vector<BlockFlops>& step_flops) {
   std::vector<DepthSummary> table;
   for (Vertex depth = 0; depth < plan.num_depths; ++depth) {
     const Vertex step = plan.num_depths - 1 - depth;
@@ -21,6 +21,10 @@ std::vector<DepthSummary> depth_table(const SymbolicPlan& plan) {
       row.flops.getrf += flops.getrf;
       row.flops.trsm += flops.trsm;
       row.flops.gemm += flops.gemm;
+    }
+    if (!step_flops.empty()) {
+      const BlockFlops& own = step_flops[static_cast<std::size_t>(step)];
+      row.flops = {own.getrf, own.trsm, own.gemm};
     }
   }
   return table;

@@ -9,7 +9,7 @@
 
 namespace mfs {
 
-/// Root first.
-std::vector<DepthSummary> depth_table(const SymbolicPlan& plan);
+/// Root first. `step_flops`: as Planned has them.
+std::vector<DepthSummary> depth_table(const SymbolicPlan& plan, const std::vector<BlockFlops>& step_flops);
 
 }  // namespace mfs

@@ -156,6 +156,7 @@ void MatrixFactors<Scalar>::report_analysis() {
   report_.matched = analysis_->matched.matched;
   report_.nnz_factor = plan.nnz_factor;
   report_.flops = {planned_.flops.getrf, planned_.flops.trsm, planned_.flops.gemm};
+  step_flops_ = planned_.step_flops;
   report_.fronts = plan.num_fronts;
   report_.depths = plan.num_depths;
   report_.max_front = plan.max_front;

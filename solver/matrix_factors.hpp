@@ -37,6 +37,8 @@ class MatrixFactors {
   /// False where singular must not be said: numbers ran out of range on the way.
   bool within_range() const { return !nonfinite_ && !analysis_->matched.beyond_range; }
   const Analysis& analysis() const { return *analysis_; }
+  /// As Planned has them.
+  const std::vector<BlockFlops>& step_flops() const { return step_flops_; }
   Factorization<Scalar>& numeric() const { return *numeric_; }
   /// Made when it is first asked for; inside Phases::run.
   const TransposedPattern& transposed_pattern();
@@ -102,6 +104,7 @@ class MatrixFactors {
   std::optional<Analysis> analysis_;
   bool analyzed_with_values_ = false;
   Planned<Factorization<Scalar>> planned_;  // what numeric_ is made of; empty once it is
+  std::vector<BlockFlops> step_flops_;
   std::unique_ptr<Factorization<Scalar>> numeric_;
   std::optional<TransposedPattern> transposed_pattern_;
   bool factored_ = false;

@@ -163,7 +163,7 @@ const Options& BasicSolver<Scalar>::options() const {
 template <class Scalar>
 std::vector<DepthSummary> BasicSolver<Scalar>::depths() const {
   if (!impl().factors.analyzed()) return {};
-  return depth_table(*impl().factors.analysis().plan);
+  return depth_table(*impl().factors.analysis().plan, impl().factors.step_flops());
 }
 
 template class BasicSolver<float>;

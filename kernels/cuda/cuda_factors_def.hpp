@@ -471,8 +471,9 @@ Planned<Factors<Value>> plan_factors(std::shared_ptr<const SymbolicPlan> plan,
   using Made = CudaFactors<Value, Scalar>;
   const auto lists =
       std::make_shared<DevicePlan>(DeviceStages<DeviceScalar<Scalar>, DeviceScalar<Value>>::lists_for(*plan));
-  return {Made::bytes_for(*plan, *pattern, *lists), count_flops(*plan, *lists, true).done,
-          [=] { return std::make_unique<Made>(plan, pattern, std::move(*lists)); }};
+  const DeviceFlops flops = count_flops(*plan, *lists, true);
+  return {Made::bytes_for(*plan, *pattern, *lists), flops.done,
+          [=] { return std::make_unique<Made>(plan, pattern, std::move(*lists)); }, flops.steps};
 }
 
 }  // namespace mfs::cuda

@@ -26,7 +26,7 @@ struct DepthSummary {
   std::int64_t max_front = 0;             ///< largest front (pivots + border), rows
   std::int64_t factor_entries = 0;        ///< entries of L and U stored
   std::int64_t contribution_entries = 0;  ///< entries of the contribution blocks
-  Flops flops;                            ///< by the blocks of the host (AnalysisOptions::max_block_size)
+  Flops flops;                            ///< as the backend divides fronts into blocks or tiles
 };
 
 /// A determinant as phase * exp(log_abs), because the number itself would overflow. |phase| is 1; for a

@@ -302,10 +302,11 @@ class AccuracyLadder final : public Factorization<Value> {
     Refinement(vectors, controls).run(outcome, begun);
   }
 
-  RowFloor row_floor(double part, const Value* x, bool transposed) const {
-    double largest = 0;
-    largest_unscaled(exec_, plan_->n, transposed ? matrix_.row_scale : matrix_.column_scale, x, &largest);
-    return {part * largest, transposed ? matrix_.column_scale : matrix_.row_scale};
+  RowFloor row_floor(double part, const Value* x, bool transposed) {
+    largest_unknown_ = 0;
+    largest_unscaled(exec_, plan_->n, transposed ? matrix_.row_scale : matrix_.column_scale, x,
+                     &largest_unknown_);
+    return {part, &largest_unknown_, transposed ? matrix_.column_scale : matrix_.row_scale};
   }
 
   // Whether A is singular, by the solutions for a right-hand side that is in nobody's range by chance: of A,
@@ -452,6 +453,7 @@ class AccuracyLadder final : public Factorization<Value> {
   FactorStatus status_{};
   bool divided_by_tiny_ = false;  // pivots as small as rounding were accepted
   double largest_ = 0;            // scaled entry of the matrix that is factored
+  double largest_unknown_ = 0;
   std::shared_ptr<char> ends_;
   std::unique_ptr<HostArena> work_;
   RefinementVectors<Value> at_{};

@@ -3,73 +3,23 @@
 // of the team call them; operands are there when they do, and results after the next barrier, which is the
 // caller's unless told otherwise.
 //
-// OwnDense works in place in whatever memory; the solves that many rows or columns need at once (strips) copy
-// those to scratch memory, where each thread solves for one of them.
+// OwnDense works in place in whatever memory. Its diagonal tiles have the triangles of their diagonal blocks
+// inverted (own_panel.hpp); those of LibraryDense are as BLAS wants them.
 #pragma once
 
 #include "kernels/dense/host_dense.hpp"
+#include "kernels/portable/own_panel.hpp"
+#include "kernels/portable/own_strips.hpp"
 #include "kernels/portable/store.hpp"
 
 namespace mfs::portable {
 
 using blas::Transpose;
 
-/// What small pivots of a panel are compared with: border rows, which are not solved for yet; or nothing,
-/// where other pivot rows were left out.
-struct BorderRows {
-  Vertex begin;  // counted from the panel's first row
-  Vertex count;
-  bool undecided;
-};
-
-template <class S>
-KOKKOS_INLINE_FUNCTION S divided_by(const S& value, const S& pivot, const S& inverse) {
-  return magnitude(inverse) <= 1e300 ? value * inverse : value / pivot;
-}
-
-/// Scratch memory of a search: the best candidate of each of kLanes parts.
-constexpr Vertex kLanes = 32;
-struct Candidates {
-  double size[kLanes];
-  Vertex row[kLanes];
-};
-
-/// The largest of count entries, the first of equals; NaN counts as largest. The same for all threads.
-template <class Team, class S>
-KOKKOS_INLINE_FUNCTION Vertex largest_row(const Team& team, Vertex count, const S* x, Candidates* found) {
-  for_each(team, kLanes, [&](Vertex lane) {
-    double most = -1;
-    Vertex row = count;
-    for (Vertex i = lane; i < count; i += kLanes) {
-      const double size = magnitude(x[i]);
-      if (size > most || (size != size && most == most)) {
-        most = size;
-        row = i;
-      }
-    }
-    found->size[lane] = most;
-    found->row[lane] = row;
-  });
-  team.team_barrier();
-  double most = found->size[0];
-  Vertex best = found->row[0];
-  for (Vertex lane = 1; lane < kLanes; ++lane) {
-    const double size = found->size[lane];
-    const bool is_nan = size != size, had_nan = most != most;
-    const bool larger = is_nan != had_nan ? is_nan : size > most;
-    const bool same = is_nan == had_nan && (is_nan || size == most);
-    if (larger || (same && found->row[lane] < best)) {
-      most = size;
-      best = found->row[lane];
-    }
-  }
-  team.team_barrier();
-  return best < count ? best : 0;
-}
-
 template <class S>
 struct OwnDense {
-  static constexpr bool kSearchesAll = false;  // panels of tiles first, all rows only where a front is strict
+  // Panels of tiles first, all rows only where a front is strict; diagonal blocks are left inverted.
+  static constexpr bool kSearchesAll = false;
 
   /// C (m x n) -= op(A) B, for small n.
   template <class Team>
@@ -85,61 +35,82 @@ struct OwnDense {
     });
   }
 
-  /// B := op(T)^-1 B for few columns.
-  template <class Team>
-  KOKKOS_INLINE_FUNCTION void solve_unit_lower(const Team& team, Transpose transpose, Vertex n,
-                                               Vertex columns, const S* t, Offset ldt, S* b,
-                                               Offset ldb) const {
-    if (transpose == Transpose::no) {
-      for (Vertex k = 0; k < n; ++k) {
-        for_each_entry(team, n - k - 1, columns, [&](Vertex i, Vertex j) {
-          b[k + 1 + i + j * ldb] -= t[k + 1 + i + k * ldt] * b[k + j * ldb];
-        });
-        team.team_barrier();
-      }
-    } else {
-      for (Vertex k = n - 1; k >= 0; --k) {
-        for_each_entry(team, k, columns,
-                       [&](Vertex i, Vertex j) { b[i + j * ldb] -= t[k + i * ldt] * b[k + j * ldb]; });
-        team.team_barrier();
-      }
-    }
+  /// The same for few columns and a large k, which several threads share for an entry of C; `room` has
+  /// few_entries(n) of scratch memory.
+  KOKKOS_INLINE_FUNCTION static constexpr Offset few_entries(Vertex columns) {
+    return kMostThreads * static_cast<Offset>(columns > 1 ? kFewColumns : 1);
   }
   template <class Team>
-  KOKKOS_INLINE_FUNCTION void solve_upper(const Team& team, Transpose transpose, Vertex n, Vertex columns,
-                                          const S* t, Offset ldt, S* b, Offset ldb) const {
-    const bool back = transpose == Transpose::no;
-    for (Vertex turn = 0; turn < n; ++turn) {
-      const Vertex k = back ? n - 1 - turn : turn;
-      for_each(team, columns, [&](Vertex j) { b[k + j * ldb] = b[k + j * ldb] / t[k + k * ldt]; });
-      team.team_barrier();
-      if (back) {
-        for_each_entry(team, k, columns,
-                       [&](Vertex i, Vertex j) { b[i + j * ldb] -= t[i + k * ldt] * b[k + j * ldb]; });
-      } else {
-        for_each_entry(team, n - k - 1, columns, [&](Vertex i, Vertex j) {
-          b[k + 1 + i + j * ldb] -= t[k + (k + 1 + i) * ldt] * b[k + j * ldb];
-        });
-      }
-      team.team_barrier();
+  KOKKOS_INLINE_FUNCTION void multiply_few(const Team& team, Transpose transpose, Vertex m, Vertex n,
+                                           Vertex k, const S* a, Offset lda, const S* b, Offset ldb, S* c,
+                                           Offset ldc, S* room) const {
+    const Offset row_step = transpose == Transpose::no ? 1 : lda, step = transpose == Transpose::no ? lda : 1;
+    if (n == 1) {
+      share_products<1>(team, m, n, k, a, row_step, step, b, ldb, c, ldc, room);
+    } else {
+      share_products<kFewColumns>(team, m, n, k, a, row_step, step, b, ldb, c, ldc, room);
     }
   }
 
-  /// B (rows x n) := B U^-1, in as many turns as the `room` entries of scratch memory `x` ask for.
+  /// B := op(T)^-1 B for few columns; the triangles of diagonal blocks of T are inverted. `room` has
+  /// kInvertedBlock x columns entries of scratch memory. Both end with a barrier.
+  template <class Team>
+  KOKKOS_INLINE_FUNCTION void solve_unit_lower(const Team& team, Transpose transpose, Vertex n,
+                                               Vertex columns, const S* t, Offset ldt, S* b, Offset ldb,
+                                               S* room) const {
+    const bool plain = transpose == Transpose::no;
+    solve_by_blocks(
+        team, n, columns, plain,
+        [&](Vertex i, Vertex l) {
+          const Vertex row = plain ? i : l, column = plain ? l : i;
+          return row > column ? t[row + column * ldt] : S(row == column ? 1 : 0);
+        },
+        b, ldb, room);
+  }
+  template <class Team>
+  KOKKOS_INLINE_FUNCTION void solve_upper(const Team& team, Transpose transpose, Vertex n, Vertex columns,
+                                          const S* t, Offset ldt, S* b, Offset ldb, S* room) const {
+    const bool plain = transpose == Transpose::no;
+    solve_by_blocks(
+        team, n, columns, !plain,
+        [&](Vertex i, Vertex l) {
+          const Vertex row = plain ? i : l, column = plain ? l : i;
+          return row <= column ? t[row + column * ldt] : S(0);
+        },
+        b, ldb, room);
+  }
+
+  /// B (rows x n) := B U^-1 and B (n x columns) := L^-1 B beside a diagonal tile whose blocks are inverted;
+  /// `room` has strip_entries() of scratch memory. Both end with a barrier.
+  static constexpr Offset strip_entries() { return kStripEntries; }
   template <class Team>
   KOKKOS_INLINE_FUNCTION void solve_upper_right(const Team& team, Vertex rows, Vertex n, const S* u,
-                                                Offset ldu, S* b, Offset ldb, S* x, Offset room) const {
-    solve_strips(
-        team, rows, n, x, room, [&](Vertex k, Vertex c) { return u[k + c * ldu]; },
-        [&](Vertex c) { return u[c + c * ldu]; }, b, 1, ldb);
+                                                Offset ldu, S* b, Offset ldb, S* room) const {
+    solve_strip(
+        team, rows, n, [&](Vertex l, Vertex c) { return l <= c ? u[l + c * ldu] : S(0); }, b, 1, ldb, room);
   }
-  /// B (n x columns) := L^-1 B for the unit lower triangle of `l`.
   template <class Team>
-  KOKKOS_INLINE_FUNCTION void solve_unit_lower_strip(const Team& team, Vertex n, Vertex columns, const S* l,
-                                                     Offset ldl, S* b, Offset ldb, S* x, Offset room) const {
-    solve_strips(
-        team, columns, n, x, room, [&](Vertex k, Vertex c) { return l[c + k * ldl]; },
-        [&](Vertex) { return S(1); }, b, ldb, 1);
+  KOKKOS_INLINE_FUNCTION void solve_unit_lower_strip(const Team& team, Vertex n, Vertex columns, const S* t,
+                                                     Offset ldt, S* b, Offset ldb, S* room) const {
+    solve_strip(
+        team, columns, n, [&](Vertex l, Vertex c) { return l < c ? t[c + l * ldt] : S(l == c ? 1 : 0); }, b,
+        ldb, 1, room);
+  }
+  /// The same in small fronts, with triangles as they are, a thread for each row or column.
+  template <class Team>
+  KOKKOS_INLINE_FUNCTION void solve_small(const Team& team, Vertex p, Vertex border, const S* t, Offset ldt,
+                                          S* rows, Offset rows_ld, S* columns, Offset columns_ld) const {
+    for_each(team, 2 * border, [&](Vertex i) {
+      if (i < border) {
+        solve_one(
+            p, [&](Vertex k, Vertex c) { return t[k + c * ldt]; }, [&](Vertex c) { return t[c + c * ldt]; },
+            rows + i, rows_ld);
+      } else {
+        solve_one(
+            p, [&](Vertex k, Vertex c) { return t[c + k * ldt]; }, [](Vertex) { return S(1); },
+            columns + (i - border) * columns_ld, 1);
+      }
+    });
   }
 
   /// C (m x n) -= A (m x k) B (k x n) for at most kTileRows rows and columns, which kProductThreads threads
@@ -179,62 +150,7 @@ struct OwnDense {
     if (one_each) subtract(team.team_rank(), m, n, sum, c, ldc);
   }
 
-  /// LU of a (m x n, m >= n) with the pivot of each column searched in all m rows: as factor_panel, whose
-  /// `interchange` and `shift` it gives. `found` is scratch memory, `work` has n entries in any. Ends with a
-  /// barrier.
-  template <class Team>
-  KOKKOS_INLINE_FUNCTION PanelTally factor_panel(const Team& team, S* a, Offset lda, Vertex m, Vertex n,
-                                                 const S* border, Offset border_ld, const BorderRows& below,
-                                                 const PivotRule& rule, Vertex* interchange, S* shift,
-                                                 S* work, Candidates* found) const {
-    PanelTally tally;
-    for (Vertex j = 0; j < n; ++j) {
-      S* const column = a + j * lda;
-      const Vertex chosen = j + largest_row(team, m - j, column + j, found);
-      const S pivot = column[chosen];
-      const double size = magnitude(pivot);
-      S accepted = pivot;
-      if (!(size <= kLargestFinite)) {
-        ++tally.nonfinite;
-      } else if (size < rule.bound) {
-        if (below.undecided) {
-          tally.undecided = true;
-        } else {
-          const double most = largest_in_border(team, a, lda, j, border, border_ld, below.count, work, found);
-          accepted = replacement(pivot, most, rule);
-        }
-      }
-      const S added = accepted - pivot;
-      const bool replaced = accepted != pivot && size <= kLargestFinite;
-      tally.perturbed += replaced;
-      team.team_barrier();  // all have read the pivot
-      for_each(team, n, [&](Vertex c) {
-        S* const entries = a + c * lda;
-        const S taken = c == j ? accepted : entries[chosen];
-        entries[chosen] = entries[j];
-        entries[j] = taken;
-      });
-      once(team, [&]() {
-        interchange[j] = chosen;
-        shift[j] = replaced ? added : S(0);
-      });
-      team.team_barrier();
-      const S inverse = S(1) / accepted;
-      for_each(team, m - j - 1,
-               [&](Vertex i) { column[j + 1 + i] = divided_by(column[j + 1 + i], accepted, inverse); });
-      team.team_barrier();
-      for_each_entry(team, m - j - 1, n - j - 1, [&](Vertex i, Vertex c) {
-        S* const to = column + (c + 1) * lda;
-        to[j + 1 + i] -= column[j + 1 + i] * to[j];
-      });
-      team.team_barrier();
-    }
-    return tally;
-  }
-
  private:
-  static constexpr double kLargestFinite = 1.7976931348623157e308;
-
   // A thread's part of a tile: every kStep-th row and column from its own on.
   static constexpr Vertex kMicro = 4, kStep = kTileRows / kMicro;
   KOKKOS_INLINE_FUNCTION static void set_zero(S (&sum)[kMicro][kMicro]) {
@@ -265,62 +181,91 @@ struct OwnDense {
     }
   }
 
-  // Largest entry that column c has in the border rows once the columns left of it are eliminated there.
-  template <class Team>
-  KOKKOS_INLINE_FUNCTION double largest_in_border(const Team& team, const S* a, Offset lda, Vertex c,
-                                                  const S* border, Offset border_ld, Vertex count, S* work,
-                                                  Candidates* found) const {
-    for_each(team, c, [&](Vertex i) { work[i] = a[i + c * lda]; });
-    team.team_barrier();
-    solve_upper(team, Transpose::no, c, 1, a, lda, work, c);
-    for_each(team, kLanes, [&](Vertex lane) {
-      double most = 0;
-      for (Vertex r = lane; r < count; r += kLanes) {
-        S sum = border[r + c * border_ld];
-        for (Vertex k = 0; k < c; ++k) sum -= border[r + k * border_ld] * work[k];
-        const double size = magnitude(sum);
-        if (size > most) most = size;
+  // A thread has kColumns columns of a row of C and a part of k, kTogether numbers of A at a time; the parts
+  // are added in their order.
+  static constexpr Vertex kFewColumns = 4;
+  template <Vertex kColumns, class Team>
+  KOKKOS_INLINE_FUNCTION static void share_products(const Team& team, Vertex m, Vertex n, Vertex k,
+                                                    const S* a, Offset row_step, Offset step, const S* b,
+                                                    Offset ldb, S* c, Offset ldc, S* room) {
+    constexpr Vertex kTogether = 8, kMostParts = 8;
+    if (m <= 0 || n <= 0) return;
+    const Vertex groups = (n + kColumns - 1) / kColumns, items = m * groups;
+    const Vertex wanted = kMostThreads / items, useful = k / kTogether;
+    const Vertex most = wanted < useful ? wanted : useful;
+    const Vertex parts = most < 1 ? 1 : most < kMostParts ? most : kMostParts;
+    for_each(team, items * parts, [&](Vertex t) {
+      const Vertex i = t % m, group = t / m % groups, part = t / items;
+      const Vertex first = group * kColumns, width = kColumns < n - first ? kColumns : n - first;
+      const Vertex end = static_cast<Vertex>(static_cast<Offset>(k) * (part + 1) / parts);
+      const S *const x = a + i * row_step, *const y = b + first * ldb;
+      S sum[kColumns];
+      unrolled<kColumns>([&](auto q) { sum[q] = S(0); });
+      Vertex l = static_cast<Vertex>(static_cast<Offset>(k) * part / parts);
+      for (; l + kTogether <= end; l += kTogether) {
+        S entry[kTogether];
+        unrolled<kTogether>([&](auto u) { entry[u] = x[(l + u) * step]; });
+        unrolled<kColumns>([&](auto q) {
+          if (q >= width) return;
+          unrolled<kTogether>([&](auto u) { sum[q] += entry[u] * y[l + u + q * ldb]; });
+        });
       }
-      found->size[lane] = most;
+      for (; l < end; ++l) {
+        const S entry = x[l * step];
+        unrolled<kColumns>([&](auto q) {
+          if (q < width) sum[q] += entry * y[l + q * ldb];
+        });
+      }
+      unrolled<kColumns>([&](auto q) {
+        if (q >= width) return;
+        if (parts == 1) {
+          c[i + (first + q) * ldc] -= sum[q];
+        } else {
+          room[i + (first + q + part * static_cast<Offset>(n)) * m] = sum[q];
+        }
+      });
     });
+    if (parts == 1) return;
     team.team_barrier();
-    double most = 0;
-    for (Vertex lane = 0; lane < kLanes; ++lane) most = found->size[lane] > most ? found->size[lane] : most;
-    team.team_barrier();
-    return most;
+    for_each_entry(team, m, n, [&](Vertex i, Vertex j) {
+      S sum(0);
+      for (Vertex part = 0; part < parts; ++part) sum += room[i + (j + part * static_cast<Offset>(n)) * m];
+      c[i + j * ldc] -= sum;
+    });
   }
 
-  // Each thread solves x T = b for one of `count` rows b of n entries, which lie at b[i * row + c * step];
-  // T(k, c) is upper triangular.
-  template <class Team, class Above, class Diagonal>
-  KOKKOS_INLINE_FUNCTION void solve_strips(const Team& team, Vertex count, Vertex n, S* x, Offset room,
-                                           const Above& above, const Diagonal& diagonal, S* b, Offset row,
-                                           Offset step) const {
-    if (count <= 0 || n <= 0) return;
-    const Vertex most = static_cast<Vertex>(room / n);
-    if (most < 1) {  // no room: in place
-      for_each(team, count, [&](Vertex i) { solve_one(n, above, diagonal, b + i * row, step); });
-      return;
-    }
-    for (Vertex begin = 0; begin < count; begin += most) {
-      const Vertex rows = most < count - begin ? most : count - begin;
-      S* const own = b + begin * row;
-      if (row == 1) {
-        for_each_entry(team, rows, n, [&](Vertex i, Vertex c) { x[i + c * rows] = own[i + c * step]; });
-      } else {
-        for_each_entry(team, n, rows, [&](Vertex c, Vertex i) { x[i + c * rows] = own[i * row + c]; });
-      }
+  // Block after block: what is known of one goes to the others as a product.
+  template <class Team, class Entry>
+  KOKKOS_INLINE_FUNCTION static void solve_by_blocks(const Team& team, Vertex n, Vertex columns,
+                                                     bool ascending, const Entry& entry, S* b, Offset ldb,
+                                                     S* x) {
+    constexpr Vertex kBlock = kInvertedBlock;
+    const Vertex blocks = (n + kBlock - 1) / kBlock;
+    for (Vertex turn = 0; turn < blocks; ++turn) {
+      const Vertex k = kBlock * (ascending ? turn : blocks - 1 - turn);
+      const Vertex width = kBlock < n - k ? kBlock : n - k;
+      for_each_entry(team, width, columns, [&](Vertex i, Vertex j) {
+        S sum(0);
+        for (Vertex l = 0; l < width; ++l) sum += entry(k + i, k + l) * b[k + l + j * ldb];
+        x[i + j * kBlock] = sum;
+      });
       team.team_barrier();
-      for_each(team, rows, [&](Vertex i) { solve_one(n, above, diagonal, x + i, rows); });
-      team.team_barrier();
-      if (row == 1) {
-        for_each_entry(team, rows, n, [&](Vertex i, Vertex c) { own[i + c * step] = x[i + c * rows]; });
-      } else {
-        for_each_entry(team, n, rows, [&](Vertex c, Vertex i) { own[i * row + c] = x[i + c * rows]; });
-      }
+      const Vertex first = ascending ? k : 0, last = ascending ? n : k + width;
+      for_each_entry(team, last - first, columns, [&](Vertex at, Vertex j) {
+        const Vertex i = first + at;
+        const S* const known = x + j * kBlock;
+        if (i >= k && i < k + width) {
+          b[i + j * ldb] = known[i - k];
+          return;
+        }
+        S sum(0);
+        for (Vertex l = 0; l < width; ++l) sum += entry(i, k + l) * known[l];
+        b[i + j * ldb] -= sum;
+      });
       team.team_barrier();
     }
   }
+
   // Four unknowns at a time.
   template <class Above, class Diagonal>
   KOKKOS_INLINE_FUNCTION static void solve_one(Vertex n, const Above& above, const Diagonal& diagonal, S* x,
@@ -359,6 +304,8 @@ template <class S>
 struct LibraryDense {
   static constexpr bool kSearchesAll = true;
   static constexpr Offset kProductEntries = 0;
+  static constexpr Offset strip_entries() { return 0; }
+  KOKKOS_INLINE_FUNCTION static constexpr Offset few_entries(Vertex) { return 0; }
   HostDense<S> host = host_dense<S>();
 
   template <class Team>
@@ -374,31 +321,43 @@ struct LibraryDense {
     host.gemm_minus(transpose, m, n, k, a, lda, b, ldb, c, ldc);
   }
   template <class Team>
+  KOKKOS_INLINE_FUNCTION void multiply_few(const Team&, Transpose transpose, Vertex m, Vertex n, Vertex k,
+                                           const S* a, Offset lda, const S* b, Offset ldb, S* c, Offset ldc,
+                                           S*) const {
+    host.gemm_minus(transpose, m, n, k, a, lda, b, ldb, c, ldc);
+  }
+  template <class Team>
   KOKKOS_INLINE_FUNCTION void solve_unit_lower(const Team&, Transpose transpose, Vertex n, Vertex columns,
-                                               const S* t, Offset ldt, S* b, Offset ldb) const {
+                                               const S* t, Offset ldt, S* b, Offset ldb, S*) const {
     host.solve_unit_lower(transpose, n, columns, t, ldt, b, ldb);
   }
   template <class Team>
   KOKKOS_INLINE_FUNCTION void solve_upper(const Team&, Transpose transpose, Vertex n, Vertex columns,
-                                          const S* t, Offset ldt, S* b, Offset ldb) const {
+                                          const S* t, Offset ldt, S* b, Offset ldb, S*) const {
     host.solve_upper(transpose, n, columns, t, ldt, b, ldb);
   }
   template <class Team>
   KOKKOS_INLINE_FUNCTION void solve_upper_right(const Team&, Vertex rows, Vertex n, const S* u, Offset ldu,
-                                                S* b, Offset ldb, S*, Offset) const {
+                                                S* b, Offset ldb, S*) const {
     host.solve_upper_right(rows, n, u, ldu, b, ldb);
   }
   template <class Team>
   KOKKOS_INLINE_FUNCTION void solve_unit_lower_strip(const Team&, Vertex n, Vertex columns, const S* l,
-                                                     Offset ldl, S* b, Offset ldb, S*, Offset) const {
+                                                     Offset ldl, S* b, Offset ldb, S*) const {
     host.solve_unit_lower(Transpose::no, n, columns, l, ldl, b, ldb);
   }
   template <class Team>
-  KOKKOS_INLINE_FUNCTION PanelTally factor_panel(const Team&, S* a, Offset lda, Vertex m, Vertex n, const S*,
-                                                 Offset, const BorderRows& below, const PivotRule& rule,
-                                                 Vertex* interchange, S* shift, S* work, Candidates*) const {
-    const PivotTally found = host.factor_panel(BlockColumns<S>{a, lda, below.begin, below.count, work}, m, n,
-                                               rule, interchange, shift);
+  KOKKOS_INLINE_FUNCTION void solve_small(const Team&, Vertex p, Vertex border, const S* t, Offset ldt,
+                                          S* rows, Offset rows_ld, S* columns, Offset columns_ld) const {
+    host.solve_upper_right(border, p, t, ldt, rows, rows_ld);
+    host.solve_unit_lower(Transpose::no, p, border, t, ldt, columns, columns_ld);
+  }
+  /// LU of a (m x n) with pivots searched in all m rows, and its exchanges.
+  KOKKOS_INLINE_FUNCTION PanelTally factor_panel(S* a, Offset lda, Vertex m, Vertex n,
+                                                 const PanelPlace<S>& place, Vertex* interchange) const {
+    const PivotTally found =
+        host.factor_panel(BlockColumns<S>{a, lda, place.below.begin, place.below.count, place.work}, m, n,
+                          place.rule, interchange, place.shift);
     PanelTally tally;
     tally.perturbed = found.perturbed;
     tally.nonfinite = found.first_nonfinite >= 0;

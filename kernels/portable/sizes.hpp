@@ -1,6 +1,7 @@
 // From which sizes on work is cut in which way, by what the teams of a space have.
 #pragma once
 
+#include <algorithm>
 #include <limits>
 
 #include "kernels/portable/small_fronts.hpp"
@@ -15,8 +16,10 @@ constexpr Vertex kNever = std::numeric_limits<Vertex>::max() / 2;
 struct Sizes {
   DeviceLimits limits;
   // Of the solve: fronts of up to so many pivots are one team's.
-  Vertex whole = 0, solve_tile = 0, most_chunk = 0;
-  int host_team = 1;  // threads of a team on the host: more than one in tests, without a library only
+  Vertex whole = 0, solve_tile = 0;
+  Vertex most_chunk = 0;     // border rows of a task
+  Vertex most_gathered = 0;  // unknowns that a team brings together at a time
+  int host_team = 1;         // threads of a team on the host: more than one in tests, without a library only
 };
 
 /// One thread of the host has all fronts as a whole. Others share those that are more than a few hundred
@@ -32,24 +35,23 @@ inline Sizes sizes_for_library(int threads) {
   sizes.limits.strip = 256;
   sizes.limits.product_rows = sizes.limits.product_columns = 256;
   sizes.whole = threads == 1 ? kNever : 256;
-  sizes.solve_tile = sizes.most_chunk = 256;
+  sizes.solve_tile = sizes.most_chunk = sizes.most_gathered = 256;
   return sizes;
 }
 
 /// The largest tile and the largest small front that fit the scratch memory of a team.
 template <class S>
 Sizes sizes_for_teams(Offset scratch_bytes) {
-  constexpr Vertex kStep = 16, kMostTile = 128;
   Sizes sizes;
   DeviceLimits& limits = sizes.limits;
-  limits.tile = kStep;
-  while (limits.tile < kMostTile && diagonal_bytes<S>(limits.tile + kStep) <= scratch_bytes)
-    limits.tile += kStep;
+  limits.tile = kInvertedBlock;
+  while (limits.tile < kMostTile && diagonal_bytes<S>(limits.tile + kInvertedBlock) <= scratch_bytes)
+    limits.tile += kInvertedBlock;
   limits.small_rows = 1;
-  while (limits.small_rows < kAssemblyTurns.rows &&
+  while (limits.small_rows < std::min(kAssemblyTurns.rows, kMostPanelRows) &&
          small_front_bytes<S>(limits.small_rows + 1) <= scratch_bytes)
     ++limits.small_rows;
-  limits.strip = 64;
+  limits.strip = kStripRows;
   limits.product_rows = limits.product_columns = OwnDense<S>::kTileRows;
   limits.vendor_depth = limits.tile;
   limits.panel = 8 * limits.tile;
@@ -57,6 +59,7 @@ Sizes sizes_for_teams(Offset scratch_bytes) {
   limits.panelled = 2 * limits.panel;
   limits.panelled_rows = 2 * limits.panel;
   sizes.whole = sizes.solve_tile = sizes.most_chunk = 64;
+  sizes.most_gathered = 512;
   return sizes;
 }
 

@@ -1,5 +1,5 @@
-// Small fronts, one team each: the stages "assemble", "variable factor" and "variable update" in one go.
-// Where a front fits the scratch memory of a team, it is made there and written once; else in its place.
+// Small fronts, one team each: the stages "assemble", "variable factor" and "variable update" in one go. They
+// are made in scratch memory and written once; a library works on them in their place.
 #pragma once
 
 #include "kernels/portable/assembly.hpp"
@@ -16,13 +16,16 @@ struct Stages {
 KOKKOS_INLINE_FUNCTION Vertex scratch_ld(Vertex pivots) {
   return pivots | 1;
 }
-/// Entries that the blocks of a front of so many rows need there, at most.
+/// Threads of a team, at most.
+constexpr Vertex kSmallThreads = 4;
+/// Entries that a front of so many rows needs there, at most: its blocks, and a row of the panel for each
+/// thread, or for pivots and their inverses.
 KOKKOS_INLINE_FUNCTION constexpr Offset small_front_entries(Offset rows) {
-  return rows * (rows + 1);
+  return rows * (rows + 1) + kSmallThreads * rows;
 }
 template <class S>
 constexpr Offset small_front_bytes(Offset rows) {
-  return static_cast<Offset>(sizeof(Candidates)) +
+  return rows * static_cast<Offset>(sizeof(Vertex)) +
          small_front_entries(rows) * static_cast<Offset>(sizeof(S)) + 48;
 }
 
@@ -38,24 +41,28 @@ struct SmallFronts {
     const Vertex f = list[team.league_rank()];
     const Front<S> front = store.fronts.front(f);
     const Blocks<S> own = own_blocks(front);
-    Candidates* const found = scratch<Candidates>(team, 1);
-    Blocks<S> at = own;
-    if (small_front_entries(front.rows()) <= room) {
-      at = scratch_blocks(front, scratch<S>(team, room));
-      if (!stages.assemble) {
+    if constexpr (Dense::kSearchesAll) {
+      if (stages.assemble) assemble_front(team, store, f, own);
+      if (stages.factor) factor_by_library(team, f, own);
+      if (stages.update) update(team, own);
+    } else {
+      S* const memory = scratch<S>(team, room);
+      const Blocks<S> at = scratch_blocks(front, memory);
+      if (stages.assemble) {
+        assemble_front(team, store, f, at);
+      } else {
         copy(team, own, at);
         team.team_barrier();
       }
-    }
-    if (stages.assemble) assemble_front(team, store, f, at);
-    if (stages.factor) factor(team, f, at, found);
-    if (stages.update && at.border > 0) {
-      dense.gemm_minus(team, Transpose::no, at.border, at.border, at.pivots, at.lower + at.pivots,
-                       at.lower_ld, at.upper, at.upper_ld, at.contribution, at.contribution_ld);
-    }
-    if (at.lower != own.lower) {
+      if (stages.factor) factor(team, f, at, memory + room - kSmallThreads * front.pivots);
+      if (stages.update) update(team, at);
       team.team_barrier();
       copy(team, at, own);
+      if (!stages.factor) return;
+      team.team_barrier();
+      write_inverted(
+          team, at.pivots, [&](Vertex i, Vertex j) { return at.lower[i + j * at.lower_ld]; }, own.lower,
+          own.lower_ld);
     }
   }
 
@@ -82,19 +89,47 @@ struct SmallFronts {
                    [&](Vertex i, Vertex j) { to[i + j * to_ld] = from[i + j * from_ld]; });
   }
 
-  KOKKOS_INLINE_FUNCTION void factor(const TeamOf<Exec>& team, Vertex f, const Blocks<S>& at,
-                                     Candidates* found) const {
-    const Vertex p = at.pivots, b = at.border;
-    const FrontStore<S, V>& fronts = store.fronts;
-    const Vertex first = fronts.pivot_begin[f];
-    Vertex *const interchange = fronts.interchange + first, *const row_at = fronts.local_row + first;
+  KOKKOS_INLINE_FUNCTION void update(const TeamOf<Exec>& team, const Blocks<S>& at) const {
+    if (at.border == 0) return;
+    dense.gemm_minus(team, Transpose::no, at.border, at.border, at.pivots, at.lower + at.pivots, at.lower_ld,
+                     at.upper, at.upper_ld, at.contribution, at.contribution_ld);
+  }
+  KOKKOS_INLINE_FUNCTION PanelPlace<S> panel_place(Vertex first, const Blocks<S>& at) const {
+    return {at.lower + at.pivots,          at.lower_ld,
+            {at.pivots, at.border, false}, store.rule(),
+            store.fronts.shift + first,    store.fronts.work + first};
+  }
+
+  // `held` has kSmallThreads entries of scratch memory for each pivot.
+  KOKKOS_INLINE_FUNCTION void factor(const TeamOf<Exec>& team, Vertex f, const Blocks<S>& at, S* held) const {
+    const Vertex p = at.pivots, first = store.fronts.pivot_begin[f];
+    Vertex* const order = scratch<Vertex>(team, p);
+    const TileInScratch<S> tile{at.lower, at.lower_ld, p, held, held + p, order};
+    const PanelTally tally = factor_tile(team, tile, panel_place(first, at));
+    order_rows(team, p, order, p, at.lower, at.lower_ld, held);
+    order_rows(team, p, order, at.border, at.upper, at.upper_ld, held);
+    for_each(team, p, [&](Vertex i) { store.fronts.local_row[first + i] = order[i]; });
+    once(team, [&]() { store.note(tally); });
+    team.team_barrier();
+    solve_beside(team, at);
+  }
+  KOKKOS_INLINE_FUNCTION void solve_beside(const TeamOf<Exec>& team, const Blocks<S>& at) const {
+    dense.solve_small(team, at.pivots, at.border, at.lower, at.lower_ld, at.lower + at.pivots, at.lower_ld,
+                      at.upper, at.upper_ld);
+    team.team_barrier();
+  }
+
+  KOKKOS_INLINE_FUNCTION void factor_by_library(const TeamOf<Exec>& team, Vertex f,
+                                                const Blocks<S>& at) const {
+    const Vertex p = at.pivots, first = store.fronts.pivot_begin[f];
+    Vertex *const interchange = store.fronts.interchange + first, *const row_at =
+                                                                      store.fronts.local_row + first;
     const PanelTally tally =
-        dense.factor_panel(team, at.lower, at.lower_ld, p, p, at.lower + p, at.lower_ld, {p, b, false},
-                           store.rule(), interchange, fronts.shift + first, fronts.work + first, found);
+        dense.factor_panel(at.lower, at.lower_ld, p, p, panel_place(first, at), interchange);
     team.team_barrier();
     // Each column follows the exchanges, and so does the note of what came where.
-    for_each(team, b + 1, [&](Vertex j) {
-      if (j < b) {
+    for_each(team, at.border + 1, [&](Vertex j) {
+      if (j < at.border) {
         follow(p, interchange, at.upper + j * at.upper_ld);
       } else {
         for (Vertex i = 0; i < p; ++i) row_at[i] = i;
@@ -103,9 +138,7 @@ struct SmallFronts {
       }
     });
     team.team_barrier();
-    dense.solve_upper_right(team, b, p, at.lower, at.lower_ld, at.lower + p, at.lower_ld, nullptr, 0);
-    dense.solve_unit_lower_strip(team, p, b, at.lower, at.lower_ld, at.upper, at.upper_ld, nullptr, 0);
-    team.team_barrier();
+    solve_beside(team, at);
   }
   template <class T>
   KOKKOS_INLINE_FUNCTION static void follow(Vertex count, const Vertex* interchange, T* column) {

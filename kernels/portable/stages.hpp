@@ -11,6 +11,7 @@
 #include "kernels/portable/sizes.hpp"
 #include "kernels/stages/diagonal.hpp"
 #include "kernels/stages/vector_ops.hpp"
+#include "plan/device_flops.hpp"
 #include "plan/spans.hpp"
 
 namespace mfs::portable {
@@ -135,7 +136,8 @@ class PortableStages {
         pattern_(pattern),
         sizes_(lists.sizes),
         lists_(std::move(lists.device)),
-        own_(std::move(lists.own)) {}
+        own_(std::move(lists.own)),
+        flops_(count_flops(plan, lists_, false).done) {}
 
   /// Bytes that allocate() takes, the library's left out.
   static Offset bytes_for(const SymbolicPlan& plan, const Pattern& pattern, const DevicePlan& lists,
@@ -169,11 +171,13 @@ class PortableStages {
     queue_.wait();
   }
 
-  const Queue& queue() const { return queue_; }
+  Queue& queue() const { return queue_; }
   const Store<S, V>& store() const { return store_; }
   const Sizes& sizes() const { return sizes_; }
   Offset bytes() const { return arena_->bytes() + queue_.library_bytes(); }
   Offset border_places() const { return lists_.border_places; }
+  /// Operations of a factorization.
+  const BlockFlops& flops() const { return flops_; }
 
   void forget_strict_fronts() {
     queue_.fill(store_.strict, 0, plan_.num_fronts * static_cast<Offset>(sizeof(int)));
@@ -222,10 +226,12 @@ class PortableStages {
   }
   void solve_depth(Vertex step, const Vectors<S>& vectors, bool forward, bool transposed) {
     const OwnLists::Depth& depth = own_.depths[static_cast<std::size_t>(step)];
-    const Offset entry = static_cast<Offset>(sizeof(S)) * vectors.columns;
+    const Offset entry = static_cast<Offset>(sizeof(S)) * vectors.columns,
+                 few = Dense::few_entries(vectors.columns) * static_cast<Offset>(sizeof(S)) + kSlack;
+    const Offset fit = (scratch_bytes<Exec>() - few) / entry;
     const Vertex chunk =
-        static_cast<Vertex>(std::min<Offset>(sizes_.most_chunk, (scratch_bytes<Exec>() - kSlack) / entry));
-    const Offset bytes = chunk * entry + kSlack;
+        std::max(kInvertedBlock, static_cast<Vertex>(std::min<Offset>(sizes_.most_gathered, fit)));
+    const Offset bytes = chunk * entry + few;
     const Substitution<S, V, Dense> all{store_.fronts,
                                         on_space_.row_begin,
                                         on_space_.source_begin,
@@ -236,8 +242,8 @@ class PortableStages {
                                         transposed,
                                         dense_};
     const Exec& exec = queue_.exec();
-    const int threads = team(vectors.columns > 1 ? kMostThreads : 64);
-    launch(exec, "mfs::whole", depth.whole.count(), threads, bytes,
+    const TeamShape threads = team(kMostThreads);
+    launch(exec, "mfs::whole", depth.whole.count(), team(vectors.columns > 1 ? kMostThreads : 64), bytes,
            SolveWhole<Exec, S, V, Dense>{all, on_space_.whole + depth.whole.begin, forward});
     launch(exec, "mfs::tiles", depth.begin.count(), threads, bytes,
            BeginTiles<Exec, S, V, Dense>{all, on_space_.solve + depth.begin.begin, forward});
@@ -318,16 +324,22 @@ class PortableStages {
 
   // Entries of scratch memory that a kernel may use all of.
   Offset room() const { return (scratch_bytes<Exec>() - kSlack) / static_cast<Offset>(sizeof(S)); }
+  // Own strips leave room for other teams beside them.
+  Offset strip_room() const { return Dense::kSearchesAll ? room() : Dense::strip_entries(); }
   static Offset bytes_of(Offset entries) { return entries * static_cast<Offset>(sizeof(S)) + kSlack; }
 
-  int team(int threads) const { return kOnHost<Exec> ? sizes_.host_team : threads; }
+  TeamShape team(int threads) const { return {kOnHost<Exec> ? sizes_.host_team : threads}; }
+  /// The same of threads with lanes: as many in all.
+  TeamShape team_of_lanes(int threads) const {
+    return {kOnHost<Exec> ? sizes_.host_team : threads / kLanes<Exec>, kLanes<Exec>};
+  }
 
   void launch_small(const SmallLaunch& small, const Stages& stages) {
-    const bool in_scratch = !Dense::kSearchesAll;
-    const Offset entries = in_scratch ? small_front_entries(small.rows) : 0;
-    const int threads = small.rows <= 16 ? 32 : small.rows <= 32 ? 64 : 128;
-    launch(queue_.exec(), "mfs::small", small.fronts.count(), team(threads),
-           small_front_bytes<S>(in_scratch ? small.rows : 0),
+    const Vertex rows = Dense::kSearchesAll ? 0 : small.rows;
+    const Offset entries = small_front_entries(rows);
+    const int threads = small.rows <= 16 ? 1 : small.rows <= 32 ? 2 : kSmallThreads;
+    launch(queue_.exec(), "mfs::small", small.fronts.count(), team_of_lanes(threads * kLanes<Exec>),
+           small_front_bytes<S>(rows),
            SmallFronts<Exec, S, V, Dense>{store_, on_space_.small_fronts + small.fronts.begin, entries,
                                           stages, dense_});
   }
@@ -345,7 +357,7 @@ class PortableStages {
       if (beside) {
         const auto tiles = diagonal_kernel(parts[i + 1]);
         const auto products = product_kernel(parts[i]);
-        launch(queue_.exec(), "mfs::ahead", parts[i].blocks + parts[i + 1].blocks, 1, diagonal_scratch(),
+        launch(queue_.exec(), "mfs::ahead", parts[i].blocks + parts[i + 1].blocks, {1}, diagonal_scratch(),
                TilesAndProducts<Exec, S, V, Dense>{tiles, products, parts[i + 1].blocks});
         ++i;
       } else {
@@ -366,7 +378,8 @@ class PortableStages {
   }
   Offset diagonal_scratch() const {
     const Vertex tile = sizes_.limits.tile;
-    return diagonal_bytes<S>(Dense::kSearchesAll ? 0 : tile) + 2 * tile * static_cast<Offset>(sizeof(Vertex));
+    return Dense::kSearchesAll ? 2 * tile * static_cast<Offset>(sizeof(Vertex)) + kSlack
+                               : diagonal_bytes<S>(tile);
   }
   void launch_step(const Launch& part) {
     const Exec& exec = queue_.exec();
@@ -374,12 +387,13 @@ class PortableStages {
     const StepTask* const steps = on_space_.steps + part.tasks.begin;
     switch (part.kind) {
       case Launch::Kind::diagonal:
-        launch(exec, "mfs::diagonal", part.blocks, team(kMostThreads), diagonal_scratch(),
+        launch(exec, "mfs::diagonal", part.blocks, team_of_lanes(kMostThreads), diagonal_scratch(),
                diagonal_kernel(part));
         break;
       case Launch::Kind::strips:
-        launch(exec, "mfs::strips", part.blocks, team(kMostThreads), bytes_of(room()),
-               Strips<Exec, S, V, Dense>{store_, steps, count, tile, sizes_.limits.strip, room(), dense_});
+        launch(
+            exec, "mfs::strips", part.blocks, team(kMostThreads), bytes_of(strip_room()),
+            Strips<Exec, S, V, Dense>{store_, steps, count, tile, sizes_.limits.strip, strip_room(), dense_});
         break;
       case Launch::Kind::products:
       case Launch::Kind::wide_products:
@@ -406,7 +420,8 @@ class PortableStages {
   Sizes sizes_;
   DevicePlan lists_;
   OwnLists own_;
-  Queue queue_;
+  BlockFlops flops_;
+  mutable Queue queue_;  // that launches and copies go to is no matter of the factors
   std::unique_ptr<Arena> arena_;
   Store<S, V> store_{};
   ListPointers on_space_{};

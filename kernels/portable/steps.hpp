@@ -54,9 +54,12 @@ KOKKOS_INLINE_FUNCTION void move_rows(const Team& team, const RowMoves& moves, V
   }
 }
 
+/// Scratch memory of a diagonal tile: itself, its pivots and their inverses, its rows in the order of pivots,
+/// and rows that move.
 template <class S>
 constexpr Offset diagonal_bytes(Vertex tile) {
-  return static_cast<Offset>(sizeof(Candidates) + sizeof(Vertex) * 2 * tile + sizeof(S) * tile * tile) + 48;
+  const Offset entries = static_cast<Offset>(tile) * tile + 2 * tile;
+  return entries * static_cast<Offset>(sizeof(S)) + 3 * tile * static_cast<Offset>(sizeof(Vertex)) + 64;
 }
 
 template <class Exec, class S, class V, class Dense>
@@ -69,50 +72,107 @@ struct DiagonalTiles {
   KOKKOS_INLINE_FUNCTION void operator()(const TeamOf<Exec>& team) const { factor(team, team.league_rank()); }
   KOKKOS_INLINE_FUNCTION void factor(const TeamOf<Exec>& team, Vertex place) const {
     const StepTask task = tasks[place];
-    const Vertex f = task.front, k = task.k;
-    const FrontStore<S, V>& fronts = store.fronts;
-    const Front<S> front = fronts.front(f);
-    const Vertex left = front.pivots - k, s = tile < left ? tile : left, first = fronts.pivot_begin[f] + k;
-    const Offset ld = front.lower_ld;
-    const bool all_rows = Dense::kSearchesAll || store.is_strict(f);
-    S *const diagonal = front.lower + k + k * ld, *const border = diagonal + left;
-    Candidates* const found = scratch<Candidates>(team, 1);
-    Vertex* const held_rows = scratch<Vertex>(team, 2 * static_cast<Offset>(tile));
-    Vertex* const local_row = fronts.local_row + first;
-    if (k == 0) for_each(team, front.pivots, [&](Vertex i) { local_row[i] = i; });
-    S *a = diagonal, *held = nullptr;
-    if (!all_rows) {
-      a = held = scratch<S>(team, static_cast<Offset>(s) * s);
-      for_each_entry(team, s, s, [&](Vertex i, Vertex j) { held[i + j * s] = diagonal[i + j * ld]; });
+    const Front<S> front = store.fronts.front(task.front);
+    const Vertex left = front.pivots - task.k, s = tile < left ? tile : left;
+    if constexpr (Dense::kSearchesAll) {
+      factor_by_library(team, task, front, s);
+    } else if (store.is_strict(task.front)) {
+      factor_all_rows(team, task, front, s);
+    } else {
+      factor_in_scratch(team, task, front, s);
     }
-    team.team_barrier();
-    const PanelTally tally =
-        dense.factor_panel(team, a, all_rows ? ld : s, all_rows ? left : s, s, border, ld,
-                           BorderRows{left, front.border, !all_rows && s < left}, store.rule(),
-                           fronts.interchange + first, fronts.shift + first, fronts.work + first, found);
-    if (!all_rows) {
-      for_each_entry(team, s, s, [&](Vertex i, Vertex j) { diagonal[i + j * ld] = held[i + j * s]; });
-    }
-    team.team_barrier();
-    once(team, [&]() {
-      store.note(tally);
-      if (tally.undecided) store.make_strict(f);
-      combine_moves(first, s);
-    });
-    team.team_barrier();
-    const RowMoves moves = store.moves(f, k);
-    move_rows(team, moves, 1, local_row, 0, held_rows, 2 * static_cast<Offset>(tile));
-    if (!Dense::kSearchesAll && all_rows) exchange_whole_rows(team, front, k, s, moves);
   }
 
  private:
+  KOKKOS_INLINE_FUNCTION PanelPlace<S> panel_place(const StepTask& task, const Front<S>& front, Vertex s,
+                                                   bool all_rows) const {
+    const FrontStore<S, V>& fronts = store.fronts;
+    const Vertex left = front.pivots - task.k, first = fronts.pivot_begin[task.front] + task.k;
+    const S* const border = front.lower + front.pivots + task.k * static_cast<Offset>(front.lower_ld);
+    return {border,       front.lower_ld,       {left, front.border, !all_rows && s < left},
+            store.rule(), fronts.shift + first, fronts.work + first};
+  }
+  KOKKOS_INLINE_FUNCTION S* diagonal(const StepTask& task, const Front<S>& front) const {
+    return front.lower + task.k + task.k * static_cast<Offset>(front.lower_ld);
+  }
+
+  KOKKOS_INLINE_FUNCTION void factor_in_scratch(const TeamOf<Exec>& team, const StepTask& task,
+                                                const Front<S>& front, Vertex s) const {
+    const Offset ld = front.lower_ld;
+    S *const in_place = diagonal(task, front), *const held =
+                                                   scratch<S>(team, static_cast<Offset>(tile) * tile);
+    S* const pivot = scratch<S>(team, 2 * static_cast<Offset>(tile));
+    Vertex* const order = scratch<Vertex>(team, tile);
+    const TileInScratch<S> in_scratch{held, s, s, pivot, pivot + tile, order};
+    for_each_entry(team, s, s, [&](Vertex i, Vertex j) { held[i + j * s] = in_place[i + j * ld]; });
+    team.team_barrier();
+    const PanelTally tally = factor_tile(team, in_scratch, panel_place(task, front, s, false));
+    write_inverted(
+        team, s, [&](Vertex i, Vertex j) { return in_scratch.at(i, j); }, in_place, ld);
+    const Offset first = store.fronts.pivot_begin[task.front] + static_cast<Offset>(task.k);
+    for_each(team, s, [&](Vertex j) {
+      store.fronts.local_row[first + j] = task.k + order[j];
+      Vertex place = 0;
+      for (Vertex i = 0; i < j; ++i) place += order[i] != i;
+      if (order[j] != j) {
+        store.move_to[2 * first + place] = j;
+        store.move_from[2 * first + place] = order[j];
+      }
+      if (j == s - 1) store.move_count[first] = place + (order[j] != j);
+    });
+    once(team, [&]() {
+      store.note(tally);
+      if (tally.undecided) store.make_strict(task.front);
+    });
+  }
+
+  KOKKOS_INLINE_FUNCTION void factor_all_rows(const TeamOf<Exec>& team, const StepTask& task,
+                                              const Front<S>& front, Vertex s) const {
+    const Offset ld = front.lower_ld;
+    const Vertex first = store.fronts.pivot_begin[task.front] + task.k;
+    S *const in_place = diagonal(task, front), *const held =
+                                                   scratch<S>(team, static_cast<Offset>(tile) * tile);
+    const PanelTally tally = factor_rows(team, in_place, ld, front.pivots - task.k, s,
+                                         panel_place(task, front, s, true), store.fronts.interchange + first);
+    note_exchanges(team, task, front, s, tally);
+    exchange_whole_rows(team, front, task.k, s, store.moves(task.front, task.k), held);
+    for_each_entry(team, s, s, [&](Vertex i, Vertex j) { held[i + j * s] = in_place[i + j * ld]; });
+    team.team_barrier();
+    write_inverted(
+        team, s, [&](Vertex i, Vertex j) { return held[i + j * s]; }, in_place, ld);
+  }
+
+  KOKKOS_INLINE_FUNCTION void factor_by_library(const TeamOf<Exec>& team, const StepTask& task,
+                                                const Front<S>& front, Vertex s) const {
+    const Vertex first = store.fronts.pivot_begin[task.front] + task.k;
+    const PanelTally tally =
+        dense.factor_panel(diagonal(task, front), front.lower_ld, front.pivots - task.k, s,
+                           panel_place(task, front, s, true), store.fronts.interchange + first);
+    note_exchanges(team, task, front, s, tally);
+  }
+
+  // What came where, by exchanges that reach all rows of the pivot block. Ends with a barrier.
+  KOKKOS_INLINE_FUNCTION void note_exchanges(const TeamOf<Exec>& team, const StepTask& task,
+                                             const Front<S>& front, Vertex s, const PanelTally& tally) const {
+    const Vertex first = store.fronts.pivot_begin[task.front] + task.k;
+    Vertex* const held_rows = scratch<Vertex>(team, 2 * static_cast<Offset>(tile));
+    Vertex* const local_row = store.fronts.local_row + first;
+    if (task.k == 0) for_each(team, front.pivots, [&](Vertex i) { local_row[i] = i; });
+    once(team, [&]() {
+      store.note(tally);
+      combine_moves(first, s);
+    });
+    team.team_barrier();
+    move_rows(team, store.moves(task.front, task.k), 1, local_row, 0, held_rows,
+              2 * static_cast<Offset>(tile));
+  }
+
   // Columns right of a panel, and those left of the tile, take part in later products with the rows as they
   // are then: so the rows of strict fronts, which are exchanged across tiles, are exchanged as a whole at
   // once.
   KOKKOS_INLINE_FUNCTION void exchange_whole_rows(const TeamOf<Exec>& team, const Front<S>& front, Vertex k,
-                                                  Vertex s, const RowMoves& moves) const {
+                                                  Vertex s, const RowMoves& moves, S* held) const {
     const Offset ld = front.lower_ld, room = static_cast<Offset>(tile) * tile;
-    S* const held = scratch<S>(team, room);
     move_rows(team, moves, k, front.lower + k, ld, held, room);
     move_rows(team, moves, front.pivots - k - s, front.lower + k + (k + s) * ld, ld, held, room);
     move_rows(team, moves, front.border, front.upper + k, front.pivots, held, room);
@@ -181,9 +241,8 @@ struct Strips {
     const Offset ld = front.lower_ld;
     const S* const diagonal = front.lower + task.k + task.k * ld;
     S* const rows = front.lower + task.k + s + begin + task.k * ld;
-    dense.solve_upper_right(team, end - begin, s, diagonal, ld, rows, ld, held, room);
+    dense.solve_upper_right(team, end - begin, s, diagonal, ld, rows, ld, held);
     if (all_rows || begin >= rest) return;
-    team.team_barrier();
     for_each_entry(team, (rest < end ? rest : end) - begin, s, [&](Vertex i, Vertex j) {
       if (magnitude(rows[i + j * ld]) > kMostGrowth) store.make_strict(task.front);
     });
@@ -206,7 +265,7 @@ struct Strips {
     if (Dense::kSearchesAll || !store.is_strict(task.front))
       move_rows(team, store.moves(task.front, task.k), columns, block, block_ld, held, room);
     const S* const diagonal = front.lower + task.k + task.k * static_cast<Offset>(front.lower_ld);
-    dense.solve_unit_lower_strip(team, s, columns, diagonal, front.lower_ld, block, block_ld, held, room);
+    dense.solve_unit_lower_strip(team, s, columns, diagonal, front.lower_ld, block, block_ld, held);
   }
 };
 

@@ -63,8 +63,11 @@ struct Store {
   }
 };
 
-/// Threads of a team on a device, at most.
+/// Threads of a team on a device, at most, its lanes counted.
 constexpr int kMostThreads = 256;
+/// Lanes that share the work of a thread where kernels ask for it: neighbours on a device, one on the host.
+template <class Exec>
+constexpr int kLanes = kOnHost<Exec> ? 1 : 32;
 
 template <class Exec>
 using TeamsOf = Kokkos::TeamPolicy<Exec, Kokkos::IndexType<int>, Kokkos::Schedule<Kokkos::Dynamic>,
@@ -82,41 +85,65 @@ KOKKOS_INLINE_FUNCTION T* scratch(const Team& team, Offset count) {
   return static_cast<T*>(team.team_scratch(0).get_shmem_aligned(static_cast<int>(count * sizeof(T)), 16));
 }
 
-/// Calls kernel(team) for `league` teams of `threads` threads with so many bytes of scratch memory each.
-/// Labels have at most 15 characters: a longer one would cost an allocation.
+/// Threads of each team of a launch, and the lanes of each.
+struct TeamShape {
+  int threads, lanes = 1;
+};
+
+/// Calls kernel(team) for `league` teams of that shape with so many bytes of scratch memory each. Labels have
+/// at most 15 characters: a longer one would cost an allocation.
 template <class Exec, class Kernel>
-void launch(const Exec& exec, const char* label, Offset league, int threads, Offset bytes,
+void launch(const Exec& exec, const char* label, Offset league, TeamShape shape, Offset bytes,
             const Kernel& kernel) {
   static_assert(kOnHost<Exec> || sizeof(Kernel) <= 384,
                 "with a few of its own, Kokkos hands over 512 bytes on CUDA, and waits for launches of more");
   if (league == 0) return;
-  TeamsOf<Exec> teams(exec, static_cast<int>(league), threads);
+  TeamsOf<Exec> teams(exec, static_cast<int>(league), shape.threads, shape.lanes);
   teams.set_scratch_size(0, Kokkos::PerTeam(static_cast<int>(bytes)));
   if constexpr (kOnHost<Exec>) teams.set_chunk_size(1);
   Kokkos::parallel_for(label, teams, kernel);
 }
 
-/// body(i) for i < count by the threads of a team, neighbours by neighbours.
+/// body(i) for i < count by the threads of a team and their lanes, neighbours by neighbours.
 template <class Team, class Body>
 KOKKOS_INLINE_FUNCTION void for_each(const Team& team, Vertex count, const Body& body) {
-  Kokkos::parallel_for(Kokkos::TeamThreadRange(team, count), body);
+  Kokkos::parallel_for(Kokkos::TeamVectorRange(team, count), body);
+}
+/// The same by the lanes of the calling thread. All of them have done it when it returns.
+template <class Team, class Body>
+KOKKOS_INLINE_FUNCTION void for_each_lane(const Team& team, Vertex count, const Body& body) {
+  Kokkos::parallel_for(Kokkos::ThreadVectorRange(team, count), body);
 }
 
 /// body(i, j) for i < rows, j < columns; columns are walked by neighbours.
 template <class Team, class Body>
 KOKKOS_INLINE_FUNCTION void for_each_entry(const Team& team, Vertex rows, Vertex columns, const Body& body) {
   if (rows <= 0 || columns <= 0) return;
-  if (team.team_size() == 1) {
+  if (kOnHost<typename Team::execution_space> && team.team_size() == 1) {
     for (Vertex j = 0; j < columns; ++j) {
       for (Vertex i = 0; i < rows; ++i) body(i, j);
     }
     return;
   }
-  const Vertex fit = team.team_size() / rows, groups = fit < 1 ? 1 : fit < columns ? fit : columns;
+  const Vertex fit = kMostThreads / rows, groups = fit < 1 ? 1 : fit < columns ? fit : columns;
   for_each(team, rows * groups, [&](Vertex lane) {
     const Vertex i = lane % rows;
     for (Vertex j = lane / rows; j < columns; j += groups) body(i, j);
   });
+}
+
+/// A number that is known when code for a device is compiled (std::integral_constant is for the host).
+template <Vertex kValue>
+struct Constant {
+  KOKKOS_INLINE_FUNCTION constexpr operator Vertex() const { return kValue; }
+};
+/// body(i) for i = 0 ... kCount-1 as constants, so that an array of the thread that they index is registers.
+template <Vertex kCount, Vertex kFirst = 0, class Body>
+KOKKOS_FORCEINLINE_FUNCTION void unrolled(const Body& body) {
+  if constexpr (kFirst < kCount) {
+    body(Constant<kFirst>());
+    unrolled<kCount, kFirst + 1>(body);
+  }
 }
 
 /// One thread of the team does it.

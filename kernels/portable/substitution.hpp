@@ -40,6 +40,13 @@ struct Substitution {
   bool transposed;
   Dense dense;
 
+  // After chunk x columns entries of scratch memory, those that products need.
+  KOKKOS_INLINE_FUNCTION S* beside(S* held) const {
+    return held + static_cast<Offset>(sizes.chunk) * at.columns;
+  }
+  KOKKOS_INLINE_FUNCTION Offset held_entries() const {
+    return static_cast<Offset>(sizes.chunk) * at.columns + Dense::few_entries(at.columns);
+  }
   KOKKOS_INLINE_FUNCTION Transpose op() const { return transposed ? Transpose::yes : Transpose::no; }
   KOKKOS_INLINE_FUNCTION S* y_of(Vertex f) const { return at.y + fronts.pivot_begin[f]; }
 
@@ -79,8 +86,8 @@ struct Substitution {
     team.team_barrier();
     const S* const block =
         transposed ? front.upper + static_cast<Offset>(begin) * p : front.lower + p + begin;
-    dense.gemm_minus(team, op(), rows, at.columns, p, block, transposed ? p : front.lower_ld, y_of(f),
-                     fronts.n, z, rows);
+    dense.multiply_few(team, op(), rows, at.columns, p, block, transposed ? p : front.lower_ld, y_of(f),
+                       fronts.n, z, rows, beside(z));
     team.team_barrier();
     const Vertex* const to = destination + fronts.border_begin[f] + begin;
     for_each_entry(team, rows, at.columns,
@@ -103,8 +110,8 @@ struct Substitution {
       team.team_barrier();
       const S* const block =
           transposed ? front.lower + p + k + begin * ld : front.upper + begin + k * static_cast<Offset>(p);
-      dense.gemm_minus(team, op(), end - begin, at.columns, depth, block, transposed ? ld : p, x, depth,
-                       y_of(f) + begin, fronts.n);
+      dense.multiply_few(team, op(), end - begin, at.columns, depth, block, transposed ? ld : p, x, depth,
+                         y_of(f) + begin, fronts.n, beside(x));
       team.team_barrier();
     }
   }
@@ -112,13 +119,13 @@ struct Substitution {
   // Solves with the diagonal block of pivots [begin, end), forward or backward. Ends with a barrier.
   template <class Team>
   KOKKOS_INLINE_FUNCTION void solve_diagonal(const Team& team, Vertex f, const Front<S>& front, Vertex begin,
-                                             Vertex end, bool forward) const {
+                                             Vertex end, bool forward, S* held) const {
     const S* const block = front.lower + begin + begin * static_cast<Offset>(front.lower_ld);
     S* const y = y_of(f) + begin;
     if (forward != transposed) {
-      dense.solve_unit_lower(team, op(), end - begin, at.columns, block, front.lower_ld, y, fronts.n);
+      dense.solve_unit_lower(team, op(), end - begin, at.columns, block, front.lower_ld, y, fronts.n, held);
     } else {
-      dense.solve_upper(team, op(), end - begin, at.columns, block, front.lower_ld, y, fronts.n);
+      dense.solve_upper(team, op(), end - begin, at.columns, block, front.lower_ld, y, fronts.n, held);
     }
     team.team_barrier();
   }
@@ -126,11 +133,11 @@ struct Substitution {
   // y(rows from `begin` on) -= block(rows, unknowns from k on) y(k ...): both in the pivot block.
   template <class Team>
   KOKKOS_INLINE_FUNCTION void take_tile(const Team& team, Vertex f, const Front<S>& front, Vertex begin,
-                                        Vertex rows, Vertex k, Vertex depth) const {
+                                        Vertex rows, Vertex k, Vertex depth, S* held) const {
     const Offset ld = front.lower_ld;
     const S* const block = transposed ? front.lower + k + begin * ld : front.lower + begin + k * ld;
-    dense.gemm_minus(team, op(), rows, at.columns, depth, block, ld, y_of(f) + k, fronts.n, y_of(f) + begin,
-                     fronts.n);
+    dense.multiply_few(team, op(), rows, at.columns, depth, block, ld, y_of(f) + k, fronts.n, y_of(f) + begin,
+                       fronts.n, beside(held));
     team.team_barrier();
   }
 
@@ -160,15 +167,15 @@ struct SolveWhole {
     const Vertex f = list[team.league_rank()];
     const Front<S> front = all.fronts.front(f);
     const Vertex p = front.pivots;
-    S* const held = scratch<S>(team, static_cast<Offset>(all.sizes.chunk) * all.at.columns);
+    S* const held = scratch<S>(team, all.held_entries());
     if (forward) {
       all.gather(team, f, 0, p);
       team.team_barrier();
-      all.solve_diagonal(team, f, front, 0, p, true);
+      all.solve_diagonal(team, f, front, 0, p, true, held);
       all.leave_border(team, f, front, 0, front.border, held);
     } else {
       all.take_border(team, f, front, 0, p, held);
-      all.solve_diagonal(team, f, front, 0, p, false);
+      all.solve_diagonal(team, f, front, 0, p, false, held);
       all.scatter(team, f, 0, p);
     }
   }
@@ -185,7 +192,7 @@ struct BeginTiles {
     const SolveTask task = tasks[team.league_rank()];
     const Front<S> front = all.fronts.front(task.front);
     const Vertex begin = task.begin, end = all.tile_end(front, begin);
-    S* const held = scratch<S>(team, static_cast<Offset>(all.sizes.chunk) * all.at.columns);
+    S* const held = scratch<S>(team, all.held_entries());
     if (forward) {
       all.gather(team, task.front, begin, end);
     } else {
@@ -193,7 +200,7 @@ struct BeginTiles {
     }
     team.team_barrier();
     if (begin != (forward ? 0 : (front.pivots - 1) / all.sizes.tile * all.sizes.tile)) return;
-    all.solve_diagonal(team, task.front, front, begin, end, forward);
+    all.solve_diagonal(team, task.front, front, begin, end, forward, held);
     if (!forward) all.scatter(team, task.front, begin, end);
   }
 };
@@ -212,9 +219,10 @@ struct StepTiles {
     const Front<S> front = all.fronts.front(task.front);
     const Vertex tile = all.sizes.tile, begin = task.begin, end = all.tile_end(front, begin);
     const Vertex k = forward ? step * tile : ((front.pivots - 1) / tile - step) * tile;
-    all.take_tile(team, task.front, front, begin, end - begin, k, all.tile_end(front, k) - k);
+    S* const held = scratch<S>(team, all.held_entries());
+    all.take_tile(team, task.front, front, begin, end - begin, k, all.tile_end(front, k) - k, held);
     if (begin != (forward ? k + tile : k - tile)) return;
-    all.solve_diagonal(team, task.front, front, begin, end, forward);
+    all.solve_diagonal(team, task.front, front, begin, end, forward, held);
     if (!forward) all.scatter(team, task.front, begin, end);
   }
 };
@@ -228,7 +236,7 @@ struct LeaveBorders {
   KOKKOS_INLINE_FUNCTION void operator()(const TeamOf<Exec>& team) const {
     const SolveTask task = tasks[team.league_rank()];
     const Front<S> front = all.fronts.front(task.front);
-    S* const held = scratch<S>(team, static_cast<Offset>(all.sizes.chunk) * all.at.columns);
+    S* const held = scratch<S>(team, all.held_entries());
     const Vertex after = task.begin + all.sizes.border;
     all.leave_border(team, task.front, front, task.begin, after < front.border ? after : front.border, held);
   }

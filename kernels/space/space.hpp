@@ -61,6 +61,11 @@ struct Space {
     void to_host(void* to, const void* from, Offset bytes) const {
       copy<Kokkos::HostSpace, typename Exec::memory_space>(to, from, bytes);
     }
+    void copy_within(void* to, const void* from, Offset bytes) const {
+      copy<typename Exec::memory_space, typename Exec::memory_space>(to, from, bytes);
+    }
+    /// What the caller put into a stream before comes first.
+    void follow(void*) { Kokkos::fence(); }
     /// Fills with one byte.
     void fill(void* place, int byte, Offset bytes) const {
       if constexpr (kOnHost<Exec>) {
@@ -94,6 +99,18 @@ struct Space {
       }
     }
     Exec exec_;
+  };
+
+  /// Launches that are made again and again: work() puts them into the queue, the same ones each time, and
+  /// waits for nothing.
+  class Launches {
+   public:
+    template <class Work>
+    void run(const Queue&, const Work& work) {
+      work();
+    }
+    /// The next ones are others.
+    void forget() {}
   };
 };
 

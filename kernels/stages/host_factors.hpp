@@ -72,7 +72,7 @@ class HostFactors final : public Factors<Value> {
     const Vertex* out = transposed ? store_.row_of : store_.column_of;
     const double* in_scale = transposed ? store_.column_scale : store_.row_scale;
     const double* out_scale = transposed ? store_.row_scale : store_.column_scale;
-    gather_scaled<Value>(exec_, store_.n, columns, in, in_scale, from, vectors.v);
+    gather_scaled<Value>(exec_, store_.n, columns, in, in_scale, from, store_.n, vectors.v);
     solve_depths(exec_, workers_, store_, schedule_.data(), schedule_.size(), vectors,
                  Substitution{true, true, transposed});
     scatter_scaled<Value>(exec_, store_.n, columns, out, out_scale, vectors.v, to);

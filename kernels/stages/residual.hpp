@@ -25,10 +25,15 @@ struct RowAccess {
   const Scalar* values;
 };
 
-/// f_i = amount / scale[i]; none where amount is 0.
+/// f_i = part * *largest / scale[i]; none where part is 0. The largest unknown lies where the vectors do.
 struct RowFloor {
-  double amount = 0;
-  const double* scale = nullptr;
+  double part = 0;
+  const double *largest = nullptr, *scale = nullptr;
+
+  KOKKOS_INLINE_FUNCTION double of_row(Offset i) const {
+    const double amount = part > 0 ? part * *largest : 0;
+    return amount > 0 ? amount / scale[i] : 0;
+  }
 };
 
 // Not in the function: device code may use such constants, but not call what they are made by.
@@ -71,30 +76,39 @@ class BlockedSum {
 /// r = b - A x for one column (b null: r = -A x); *worst = its backward error, a place in the memory of Exec.
 /// Where `size_of_row` is not null, size_of_row[i] = (|A| |x| + |b| + f)_i, or 1 where that is no divisor
 /// (zero, subnormal, infinite).
+template <class Scalar>
+struct RowResidual {
+  using Limits = std::numeric_limits<RealOf<Scalar>>;
+  static constexpr double kSmallest = Limits::min(), kLargest = Limits::max();
+
+  RowAccess<Scalar> a;
+  const Scalar *b, *x;
+  Scalar* r;
+  double* size_of_row;
+  RowFloor floor;
+
+  KOKKOS_FUNCTION void operator()(Offset i, double& most) const {
+    using Sum = decltype(widened(x[i]));
+    const Sum first = b ? widened(b[i]) : Sum(0);
+    BlockedSum<Sum> terms(first);
+    double size = magnitude(first) + floor.of_row(i);
+    for (Offset k = a.offsets[i]; k < a.offsets[i + 1]; ++k) {
+      const auto product = widened(a.values[a.slots ? a.slots[k] : k]) * widened(x[a.columns[k]]);
+      terms.subtract(product);
+      size += magnitude(product);
+    }
+    const Sum sum = terms.value();
+    narrow(sum, r[i]);
+    if (size_of_row) size_of_row[i] = size >= kSmallest && size <= kLargest ? size : 1;
+    const double error = row_error(magnitude(sum), size);
+    if (error > most) most = error;
+  }
+};
 template <class Exec, class Scalar>
 void residual(const Exec& exec, Vertex n, const RowAccess<Scalar>& a, const Scalar* b, const Scalar* x,
               Scalar* r, double* worst, double* size_of_row = nullptr, const RowFloor& floor = {}) {
-  using Limits = std::numeric_limits<RealOf<Scalar>>;
-  const double smallest = Limits::min(), largest = Limits::max();
-  Kokkos::parallel_reduce(
-      "mfs::residual", Kokkos::RangePolicy<Exec, Kokkos::IndexType<Offset>>(exec, 0, n),
-      KOKKOS_LAMBDA(Offset i, double& most) {
-        using Sum = decltype(widened(x[i]));
-        const Sum first = b ? widened(b[i]) : Sum(0);
-        BlockedSum<Sum> terms(first);
-        double size = magnitude(first) + (floor.amount > 0 ? floor.amount / floor.scale[i] : 0);
-        for (Offset k = a.offsets[i]; k < a.offsets[i + 1]; ++k) {
-          const auto product = widened(a.values[a.slots ? a.slots[k] : k]) * widened(x[a.columns[k]]);
-          terms.subtract(product);
-          size += magnitude(product);
-        }
-        const Sum sum = terms.value();
-        narrow(sum, r[i]);
-        if (size_of_row) size_of_row[i] = size >= smallest && size <= largest ? size : 1;
-        const double error = row_error(magnitude(sum), size);
-        if (error > most) most = error;
-      },
-      maximum_at<Exec>(worst));
+  Kokkos::parallel_reduce("mfs::residual", Kokkos::RangePolicy<Exec, Kokkos::IndexType<Offset>>(exec, 0, n),
+                          RowResidual<Scalar>{a, b, x, r, size_of_row, floor}, maximum_at<Exec>(worst));
 }
 
 /// A sum of doubles and of products of doubles, as if in twice the precision (Ogita, Rump and Oishi 2005).

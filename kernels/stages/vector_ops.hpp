@@ -113,33 +113,45 @@ Scalar dot_product(const Exec& exec, Vertex n, const Scalar* a, const Scalar* b)
 }
 
 /// Between the caller's order and the order of elimination, whose position p holds number index[p]: scaled by
-/// that number's scale on the way, for n x columns, and computed as Value.
-template <class Value, bool kIntoElimination, class Exec, class From, class To>
-void permute_scaled(const Exec& exec, Vertex n, Vertex columns, const Vertex* index, const double* scale,
-                    const From* from, To* to) {
-  for_each_index(
-      exec, "mfs::permute", n, KOKKOS_LAMBDA(Offset position) {
-        const Offset i = index[position];
-        const Offset source = kIntoElimination ? i : position, target = kIntoElimination ? position : i;
-        const auto factor = static_cast<RealOf<Value>>(scale[i]);
-        for (Offset j = 0; j < columns; ++j) {
-          to[target + j * n] = static_cast<To>(Value(from[source + j * n]) * factor);
-        }
-      });
-}
+/// that number's scale on the way, for columns with leading dimensions of their own, and computed as Value.
+/// `add`: to what is there already.
+template <class Value, bool kIntoElimination, class From, class To>
+struct PermuteScaled {
+  Vertex columns;
+  const Vertex* index;
+  const double* scale;
+  const From* from;
+  Offset from_ld;
+  To* to;
+  Offset to_ld;
+  bool add;
 
-/// to[position] = scale * from[index[position]]
+  KOKKOS_FUNCTION void operator()(Offset position) const {
+    const Offset i = index[position];
+    const Offset source = kIntoElimination ? i : position, target = kIntoElimination ? position : i;
+    const auto factor = static_cast<RealOf<Value>>(scale[i]);
+    for (Offset j = 0; j < columns; ++j) {
+      To& place = to[target + j * to_ld];
+      const To scaled = static_cast<To>(Value(from[source + j * from_ld]) * factor);
+      place = add ? place + scaled : scaled;
+    }
+  }
+};
+
+/// to[position] = scale * from[index[position]], for `columns` columns.
 template <class Value, class Exec, class From, class To>
 void gather_scaled(const Exec& exec, Vertex n, Vertex columns, const Vertex* index, const double* scale,
-                   const From* from, To* to) {
-  permute_scaled<Value, true>(exec, n, columns, index, scale, from, to);
+                   const From* from, Offset from_ld, To* to) {
+  for_each_index(exec, "mfs::permute", n,
+                 PermuteScaled<Value, true, From, To>{columns, index, scale, from, from_ld, to, n, false});
 }
 
-/// And back: to[index[position]] = scale * from[position]
+/// And back: to[index[position]] = scale * from[position], or += that.
 template <class Value, class Exec, class From, class To>
 void scatter_scaled(const Exec& exec, Vertex n, Vertex columns, const Vertex* index, const double* scale,
-                    const From* from, To* to) {
-  permute_scaled<Value, false>(exec, n, columns, index, scale, from, to);
+                    const From* from, To* to, bool add = false) {
+  for_each_index(exec, "mfs::permute", n,
+                 PermuteScaled<Value, false, From, To>{columns, index, scale, from, n, to, n, add});
 }
 
 /// Takes a maximum to a place in the memory of Exec, without waiting for it.
@@ -150,15 +162,19 @@ auto maximum_at(double* place) {
 }
 
 /// *largest = largest |x_i| / scale[i].
+template <class Scalar>
+struct LargestUnscaled {
+  const double* scale;
+  const Scalar* x;
+  KOKKOS_FUNCTION void operator()(Offset i, double& most) const {
+    const double size = magnitude(x[i]) / scale[i];
+    if (size > most) most = size;
+  }
+};
 template <class Exec, class Scalar>
 void largest_unscaled(const Exec& exec, Vertex n, const double* scale, const Scalar* x, double* largest) {
-  Kokkos::parallel_reduce(
-      "mfs::largest_unscaled", Kokkos::RangePolicy<Exec, Kokkos::IndexType<Offset>>(exec, 0, n),
-      KOKKOS_LAMBDA(Offset i, double& most) {
-        const double size = magnitude(x[i]) / scale[i];
-        if (size > most) most = size;
-      },
-      maximum_at<Exec>(largest));
+  Kokkos::parallel_reduce("mfs::unscaled", Kokkos::RangePolicy<Exec, Kokkos::IndexType<Offset>>(exec, 0, n),
+                          LargestUnscaled<Scalar>{scale, x}, maximum_at<Exec>(largest));
 }
 
 /// *found = 1 if an entry is NaN or infinite, else 0 or less.
@@ -176,18 +192,22 @@ void find_nonfinite(const Exec& exec, Offset count, const Scalar* x, double* fou
 }
 
 /// *largest = largest |a_ij| row_scale[i] column_scale[j].
+template <class Scalar, class Value>
+struct LargestScaledEntry {
+  FrontStore<Scalar, Value> store;
+  KOKKOS_FUNCTION void operator()(Offset row, double& most) const {
+    for (Offset k = store.matrix_offsets[row]; k < store.matrix_offsets[row + 1]; ++k) {
+      const double scale = store.row_scale[row] * store.column_scale[store.matrix_columns[k]];
+      const double size = magnitude(store.matrix_values[k]) * scale;
+      if (size > most) most = size;
+    }
+  }
+};
 template <class Exec, class Scalar, class Value>
 void largest_scaled_entry(const Exec& exec, const FrontStore<Scalar, Value>& store, double* largest) {
-  Kokkos::parallel_reduce(
-      "mfs::largest", Kokkos::RangePolicy<Exec, Kokkos::IndexType<Offset>>(exec, 0, store.n),
-      KOKKOS_LAMBDA(Offset row, double& most) {
-        for (Offset k = store.matrix_offsets[row]; k < store.matrix_offsets[row + 1]; ++k) {
-          const double scale = store.row_scale[row] * store.column_scale[store.matrix_columns[k]];
-          const double size = magnitude(store.matrix_values[k]) * scale;
-          if (size > most) most = size;
-        }
-      },
-      maximum_at<Exec>(largest));
+  Kokkos::parallel_reduce("mfs::largest",
+                          Kokkos::RangePolicy<Exec, Kokkos::IndexType<Offset>>(exec, 0, store.n),
+                          LargestScaledEntry<Scalar, Value>{store}, maximum_at<Exec>(largest));
 }
 
 }  // namespace mfs

@@ -151,7 +151,7 @@ TEST_F(Portable, RefusesWhatCannotBe) {
   std::vector<double> b(72, 1.0), x(72);
   b[5] = std::nan("");
   expect_invalid([&] { solver.solve(b.data(), x.data()); }, "b", 5, 0);
-  failure_of<StateError>([&] { solver.refactor_device(a.values.data()); });
+  if (on_host()) failure_of<StateError>([&] { solver.refactor_device(a.values.data()); });
   a.values[3] = std::numeric_limits<double>::infinity();
   failure_of<InvalidInput>([&] { solver.refactor(a.view()); });
   expect_usable(solver);

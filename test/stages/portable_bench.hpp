@@ -1,5 +1,6 @@
 // Runs single stages or whole factorizations of the portable executor in one execution space, and shows what
-// they left. Memory that a stage is not given holds NaN.
+// they left. Memory that a stage is not given holds NaN. Fronts go in and come out as a reference has them,
+// also where the executor's own dense operations leave the triangles of diagonal blocks inverted.
 #pragma once
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 
 #include "kernels/portable/stages.hpp"
 #include "test/stages/factored_fronts.hpp"
+#include "test/stages/inverted_blocks.hpp"
 
 namespace mfs::test {
 
@@ -69,14 +71,21 @@ class PortableBench {
     put(stages_.store().fronts.storage, storage);
   }
   void put_factored(Vertex f, const ReferenceFront<Scalar>& front) {
-    put_front(f, blocks_of(front));
+    put_front(f, as_kept(blocks_of(front), f));
     std::vector<Vertex> rows = get<Vertex>(stages_.store().fronts.local_row, plan_->n);
     std::copy(front.row_at.begin(), front.row_at.end(), rows.begin() + plan_->pivot_begin[f]);
     put(stages_.store().fronts.local_row, rows);
   }
+  /// As it lies there: factored ones have inverted blocks.
   FrontBlocks<Scalar> front(Vertex f) const {
     const std::vector<Scalar> storage = get<Scalar>(stages_.store().fronts.storage, plan_->storage_entries);
     return blocks_in(*plan_, storage.data(), f);
+  }
+  /// Factored blocks as the executor keeps them, and back.
+  FrontBlocks<Scalar> as_kept(FrontBlocks<Scalar> blocks, Vertex f) const {
+    if (!Dense::kSearchesAll)
+      invert_diagonal(blocks.lower, plan_->pivots(f), plan_->rows(f), portable::kInvertedBlock);
+    return blocks;
   }
   std::vector<Vertex> row_at(Vertex f) const {
     return part(get<Vertex>(stages_.store().fronts.local_row, plan_->n), f);
@@ -97,7 +106,7 @@ class PortableBench {
     FactoredFronts<Scalar> result;
     const std::vector<Scalar> storage = get<Scalar>(stages_.store().fronts.storage, plan_->storage_entries);
     for (Vertex f = 0; f < plan_->num_fronts; ++f) {
-      result.fronts.push_back(blocks_in(*plan_, storage.data(), f));
+      result.fronts.push_back(as_kept(blocks_in(*plan_, storage.data(), f), f));
       result.row_at.push_back(row_at(f));
       result.shift.push_back(shift(f));
     }

@@ -52,7 +52,8 @@ std::vector<Entrant> entrants_of(const Arguments& arguments) {
                         }});
   }
   if (!arguments.cudss.empty())
-    entrants.push_back({"cudss", arguments.backend, load_cudss(arguments.cudss, arguments.threads)});
+    entrants.push_back(
+        {"cudss", mfs::backend_name(mfs::Backend::cuda), load_cudss(arguments.cudss, arguments.threads)});
   return entrants;
 }
 

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 #include "plan/assembly_lists.hpp"
+#include "plan/segment_lists.hpp"
 #include "plan/solve_lists.hpp"
 #include "plan/step_lists.hpp"
 
@@ -51,7 +53,12 @@ void list_small(const SymbolicPlan& plan, const std::vector<Vertex>& small, Vert
 }  // namespace
 
 DevicePlan make_device_plan(const SymbolicPlan& plan, const DeviceLimits& limits) {
+  return make_device_plan(plan, limits, {});
+}
+
+DevicePlan make_device_plan(const SymbolicPlan& plan, const DeviceLimits& limits, SegmentPlan segments) {
   DevicePlan made;
+  made.segments = std::move(segments);
   made.tile = limits.tile;
   made.strip = limits.strip;
   made.small_rows = limits.small_rows;
@@ -68,6 +75,8 @@ DevicePlan make_device_plan(const SymbolicPlan& plan, const DeviceLimits& limits
   steps.add_roots();
   assembly.finish();
   SolveLists(plan, limits, made).run();
+  if (!made.segments.empty()) SegmentLists(plan, made).run();
+  if (!made.segments.leaving.empty()) made.block_read = plan.contribution_begin;
   return made;
 }
 

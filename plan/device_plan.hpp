@@ -22,11 +22,15 @@
 //
 // Where roots have many pivots, the vendor's LAPACK can factor them without pivoting; tiles are the way for
 // those that turn out to need it.
+//
+// Where factors do not fit the device, the launches of a depth are divided among its segments
+// (plan/segments.hpp), after the work has been cut for the depth as a whole: a front has the same tiles.
 #pragma once
 
 #include <limits>
 #include <vector>
 
+#include "plan/segments.hpp"
 #include "plan/symbolic_plan.hpp"
 
 namespace mfs {
@@ -38,6 +42,7 @@ struct ProductTask {
   Vertex lda, ldb, ldc;
   Vertex first_tile;  // in its launch
   Vertex padding;     // of the m rows: those that only align the next column
+  Vertex front;
 };
 
 /// The diagonal tile of a front at its pivot k, and the strips beside it: of the block column, where `left`,
@@ -120,6 +125,7 @@ struct DepthLaunches {
   std::vector<Launch> factor;
   Range exchange;  // block rows left of later panels
   std::vector<Launch> update;
+  Range inverses;  // of DevicePlan::wide_tiles, where each segment makes its own
 };
 
 /// A launch of the solve in one direction: tiles and parts of tiles, depth after depth, each of which waits
@@ -151,7 +157,10 @@ struct DevicePlan {
   std::vector<SolveLaunch> forward, backward;
   std::vector<StepTask> steps;
   std::vector<ProductTask> products;
-  std::vector<DepthLaunches> depths;
+  std::vector<DepthLaunches> depths;  // or segments, as `forward`; `backward` has them from the last one on
+  SegmentPlan segments;               // empty where the factors fit as they are
+  std::vector<Offset> solve_lower, solve_upper;  // num_fronts, where there are segments
+  std::vector<Offset> block_read;  // num_fronts, where contribution blocks leave: for the executor to fill
   // In place of DepthLaunches::factor of the last depth, if there are any: then the vendor's LAPACK can have
   // all roots that are not small.
   std::vector<RootTask> roots;
@@ -217,8 +226,8 @@ struct DeviceLimits {
   bool whole_columns = false;
   // Small fronts of a depth are launched by size, in steps of so many rows.
   Vertex small_step = kSmallStep;
-  // Rows and columns of a tile of a product that is not wide. The vendor's BLAS has products of so many entries
-  // and so deep, one call each.
+  // Rows and columns of a tile of a product that is not wide. The vendor's BLAS has products of so many
+  // entries and so deep, one call each.
   Vertex product_rows = 64, product_columns = 64;
   Offset vendor_entries = Offset(1) << 20;
   Vertex vendor_depth = 256;
@@ -237,5 +246,7 @@ struct DeviceLimits {
 };
 
 DevicePlan make_device_plan(const SymbolicPlan& plan, const DeviceLimits& limits);
+/// By segments: `placed` is the plan with their places (placed_by).
+DevicePlan make_device_plan(const SymbolicPlan& placed, const DeviceLimits& limits, SegmentPlan segments);
 
 }  // namespace mfs

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include <mfs/error.hpp>
 
@@ -18,6 +19,7 @@ constexpr int kFrontsAtOnce = 64;  // of a thread
 
 void SolveLists::run() {
   number_rows();
+  place_factors();
   list_solve();
   list_sources();
   list_wide_tiles();
@@ -26,37 +28,67 @@ void SolveLists::run() {
 // Each depth waits for the one before it: forward for the deeper one, backward for the higher one.
 void SolveLists::list_solve() {
   std::vector<SolveDepth> depths;
-  for (Vertex k = 0; k < plan_.num_depths; ++k) depths.push_back(solve_depth(k));
+  if (by_segments()) {
+    depths = segments_of_depths();
+  } else {
+    for (Vertex k = 0; k < plan_.num_depths; ++k) {
+      SortedFronts fronts = sort_depth(k);
+      depths.push_back({std::move(fronts.in_tiles), list_tiny(fronts.tiny), fronts.crowded});
+    }
+  }
   for (const SolveDepth& depth : depths) {
-    list_tiles(depth, made_.forward, [&] { list_forward(depth.fronts); });
+    list_tiles(depth, made_.forward, [&] { list_forward(depth); });
     forward_launch_.push_back(made_.forward.size() - 1);
   }
   for (auto depth = depths.rbegin(); depth != depths.rend(); ++depth)
     list_tiles(*depth, made_.backward, [&] { list_backward(depth->fronts); });
 }
 
-SolveLists::SolveDepth SolveLists::solve_depth(Vertex step) {
-  SolveDepth depth;
-  std::vector<Vertex> tiny;
+// What is done with a front is decided for its depth as a whole.
+std::vector<SolveLists::SolveDepth> SolveLists::segments_of_depths() {
+  const std::vector<Segment>& segments = made_.segments.segments;
+  std::vector<std::vector<Vertex>> tiny(segments.size()), in_tiles(segments.size());
+  std::vector<char> crowded;
+  for (Vertex k = 0; k < plan_.num_depths; ++k) {
+    const SortedFronts fronts = sort_depth(k);
+    for (const Vertex f : fronts.tiny) tiny[made_.segments.segment[f]].push_back(f);
+    for (const Vertex f : fronts.in_tiles) in_tiles[made_.segments.segment[f]].push_back(f);
+    crowded.push_back(fronts.crowded);
+  }
+  std::vector<SolveDepth> made;
+  for (std::size_t t = 0; t < segments.size(); ++t)
+    made.push_back({std::move(in_tiles[t]), list_tiny(tiny[t]), crowded[segments[t].step] != 0});
+  return made;
+}
+
+SolveLists::SortedFronts SolveLists::sort_depth(Vertex step) const {
+  SortedFronts depth;
+  std::vector<Vertex>& tiny = depth.tiny;
   for (Vertex f = plan_.depth_begin[step]; f < plan_.depth_begin[step + 1]; ++f) {
     const Offset entries = static_cast<Offset>(plan_.pivots(f)) * plan_.rows(f);
-    (plan_.pivots(f) <= kTinyPivots && entries <= kTinyEntries ? tiny : depth.fronts).push_back(f);
+    (plan_.pivots(f) <= kTinyPivots && entries <= kTinyEntries ? tiny : depth.in_tiles).push_back(f);
   }
   if (static_cast<Vertex>(tiny.size()) < limits_.many_tiny) {
-    depth.fronts.insert(depth.fronts.end(), tiny.begin(), tiny.end());
+    depth.in_tiles.insert(depth.in_tiles.end(), tiny.begin(), tiny.end());
     tiny.clear();
   }
-  depth.tiny.begin = static_cast<Offset>(made_.tiny_fronts.size());
-  made_.tiny_fronts.insert(made_.tiny_fronts.end(), tiny.begin(), tiny.end());
-  depth.tiny.end = static_cast<Offset>(made_.tiny_fronts.size());
+  Vertex tiles = 0;
+  for (const Vertex f : depth.in_tiles) tiles += steps_of_border(f);
+  depth.crowded = tiles > limits_.crowd;
   return depth;
+}
+
+Range SolveLists::list_tiny(const std::vector<Vertex>& tiny) {
+  const auto begin = static_cast<Offset>(made_.tiny_fronts.size());
+  made_.tiny_fronts.insert(made_.tiny_fronts.end(), tiny.begin(), tiny.end());
+  return {begin, static_cast<Offset>(made_.tiny_fronts.size())};
 }
 
 template <class List>
 void SolveLists::list_tiles(const SolveDepth& depth, std::vector<SolveLaunch>& launches, const List& list) {
   const Offset begin = static_cast<Offset>(made_.solve.size());
   list();
-  if (launches.empty() || launches.back().tiny.count() > 0 || depth.tiny.count() > 0)
+  if (launches.empty() || by_segments() || launches.back().tiny.count() > 0 || depth.tiny.count() > 0)
     launches.push_back({depth.tiny, {begin, begin}, {}});
   launches.back().tiles.end = static_cast<Offset>(made_.solve.size());
 }
@@ -68,17 +100,16 @@ Vertex SolveLists::most_solve_tiles(const std::vector<Vertex>& fronts) const {
 }
 
 // The tiles of a front in the order in which they depend on each other, those of all fronts by turns.
-void SolveLists::list_forward(const std::vector<Vertex>& fronts) {
+void SolveLists::list_forward(const SolveDepth& depth) {
+  const std::vector<Vertex>& fronts = depth.fronts;
   const Vertex most = most_solve_tiles(fronts);
   for (Vertex i = 0; i < most; ++i) {
     for (const Vertex f : fronts) {
       if (i < solve_tiles(f)) add_part({f, i * kSolveTile, 0, i, true, 0, 0, {}, kSolveTile});
     }
   }
-  Vertex tiles = 0;
-  for (const Vertex f : fronts) tiles += steps_of_border(f);
   for (const Vertex f : fronts) {
-    const Vertex height = tiles > limits_.crowd && solve_tiles(f) == 1 ? kTallTile : kSolveTile;
+    const Vertex height = depth.crowded && solve_tiles(f) == 1 ? kTallTile : kSolveTile;
     for (Vertex i = 0; i < plan_.border_rows(f); i += height)
       add_part({f, plan_.pivots(f) + i, 0, solve_tiles(f), true, 0, 0, {}, height});
   }
@@ -133,17 +164,26 @@ void SolveLists::list_tile_back(Vertex f, Vertex turn, Offset first_place) {
 
 void SolveLists::add_part(SolvePart part) {
   const Vertex f = part.front;
-  part.where = {plan_.lower_begin[f], plan_.upper_begin[f], plan_.border_begin[f], made_.row_begin[f],
-                plan_.pivot_begin[f], plan_.pivots(f),      plan_.border_rows(f),  plan_.lower_ld(f)};
+  part.where = {lower_of(f),          upper_of(f),     plan_.border_begin[f], made_.row_begin[f],
+                plan_.pivot_begin[f], plan_.pivots(f), plan_.border_rows(f),  plan_.lower_ld(f)};
   part.rows =
       std::min(part.rows, (part.begin < plan_.pivots(f) ? plan_.pivots(f) : plan_.rows(f)) - part.begin);
   made_.solve.push_back(part);
 }
 
+// Those of segments are divided among them later.
 void SolveLists::list_wide_tiles() {
   for (Vertex f = 0; f < plan_.num_fronts; ++f) {
     for (Vertex k = 0; k + kInverted < plan_.pivots(f); k += kSolveTile)
       made_.wide_tiles.push_back({f, k, k});
+  }
+}
+
+void SolveLists::place_factors() {
+  if (!by_segments()) return;
+  for (Vertex f = 0; f < plan_.num_fronts; ++f) {
+    made_.solve_lower.push_back(plan_.lower_begin[f] + made_.segments.solve_shift(f));
+    made_.solve_upper.push_back(plan_.upper_begin[f] + made_.segments.solve_shift(f));
   }
 }
 
@@ -189,7 +229,7 @@ void SolveLists::place_sources() {
     const bool last = step + 1 == plan_.num_depths;
     const auto begin = places.begin() + made_.row_begin[plan_.depth_begin[step]];
     const auto end = last ? places.end() : places.begin() + made_.row_begin[plan_.depth_begin[step + 1]];
-    Offset& of_children = next[forward_launch_[step - 1]];
+    Offset& of_children = next[by_segments() ? 0 : forward_launch_[step - 1]];
     *begin = static_cast<Vertex>(of_children);
     std::partial_sum(begin, end, begin);
     of_children += border_rows_of(step - 1);
@@ -197,21 +237,29 @@ void SolveLists::place_sources() {
 }
 
 // Where what each launch leaves begins. It is read by the same launch and the next one, so two share a
-// place by turns.
+// place by turns. What segments leave is read later, and all have places of their own.
 std::vector<Offset> SolveLists::place_borders() {
+  if (by_segments()) {
+    count_borders(static_cast<Offset>(plan_.border.size()));
+    return {0};
+  }
   std::vector<Offset> count(made_.forward.size(), 0), begin;
   for (Vertex step = 0; step < plan_.num_depths; ++step) count[forward_launch_[step]] += border_rows_of(step);
   Offset most[2] = {0, 0};
   for (std::size_t launch = 0; launch < count.size(); ++launch)
     most[launch % 2] = std::max(most[launch % 2], count[launch]);
-  made_.border_places = most[0] + most[1];
-  if (made_.border_places > std::numeric_limits<Vertex>::max())
-    throw BackendError("CUDA", 0, "borders of more than 2^31 - 1 rows are solved with on the host only");
+  count_borders(most[0] + most[1]);
   for (std::size_t launch = 0; launch < count.size(); ++launch) {
     begin.push_back(launch % 2 == 0 ? 0 : most[0]);
     made_.forward[launch].border = {begin.back(), begin.back() + count[launch]};
   }
   return begin;
+}
+
+void SolveLists::count_borders(Offset places) {
+  made_.border_places = places;
+  if (places > std::numeric_limits<Vertex>::max())
+    throw BackendError("CUDA", 0, "borders of more than 2^31 - 1 rows are solved with on the host only");
 }
 
 Offset SolveLists::border_rows_of(Vertex step) const {

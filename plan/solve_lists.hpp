@@ -9,8 +9,8 @@
 
 namespace mfs {
 
-/// Writes DevicePlan::tiny_fronts, wide_tiles, solve, forward, backward, row_begin, source_begin and
-/// destination.
+/// Writes DevicePlan::tiny_fronts, wide_tiles, solve, forward, backward, row_begin, source_begin,
+/// destination, solve_lower and solve_upper.
 class SolveLists {
  public:
   SolveLists(const SymbolicPlan& plan, const DeviceLimits& limits, DevicePlan& made)
@@ -19,20 +19,31 @@ class SolveLists {
   void run();
 
  private:
-  // What the solve does with the fronts of a depth.
+  // What the solve does with the fronts of a depth, or of a segment.
   struct SolveDepth {
     std::vector<Vertex> fronts;  // in tiles
     Range tiny;
+    bool crowded;  // borders of the whole depth have more tiles than the device can hold
   };
+  struct SortedFronts {
+    std::vector<Vertex> tiny, in_tiles;
+    bool crowded = false;
+  };
+  bool by_segments() const { return !made_.segments.empty(); }
+  void place_factors();
+  Offset lower_of(Vertex f) const { return by_segments() ? made_.solve_lower[f] : plan_.lower_begin[f]; }
+  Offset upper_of(Vertex f) const { return by_segments() ? made_.solve_upper[f] : plan_.upper_begin[f]; }
   void number_rows();
   void list_solve();
   void list_sources();
   void list_wide_tiles();
 
-  SolveDepth solve_depth(Vertex step);
+  std::vector<SolveDepth> segments_of_depths();
+  SortedFronts sort_depth(Vertex step) const;
+  Range list_tiny(const std::vector<Vertex>& tiny);
   template <class List>
   void list_tiles(const SolveDepth& depth, std::vector<SolveLaunch>& launches, const List& list);
-  void list_forward(const std::vector<Vertex>& fronts);
+  void list_forward(const SolveDepth& depth);
   void list_backward(const std::vector<Vertex>& fronts);
   void list_parts_back(Vertex f, Vertex turn, Offset first_place);
   void list_tile_back(Vertex f, Vertex turn, Offset first_place);
@@ -45,6 +56,7 @@ class SolveLists {
 
   void place_sources();
   std::vector<Offset> place_borders();
+  void count_borders(Offset places);
   Offset border_rows_of(Vertex step) const;
   template <class Visit>
   void for_each_child_row(Vertex f, const Visit& visit) const;

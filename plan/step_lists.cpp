@@ -126,13 +126,13 @@ void StepLists::add_products(Vertex f, Vertex k, Vertex next, Span down, Span ri
     const Vertex end = down.end == plan_.rows(f) ? leading : down.end;
     products.push_back({lower + down.begin + k * ld, lower + k + own.begin * ld,
                         lower + down.begin + own.begin * ld, end - down.begin, own.length(), s, leading,
-                        leading, leading, 0, end - down.end});
+                        leading, leading, 0, end - down.end, f});
   }
   const Span border{std::max(right.begin, p), right.end}, pivots{down.begin, std::min(down.end, p)};
   if (border.length() > 0 && pivots.length() > 0) {
     const Offset first = static_cast<Offset>(border.begin - p) * p;
     products.push_back({lower + pivots.begin + k * ld, upper + k + first, upper + pivots.begin + first,
-                        pivots.length(), border.length(), s, leading, p, p, 0, 0});
+                        pivots.length(), border.length(), s, leading, p, p, 0, 0, f});
   }
 }
 
@@ -178,7 +178,7 @@ void StepLists::list_update() {
     const Vertex leading = plan_.lower_ld(f), ldc = plan_.contribution_ld(f);
     const Vertex down = std::min(leading - p, ldc);
     products.push_back({plan_.lower_begin[f] + p, plan_.upper_begin[f], plan_.contribution_begin[f], down, b,
-                        p, leading, p, ldc, 0, down - b});
+                        p, leading, p, ldc, 0, down - b, f});
   }
   products_.add(products, depth_->update, Order::sequential);
 }

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "plan/device_flops.hpp"
+#include "test/stages/dominant_problem.hpp"
 #include "test/stages/list_interpreter.hpp"
 
 namespace mfs::test {
@@ -65,27 +66,6 @@ DeviceLimits with_short_panels() {
 
 const std::vector<DeviceLimits> kLimits{for_double(), for_complex_double_with_tiles_ahead(),
                                         with_slabs_and_tall_tiles(), without_small_fronts()};
-
-/// The same pattern with each diagonal entry larger than the rest of its column: pivots stay where they are.
-StageProblem<double> column_dominant(StageProblem<double> problem) {
-  const SymbolicPlan& plan = *problem.plan;
-  const std::vector<Vertex> column_position = inverse(plan.column_of);
-  std::vector<double> sum(plan.n, 0.0);
-  std::vector<Offset> diagonal(plan.n, -1);
-  for (Vertex row = 0; row < plan.n; ++row) {
-    for (Offset k = problem.pattern->offsets[row]; k < problem.pattern->offsets[row + 1]; ++k) {
-      const Vertex column = problem.pattern->columns[k];
-      sum[column] += std::abs(problem.values[k] * problem.row_scale[row]);
-      if (plan.row_of[column_position[column]] == row) diagonal[column] = k;
-    }
-  }
-  for (Vertex position = 0; position < plan.n; ++position) {
-    const Vertex column = plan.column_of[position];
-    if (diagonal[column] < 0) throw std::logic_error("no diagonal entry");
-    problem.values[diagonal[column]] = 2 * sum[column] / problem.row_scale[plan.row_of[position]];
-  }
-  return problem;
-}
 
 void check(const StageProblem<double>& problem, const DeviceLimits& limits) {
   const SymbolicPlan& plan = *problem.plan;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
 #include <set>
@@ -41,11 +42,17 @@ class ListInterpreter {
     storage_.assign(static_cast<std::size_t>(plan_.storage_entries), kNothing);
   }
 
-  /// Calls after_depth(step) when all fronts of a depth are done.
+  /// Calls after_depth(step) when all fronts of a depth (or segment) are done, and before(step) ahead of
+  /// them.
   template <class After>
   void factor(const After& after_depth) {
+    factor([](Vertex) {}, after_depth);
+  }
+  template <class Before, class After>
+  void factor(const Before& before, const After& after_depth) {
     for (std::size_t step = 0; step < lists_.depths.size(); ++step) {
       const DepthLaunches& depth = lists_.depths[step];
+      before(static_cast<Vertex>(step));
       if (concurrent_ == Concurrent::at_once) {
         factor_small(depth);
         assemble(depth.assemble_contribution.front());
@@ -81,13 +88,22 @@ class ListInterpreter {
   const BlockFlops& flops() const { return flops_; }
 
   FrontBlocks<double> front(Vertex f) const { return blocks_in(plan_, storage_.data(), f); }
+  std::vector<double>& storage() { return storage_; }
+  /// Contribution blocks of children are read where block_at(child) says, unless that is null.
+  void read_blocks_at(std::function<const double*(Vertex)> block_at) { block_at_ = std::move(block_at); }
 
   /// v := A^-1 v by position. Forward, a tile that needs what comes later in its list makes NaN of it;
   /// backward it waits, as at most DeviceLimits::waiting_tiles may.
   void solve(std::vector<double>& v) const {
+    solve(v, [](bool, std::size_t) {});
+  }
+  /// Calls before(forward, number of the launch in its direction) ahead of each launch.
+  template <class Before>
+  void solve(std::vector<double>& v, const Before& before) const {
     std::vector<double> y(v.size(), kNothing);
     std::vector<double> border(static_cast<std::size_t>(lists_.border_places), kNothing);
     for (const SolveLaunch& launch : lists_.forward) {
+      before(true, static_cast<std::size_t>(&launch - lists_.forward.data()));
       expect_one_depth(launch);
       for (Offset i = launch.tiny.begin; i < launch.tiny.end; ++i) {
         const Vertex f = lists_.tiny_fronts[i];
@@ -100,11 +116,12 @@ class ListInterpreter {
         expect_where(part);
         forward(part.front, part.begin, tile_end(part), v, y, border);
       }
-      forget_others(launch.border, border);
+      if (lists_.segments.empty()) forget_others(launch.border, border);
     }
     v.assign(v.size(), kNothing);
     std::vector<double> partial = no_sums();
     for (const SolveLaunch& launch : lists_.backward) {
+      before(false, static_cast<std::size_t>(&launch - lists_.backward.data()));
       expect_one_depth(launch);
       for (Offset i = launch.tiny.begin; i < launch.tiny.end; ++i)
         backward(whole(lists_.tiny_fronts[i], 0), plan_.pivots(lists_.tiny_fronts[i]), y, v, partial);
@@ -197,8 +214,9 @@ class ListInterpreter {
     }
   }
   double child_entry(Vertex child, Vertex i, Vertex j) const {
-    return storage_[plan_.contribution_begin[child] + i +
-                    static_cast<Offset>(j) * plan_.contribution_ld(child)];
+    const double* const elsewhere = block_at_ ? block_at_(child) : nullptr;
+    const double* const block = elsewhere ? elsewhere : &storage_[plan_.contribution_begin[child]];
+    return block[i + static_cast<Offset>(j) * plan_.contribution_ld(child)];
   }
 
   // Eliminates pivots [k, next) of a front from rows and columns up to `end`.
@@ -435,6 +453,7 @@ class ListInterpreter {
   const SymbolicPlan& plan_;
   const DevicePlan& lists_;
   std::vector<double> storage_;
+  std::function<const double*(Vertex)> block_at_;
   BlockFlops flops_{0, 0, 0};
   Concurrent concurrent_;
   std::map<Vertex, std::vector<double>> border_seen_;  // by the last tile of a front

@@ -1,0 +1,36 @@
+// The launches of depths divided among their segments, as the last step in which a device plan is made.
+#pragma once
+
+#include <vector>
+
+#include "plan/device_plan.hpp"
+
+namespace mfs {
+
+/// Writes DevicePlan::depths anew, one for each segment, and the lists that they refer to; one use.
+class SegmentLists {
+ public:
+  SegmentLists(const SymbolicPlan& plan, DevicePlan& made) : plan_(plan), made_(made) {}
+  void run();
+
+ private:
+  void divide_fronts();
+  void divide_parts();
+  void divide_launches(std::vector<Launch> DepthLaunches::*launches);
+  void must_join(Vertex step);
+  template <class Task>
+  void divide(const Launch& launch, const std::vector<Task>& tasks, Vertex Task::*first,
+              std::vector<Task>& divided, std::vector<Launch> DepthLaunches::*launches);
+  void divide_blocks();
+  void divide_wide_tiles();
+
+  const SymbolicPlan& plan_;
+  DevicePlan& made_;
+  std::vector<DepthLaunches> segments_;
+  std::vector<StepTask> steps_;
+  std::vector<ProductTask> products_;
+  // By segment: it has had nothing in a launch that joins, so that its next one has to.
+  std::vector<char> joins_;
+};
+
+}  // namespace mfs

@@ -1,0 +1,163 @@
+// Follows a plan of segments on the host: factors leave for another array and come back as late or as early
+// as the plan allows, and whatever it does not need any more becomes NaN at once.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "test/stages/list_interpreter.hpp"
+
+namespace mfs::test {
+
+/// When copies run that may run beside segments.
+using Copies = ListInterpreter::Concurrent;
+
+class SegmentInterpreter {
+ public:
+  SegmentInterpreter(const StageProblem<double>& problem, const SegmentPlan& segments,
+                     const DeviceLimits& limits, Copies copies)
+      : placed_(with_plan(problem, placed_by(segments, *problem.plan))),
+        lists_(make_device_plan(*placed_.plan, limits, segments)),
+        in_solve_(with_plan(problem, solve_plan())),
+        copies_(copies),
+        interpreter_(placed_, lists_, copies, limits.waiting_tiles),
+        solver_(in_solve_, lists_, copies, limits.waiting_tiles),
+        host_(static_cast<std::size_t>(segments.host_entries + segments.leaving_entries), kNothing) {}
+
+  /// Calls visit(front, its blocks) for each front when its segment is done.
+  template <class Visit>
+  void factor(const Visit& visit) {
+    left_ = 0;
+    interpreter_.read_blocks_at([&](Vertex child) { return read_on_host(child); });
+    interpreter_.factor([&](Vertex t) { leave_until(segments()[t].leaves_first); },
+                        [&](Vertex t) {
+                          for_fronts(t, [&](Vertex f) { visit(f, interpreter_.front(f)); });
+                          forget_children(t);
+                          if (copies_ == Copies::at_once) leave_until(t + 1);
+                        });
+    leave_until(count());
+    std::vector<double>& region = solver_.storage();
+    std::fill(region.begin(), region.end(), kNothing);
+    for (const Segment& own : segments()) {
+      if (own.stays()) std::copy_n(&interpreter_.storage()[own.place], own.entries, &region[own.solve_place]);
+    }
+  }
+
+  /// The factors of a front as they lie in the end: [P; L], U.
+  FrontBlocks<double> left(Vertex f) {
+    const Segment& own = segments()[lists_.segments.segment[f]];
+    const SymbolicPlan& plan = *in_solve_.plan;
+    const double* const from =
+        own.stays() ? solver_.storage().data() : host_.data() + own.host - own.solve_place;
+    return {packed(from + plan.lower_begin[f], plan.rows(f), plan.pivots(f), plan.lower_ld(f)),
+            packed(from + plan.upper_begin[f], plan.pivots(f), plan.border_rows(f), plan.pivots(f)),
+            {}};
+  }
+
+  void solve(std::vector<double>& v) {
+    next_ = 0;
+    // What a solve has there of its own.
+    const SegmentPlan& all = lists_.segments;
+    std::fill_n(solver_.storage().begin() + all.spare_begin, all.spare_entries, kSpare);
+    solver_.solve(v, [&](bool forward, std::size_t launch) {
+      const Vertex i = static_cast<Vertex>(launch);
+      if (forward) {
+        come_forward(i);
+      } else {
+        if (i == 0) next_ = count() - 1;
+        come_backward(count() - 1 - i);
+      }
+    });
+    for (Offset i = 0; i < all.spare_entries; ++i)
+      EXPECT_EQ(solver_.storage()[all.spare_begin + i], kSpare) << "factors where vectors are";
+  }
+
+  const DevicePlan& lists() const { return lists_; }
+
+ private:
+  static constexpr double kNothing = std::numeric_limits<double>::quiet_NaN(), kSpare = 17;
+
+  static StageProblem<double> with_plan(StageProblem<double> problem, SymbolicPlan plan) {
+    problem.plan = std::make_shared<SymbolicPlan>(std::move(plan));
+    return problem;
+  }
+  SymbolicPlan solve_plan() const {
+    SymbolicPlan plan = *placed_.plan;
+    plan.lower_begin = lists_.solve_lower;
+    plan.upper_begin = lists_.solve_upper;
+    return plan;
+  }
+  const std::vector<Segment>& segments() const { return lists_.segments.segments; }
+  Vertex count() const { return static_cast<Vertex>(segments().size()); }
+  template <class Visit>
+  void for_fronts(Vertex t, const Visit& visit) const {
+    for (Vertex i = segments()[t].begin; i < segments()[t].end; ++i) visit(lists_.segments.order[i]);
+  }
+
+  void leave_until(Vertex end) {
+    for (; left_ < end; ++left_) {
+      const Segment& own = segments()[left_];
+      if (!own.stays()) leave(own.place, own.entries, own.host);
+      for (const LeavingBlocks& blocks : lists_.segments.leaving) {
+        if (blocks.from == left_) leave(blocks.place, blocks.entries, blocks.host);
+      }
+    }
+  }
+  void leave(Offset place, Offset entries, Offset host) {
+    double* const from = interpreter_.storage().data() + place;
+    std::copy_n(from, entries, host_.data() + host);
+    std::fill_n(from, entries, kNothing);
+  }
+  // Where a segment reads contribution blocks that have left.
+  const double* read_on_host(Vertex child) const {
+    const Offset place = lists_.segments.read_on_host[child];
+    return place < 0 ? nullptr : host_.data() + place;
+  }
+  void forget_children(Vertex t) {
+    const SymbolicPlan& plan = *placed_.plan;
+    for_fronts(t, [&](Vertex f) {
+      for (Vertex c = plan.child_begin[f]; c < plan.child_begin[f + 1]; ++c) {
+        const Vertex child = plan.children[c], b = plan.border_rows(child);
+        const Offset on_host = lists_.segments.read_on_host[child];
+        double* const block = on_host < 0 ? interpreter_.storage().data() + plan.contribution_begin[child]
+                                          : host_.data() + on_host;
+        if (b > 0) std::fill_n(block, static_cast<Offset>(b) * plan.contribution_ld(child), kNothing);
+      }
+    });
+  }
+
+  void come(Vertex t) {
+    const Segment& own = segments()[t];
+    std::copy_n(host_.data() + own.host, own.entries, solver_.storage().data() + own.solve_place);
+  }
+  // In the order of segments, all that may come before segment t is done with, or that one alone.
+  void come_forward(Vertex t) {
+    for (; next_ < count(); ++next_) {
+      const Segment& own = segments()[next_];
+      const bool may = own.forward_after < t && (next_ <= t || copies_ == Copies::at_once);
+      if (!may) break;
+      if (!own.stays()) come(next_);
+    }
+    EXPECT_GT(next_, t) << "a segment that does not come in time";
+  }
+  void come_backward(Vertex t) {
+    for (; next_ >= 0; --next_) {
+      const Segment& own = segments()[next_];
+      const bool is_there = own.stays() || own.backward_after < 0;
+      const bool may = is_there || (own.backward_after > t && (next_ >= t || copies_ == Copies::at_once));
+      if (!may) break;
+      if (!is_there) come(next_);
+    }
+    EXPECT_LT(next_, t) << "a segment that does not come in time";
+  }
+
+  const StageProblem<double> placed_;
+  const DevicePlan lists_;
+  const StageProblem<double> in_solve_;
+  const Copies copies_;
+  ListInterpreter interpreter_, solver_;
+  std::vector<double> host_;
+  Vertex left_ = 0, next_ = 0;
+};
+
+}  // namespace mfs::test

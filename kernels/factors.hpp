@@ -19,13 +19,21 @@ namespace mfs {
 /// Right-hand sides that one pass over the factors serves at most.
 constexpr Vertex kSolveColumns = 16;
 
-/// Bytes that factors of a plan take, by purpose; the sum is exactly what is allocated.
+/// Bytes that factors of a plan take, by purpose; the sum is exactly what is allocated where they are used.
 struct NumericBytes {
   Offset factor = 0;        // L and U
+  Offset outside = 0;       // of them, in the memory of the host instead
   Offset contribution = 0;  // what contribution blocks need beyond the factors
   Offset other = 0;         // matrix values, scaling, pivots, lists
   Offset solve = 0;         // vectors of a solve
-  Offset total() const { return factor + contribution + other + solve; }
+  Offset total() const { return factor - outside + contribution + other + solve; }
+};
+
+/// Of factors that do not fit where they are used: how they move between there and the memory of the host.
+struct Movement {
+  std::vector<Vertex> segments;  // by depth, deepest first; empty where the factors fit
+  Offset out = 0, in = 0;        // bytes of one factorization: factors and contribution blocks, those alone
+  Offset back = 0;               // bytes of one pass over the factors and back
 };
 
 /// What an executor makes of a symbolic plan before any number is known.
@@ -33,6 +41,7 @@ template <class Product>
 struct Planned {
   NumericBytes bytes;         // that the product will take where the factors lie
   BlockFlops flops{0, 0, 0};  // of one factorization
+  Movement movement;
   /// Once. Throws OutOfMemory, std::bad_alloc.
   std::function<std::unique_ptr<Product>()> make;
   /// The operations by step of the plan; empty where they are those of its blocks.
@@ -131,6 +140,7 @@ class Factors {
   /// Where the factors lie, and the bytes that they and all that goes with them take there.
   virtual MemorySpace memory() const = 0;
   virtual Offset bytes() const = 0;
+  virtual Movement movement() const { return {}; }
   /// Null where the factors lie on the host.
   virtual ResidentFactors<Value>* resident() { return nullptr; }
 };

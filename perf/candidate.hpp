@@ -37,6 +37,7 @@ struct Facts {
   std::int64_t device_bytes = 0;  ///< that it says it took, at its peak
   std::int64_t perturbed_pivots = 0;
   int refinement_steps = 0;
+  std::int64_t segments = 0, bytes_out = 0, bytes_in = 0, bytes_back = 0;  ///< as mfs::Report has them
 };
 
 /// Calls come in this order; every one throws std::exception on a failure.
@@ -57,8 +58,9 @@ class Candidate {
   virtual std::int64_t caller_bytes(int columns) const = 0;
 };
 
-/// MFS by its public class; where its factors lie on a device, values and vectors of the caller do, too.
-/// `system` must outlive it.
-std::unique_ptr<Candidate> make_mfs(const System& system, Backend backend, int threads);
+/// MFS by its public class, with a limit of bytes where its factors lie on a device (0: none); values and vectors of
+/// the caller do, too, then. `system` must outlive it.
+std::unique_ptr<Candidate> make_mfs(const System& system, Backend backend, int threads,
+                                    std::int64_t memory_limit = 0);
 
 }  // namespace mfs::perf

@@ -1,11 +1,13 @@
 // MFS beside cuDSS on one device: for each FAMILY:SIZE or file both solvers go through all phases, one after
 // the other on the same matrix, and each leaves a JSON line (times in s, memory in bytes); a third line has
-// MFS' figures over cuDSS'. MFS may run by several backends, each as if it were another solver. perf/device
-// runs this with all it needs.
+// MFS' figures over cuDSS'. MFS may run by several backends, each as if it were another solver. With
+// --memory-limit MFS runs with less memory as well, and the lines tell by solution_1 and solution_16 whether
+// solutions are the same bit for bit. perf/device runs this with all it needs.
 //
 //   perf_device --cudss DIR --backend cuda,kokkos elas3d:40 poisson2d:1000 my_matrix.mtx.gz
 #include <CLI/CLI.hpp>
 
+#include <cstdint>
 #include <cstdio>
 #include <sstream>
 #include <stdexcept>
@@ -27,6 +29,7 @@ struct Arguments {
                                  "elas3d:90", "convdiff3d:60", "convdiff3d:100", "kkt:24",
                                  "kkt:40",    "poisson2d:1000"};
   std::string cudss, backend = "cuda";
+  std::vector<std::uint64_t> limits;
   int threads = 16, repeat = 5, rounds = 1;
 };
 
@@ -49,6 +52,13 @@ std::vector<Entrant> entrants_of(const Arguments& arguments) {
     const mfs::Backend backend = backend_of(name);
     entrants.push_back({"mfs", name, [backend, &arguments](const System& system) {
                           return make_mfs(system, backend, arguments.threads);
+                        }});
+  }
+  for (const std::uint64_t limit : arguments.limits) {
+    const auto bytes = static_cast<std::int64_t>(limit);
+    entrants.push_back({"mfs, " + std::to_string(bytes) + " bytes", mfs::backend_name(mfs::Backend::cuda),
+                        [&arguments, bytes](const System& system) {
+                          return make_mfs(system, mfs::Backend::cuda, arguments.threads, bytes);
                         }});
   }
   if (!arguments.cudss.empty())
@@ -131,6 +141,10 @@ int main(int argc, char** argv) {
                  "folder of libcudss.so and its threading layer; without it MFS runs alone");
   app.add_option("--backend", arguments.backend,
                  "where MFS runs: cuda, kokkos, openmp, or several with commas");
+  app.add_option("--memory-limit", arguments.limits,
+                 "bytes of the device, once or more: MFS is measured on cuda with each limit, too")
+      ->transform(CLI::AsSizeValue(true).description(""))
+      ->allow_extra_args(false);
   app.add_option("--threads", arguments.threads, "host threads of both")->check(CLI::PositiveNumber);
   app.add_option("--repeat", arguments.repeat, "refactorizations and solves that are timed")
       ->check(CLI::PositiveNumber);

@@ -40,6 +40,17 @@ Times repeated(int repeat, const Call& call) {
   return {times.front(), times.size() % 2 ? times[half] : (times[half - 1] + times[half]) / 2};
 }
 
+/// Of the bits of a solution (Fowler, Noll and Vo, 64 bits), to see that two are the same.
+std::string hash_of(const double* x, std::int64_t count) {
+  std::uint64_t hash = 14695981039346656037u;
+  for (std::int64_t i = 0; i < count; ++i) {
+    std::uint64_t bits;
+    std::memcpy(&bits, x + i, sizeof bits);
+    hash = (hash ^ bits) * 1099511628211u;
+  }
+  return std::to_string(hash);
+}
+
 struct SolveFigures {
   Times one, many;
   Errors errors_one, errors_many;
@@ -119,6 +130,7 @@ class Measurement {
       candidate_.solve(columns);  // memory for so many columns is taken once
       const Times times = repeated(repeat_, [&] { candidate_.solve(columns); });
       candidate_.read_solution(columns, x_.data());
+      json_["solution_" + std::to_string(columns)] = hash_of(x_.data(), system_.a.n * columns);
       (columns == 1 ? figures.one : figures.many) = times;
       (columns == 1 ? figures.errors_one : figures.errors_many) = errors_of(system_, x_.data(), columns);
     }
@@ -138,6 +150,10 @@ class Measurement {
     json_["device_bytes_1"] = bytes_one_ - caller + caller_one;
     json_["device_bytes_1_caller"] = caller_one;
     json_["device_bytes_said"] = facts.device_bytes;
+    json_["segments"] = facts.segments;
+    json_["bytes_out"] = facts.bytes_out;
+    json_["bytes_in"] = facts.bytes_in;
+    json_["bytes_back"] = facts.bytes_back;
     json_["vectors"] = facts.vectors;
     json_["version"] = facts.version;
   }

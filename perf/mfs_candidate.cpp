@@ -10,8 +10,9 @@
 namespace mfs::perf {
 namespace {
 
-Options options_for(Backend backend, int threads) {
+Options options_for(Backend backend, int threads, std::int64_t memory_limit) {
   Options options;
+  options.memory_limit = memory_limit;
   options.threads = threads;
   options.backend = backend;
   return options;
@@ -19,8 +20,8 @@ Options options_for(Backend backend, int threads) {
 
 class MfsCandidate : public Candidate {
  public:
-  MfsCandidate(const System& system, Backend backend, int threads)
-      : system_(system), solver_(options_for(backend, threads)), x_(system.b.size()) {}
+  MfsCandidate(const System& system, Backend backend, int threads, std::int64_t memory_limit)
+      : system_(system), solver_(options_for(backend, threads, memory_limit)), x_(system.b.size()) {}
 
   AnalysisTime analyze() override {
     solver_.analyze(view());
@@ -43,6 +44,10 @@ class MfsCandidate : public Candidate {
     facts.device_bytes = report.bytes_used;
     facts.perturbed_pivots = report.perturbed_pivots;
     facts.refinement_steps = report.refinement_steps;
+    facts.segments = report.segments;
+    facts.bytes_out = report.bytes_out;
+    facts.bytes_in = report.bytes_in;
+    facts.bytes_back = report.bytes_back;
     return facts;
   }
 
@@ -64,8 +69,8 @@ class MfsCandidate : public Candidate {
 // Values, right-hand sides and solutions in the memory of the device, as for the others.
 class MfsResident final : public MfsCandidate {
  public:
-  MfsResident(const System& system, Backend backend, int threads)
-      : MfsCandidate(system, backend, threads),
+  MfsResident(const System& system, Backend backend, int threads, std::int64_t memory_limit)
+      : MfsCandidate(system, backend, threads, memory_limit),
         values_(system.a.values),
         b_(system.b),
         x_(system.b.size()),
@@ -96,12 +101,13 @@ class MfsResident final : public MfsCandidate {
 
 }  // namespace
 
-std::unique_ptr<Candidate> make_mfs(const System& system, Backend backend, int threads) {
+std::unique_ptr<Candidate> make_mfs(const System& system, Backend backend, int threads,
+                                    std::int64_t memory_limit) {
 #ifdef MFS_CUDA
   if (backend_info(backend).memory == MemorySpace::device)
-    return std::make_unique<MfsResident>(system, backend, threads);
+    return std::make_unique<MfsResident>(system, backend, threads, memory_limit);
 #endif
-  return std::make_unique<MfsCandidate>(system, backend, threads);
+  return std::make_unique<MfsCandidate>(system, backend, threads, memory_limit);
 }
 
 }  // namespace mfs::perf

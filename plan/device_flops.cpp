@@ -69,6 +69,8 @@ class Count {
 
 DeviceFlops count_flops(const SymbolicPlan& plan, const DevicePlan& lists, bool library_roots) {
   DeviceFlops all;
+  all.steps.assign(static_cast<std::size_t>(plan.num_depths), BlockFlops{0, 0, 0});
+  std::size_t number = 0;  // of the depth, or of the segment
   for (const DepthLaunches& depth : lists.depths) {
     Count count(plan, lists);
     for (const SmallLaunch& launch : depth.small) count.add(launch);
@@ -82,7 +84,10 @@ DeviceFlops count_flops(const SymbolicPlan& plan, const DevicePlan& lists, bool 
     const DeviceFlops& of_depth = count.sum();
     add_to(all.done, of_depth.done);
     all.padding += of_depth.padding;
-    all.steps.push_back(of_depth.done);
+    const std::size_t step =
+        lists.segments.empty() ? number : static_cast<std::size_t>(lists.segments.segments[number].step);
+    add_to(all.steps[step], of_depth.done);
+    ++number;
   }
   return all;
 }

@@ -163,7 +163,6 @@ class Places {
     for (Vertex t = 0; t < stay_; ++t)
       made_.segments[t].place = blocks[contributions_.size() + static_cast<std::size_t>(t)].place;
     made_.region_entries = end;
-    for (Vertex t = 0; t < count(); ++t) made_.segments[t].leaves_first = leaves_first(t);
   }
 
   // One more than the last segment of which something leaves that lies where segment t writes, or that it
@@ -200,6 +199,7 @@ class Places {
   }
 
   void find_orders() {
+    for (Vertex t = 0; t < count(); ++t) made_.segments[t].leaves_first = leaves_first(t);
     const auto block = [&](Vertex t) {
       const Segment& segment = made_.segments[t];
       return Block{segment.entries, t, t, segment.solve_place};

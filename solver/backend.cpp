@@ -16,7 +16,19 @@
 
 namespace mfs {
 
-void BackendRules::check(const Options&) const {}
+namespace {
+
+void refuse_memory_limit(const Options& options) {
+  if (options.memory_limit > 0)
+    throw InvalidInput("memory_limit", std::string("backend ") + backend_name(options.backend) +
+                                           " obeys none: its factors need all memory of their plan");
+}
+
+}  // namespace
+
+void BackendRules::check(const Options& options) const {
+  refuse_memory_limit(options);
+}
 
 std::size_t BackendRules::available_memory() const {
   return available_host_memory();
@@ -40,7 +52,7 @@ Planned<Factorization<Scalar>> plan_on_host(HostSpace space, bool single_precisi
                                             std::shared_ptr<const Pattern> pattern, int threads) {
   const NumericBytes bytes =
       numeric_bytes(*plan, single_precision ? sizeof(Narrow<Scalar>) : sizeof(Scalar), sizeof(Scalar));
-  return {bytes, plan->flops, [=] {
+  return {bytes, plan->flops, {}, [=] {
             const auto needed = static_cast<std::size_t>(bytes.total());
             const std::size_t available = available_host_memory();
             if (needed > available) throw OutOfMemory(MemorySpace::host, needed, available);
@@ -55,7 +67,8 @@ class SerialBackend final : public BackendFor<Scalar> {
   BackendInfo info() const override { return {MemorySpace::host, 8e10 / 3, kHostEntry}; }
   bool one_thread() const override { return true; }
   Planned<Factorization<Scalar>> plan(bool single_precision, std::shared_ptr<const SymbolicPlan> plan,
-                                      std::shared_ptr<const Pattern> pattern, int threads) const override {
+                                      std::shared_ptr<const Pattern> pattern, int threads,
+                                      const MemoryRoom&) const override {
     return plan_on_host<Scalar>(HostSpace::serial, single_precision, std::move(plan), std::move(pattern),
                                 threads);
   }
@@ -66,7 +79,8 @@ class OpenMPBackend final : public BackendFor<Scalar> {
  public:
   BackendInfo info() const override { return {MemorySpace::host, 2e11, kHostEntry}; }
   Planned<Factorization<Scalar>> plan(bool single_precision, std::shared_ptr<const SymbolicPlan> plan,
-                                      std::shared_ptr<const Pattern> pattern, int threads) const override {
+                                      std::shared_ptr<const Pattern> pattern, int threads,
+                                      const MemoryRoom&) const override {
     // Below about a millisecond of work, waking other threads costs more than they save; with a BLAS that
     // only one thread may call, they would do harm.
     constexpr double kSerialFlops = 2e7;
@@ -99,10 +113,17 @@ class CudaBackend final : public BackendFor<Scalar> {
     return cuda::load_library<Scalar>(single_precision, pattern);
   }
   Planned<Factorization<Scalar>> plan(bool single_precision, std::shared_ptr<const SymbolicPlan> plan,
-                                      std::shared_ptr<const Pattern> pattern, int) const override {
-    const Planned<Factors<Scalar>> factors = cuda::plan_cuda_factors<Scalar>(single_precision, plan, pattern);
-    return {factors.bytes, factors.flops,
-            [=] { return make_factorization<Scalar>(HostSpace::openmp, factors.make(), plan, pattern); },
+                                      std::shared_ptr<const Pattern> pattern, int,
+                                      const MemoryRoom& room) const override {
+    const Planned<Factors<Scalar>> factors =
+        cuda::plan_cuda_factors<Scalar>(single_precision, plan, pattern, {room.limit, room.held});
+    return {factors.bytes, factors.flops, factors.movement,
+            [=] {
+              const auto outside = static_cast<std::size_t>(factors.bytes.outside);
+              const std::size_t available = outside > 0 ? available_host_memory() : 0;
+              if (outside > available) throw OutOfMemory(MemorySpace::host, outside, available);
+              return make_factorization<Scalar>(HostSpace::openmp, factors.make(), plan, pattern);
+            },
             factors.step_flops};
   }
 };
@@ -117,6 +138,7 @@ class PortableBackend final : public BackendFor<Scalar> {
   }
   bool present() const override { return portable::on_host() || cuda::device_found(); }
   void check(const Options& options) const override {
+    refuse_memory_limit(options);
     check_block_size(options, "kokkos");
     if (!portable::on_host()) cuda::require_device();
   }
@@ -131,12 +153,13 @@ class PortableBackend final : public BackendFor<Scalar> {
     return portable::on_host() ? available_host_memory() : portable::free_memory();
   }
   Planned<Factorization<Scalar>> plan(bool single_precision, std::shared_ptr<const SymbolicPlan> plan,
-                                      std::shared_ptr<const Pattern> pattern, int threads) const override {
+                                      std::shared_ptr<const Pattern> pattern, int threads,
+                                      const MemoryRoom&) const override {
     const Planned<Factors<Scalar>> factors =
         portable::plan_portable_factors<Scalar>(single_precision, plan, pattern, threads);
     NumericBytes bytes = factors.bytes;
     if (portable::on_host()) bytes.solve += ladder_bytes(plan->n, sizeof(Scalar), 1);
-    return {bytes, factors.flops,
+    return {bytes, factors.flops, {},
             [=] {
               const auto needed = static_cast<std::size_t>(bytes.total());
               const std::size_t available = available_memory();

@@ -35,6 +35,12 @@ class BackendRules {
 
 const BackendRules& rules_of(Backend backend);
 
+/// Bytes where the factors lie: Options::memory_limit, and what factors hold that will be gone before others
+/// are made.
+struct MemoryRoom {
+  Offset limit = 0, held = 0;
+};
+
 template <class Scalar>
 class BackendFor : public BackendRules {
  public:
@@ -43,7 +49,8 @@ class BackendFor : public BackendRules {
   /// The factors of a plan and the ladder over them. `make` throws OutOfMemory before it takes what is not
   /// there, and is called inside Engine::run with `threads`.
   virtual Planned<Factorization<Scalar>> plan(bool single_precision, std::shared_ptr<const SymbolicPlan> plan,
-                                              std::shared_ptr<const Pattern> pattern, int threads) const = 0;
+                                              std::shared_ptr<const Pattern> pattern, int threads,
+                                              const MemoryRoom& room) const = 0;
 };
 
 template <class Scalar>

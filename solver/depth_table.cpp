@@ -4,12 +4,14 @@
 
 namespace mfs {
 
-std::vector<DepthSummary> depth_table(const SymbolicPlan& plan, const std::vector<BlockFlops>& step_flops) {
+std::vector<DepthSummary> depth_table(const SymbolicPlan& plan, const std::vector<BlockFlops>& step_flops,
+                                      const std::vector<Vertex>& segments) {
   std::vector<DepthSummary> table;
   for (Vertex depth = 0; depth < plan.num_depths; ++depth) {
     const Vertex step = plan.num_depths - 1 - depth;
     DepthSummary& row = table.emplace_back();
     row.depth = depth;
+    row.segments = segments.empty() ? 0 : segments[step];
     for (Vertex f = plan.depth_begin[step]; f < plan.depth_begin[step + 1]; ++f) {
       const std::int64_t p = plan.pivots(f), border = plan.border_rows(f);
       const BlockFlops flops = plan.flops_of(f);

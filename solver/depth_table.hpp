@@ -9,7 +9,9 @@
 
 namespace mfs {
 
-/// Root first. `step_flops`: as Planned has them.
-std::vector<DepthSummary> depth_table(const SymbolicPlan& plan, const std::vector<BlockFlops>& step_flops);
+/// Root first. `step_flops`: as Planned has them. `segments`: of each depth, deepest first; empty where there
+/// are none.
+std::vector<DepthSummary> depth_table(const SymbolicPlan& plan, const std::vector<BlockFlops>& step_flops,
+                                      const std::vector<Vertex>& segments);
 
 }  // namespace mfs

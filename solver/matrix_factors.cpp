@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <complex>
 #include <future>
+#include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
@@ -162,6 +163,7 @@ void MatrixFactors<Scalar>::report_analysis() {
   report_.max_front = plan.max_front;
   report_.bytes_factor = planned_.bytes.factor;
   report_.bytes_peak = planned_.bytes.total();
+  report_movement(planned_.movement);
   report_.time_order = analysis_->time_order;
   report_.time_symbolic = analysis_->time_symbolic;
   if (phases_.logs(2)) {
@@ -172,9 +174,21 @@ void MatrixFactors<Scalar>::report_analysis() {
 }
 
 template <class Scalar>
+void MatrixFactors<Scalar>::report_movement(Movement movement) {
+  report_.partial = !movement.segments.empty();
+  report_.segments = std::accumulate(movement.segments.begin(), movement.segments.end(), std::int64_t{0});
+  report_.bytes_out = movement.out;
+  report_.bytes_in = movement.in;
+  report_.bytes_back = movement.back;
+  movement_ = std::move(movement);
+}
+
+template <class Scalar>
 Planned<Factorization<Scalar>> MatrixFactors<Scalar>::planned_for(
     std::shared_ptr<const SymbolicPlan> plan, std::shared_ptr<const Pattern> pattern) const {
-  return backend_.plan(report_.single_precision, std::move(plan), std::move(pattern), phases_.threads());
+  const MemoryRoom room{static_cast<Offset>(options_.memory_limit), numeric_ ? numeric_->bytes() : 0};
+  return backend_.plan(report_.single_precision, std::move(plan), std::move(pattern), phases_.threads(),
+                       room);
 }
 
 // What the executor makes of the plan counts as a part of the symbolic phase.
@@ -295,6 +309,7 @@ void MatrixFactors<Scalar>::factor_values(const PivotPolicy& policy) {
   report_.flops_used = {status.getrf, status.trsm, status.gemm};
   report_.perturbed_pivots = static_cast<std::int64_t>(status.perturbed);
   report_.bytes_used = numeric_->bytes();
+  report_movement(numeric_->factors().movement());
   nonfinite_ = status.nonfinite > 0;
   if (phases_.logs(2))
     phases_.log(2, "factors: " + std::to_string(report_.perturbed_pivots) + " perturbed pivots");
@@ -364,7 +379,8 @@ bool MatrixFactors<Scalar>::merge_failed_fronts(double allowed_flops) {
         plan->num_fronts != analysis_->plan->num_fronts && plan->flops.total() <= allowed_flops;
     if (!cheap) return;
     planned = planned_for(plan, analysis_->pattern);
-    fits = static_cast<std::size_t>(planned.bytes.total()) <= backend_.available_memory();
+    const auto held = static_cast<std::size_t>(numeric_->bytes());  // by the factors that they replace
+    fits = static_cast<std::size_t>(planned.bytes.total()) <= backend_.available_memory() + held;
   });
   if (!fits) return false;
   analysis_->plan = std::move(plan);

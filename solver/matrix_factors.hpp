@@ -40,6 +40,8 @@ class MatrixFactors {
   /// As Planned has them.
   const std::vector<BlockFlops>& step_flops() const { return step_flops_; }
   Factorization<Scalar>& numeric() const { return *numeric_; }
+  /// Of the factors, or of those that are planned.
+  const Movement& movement() const { return movement_; }
   /// Made when it is first asked for; inside Phases::run.
   const TransposedPattern& transposed_pattern();
 
@@ -72,6 +74,7 @@ class MatrixFactors {
   void forget();
   void reset_report();
   void report_analysis();
+  void report_movement(Movement movement);
   PhaseProgress progress() const {
     return [this](const char* phase, double fraction) { phases_.tell(phase, fraction); };
   }
@@ -106,6 +109,7 @@ class MatrixFactors {
   Planned<Factorization<Scalar>> planned_;  // what numeric_ is made of; empty once it is
   std::vector<BlockFlops> step_flops_;
   std::unique_ptr<Factorization<Scalar>> numeric_;
+  Movement movement_;
   std::optional<TransposedPattern> transposed_pattern_;
   bool factored_ = false;
   bool refactored_ = false;        // the values are not those of the analysis any more

@@ -26,6 +26,7 @@ void check_options(const Options& options) {
   if (!(options.factor.pivot_tolerance >= 0 && options.factor.pivot_tolerance < 1)) {
     refuse("pivot_tolerance", "must be in [0, 1)");
   }
+  if (options.memory_limit < 0) refuse("memory_limit", "must not be negative");
   if (options.factor.max_reanalyses < 0) refuse("max_reanalyses", "must not be negative");
   if (!(options.solve.tolerance >= 0)) refuse("tolerance", "must not be negative");
   if (!(options.solve.row_floor >= 0 && options.solve.row_floor <= 1))

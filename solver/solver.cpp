@@ -163,7 +163,8 @@ const Options& BasicSolver<Scalar>::options() const {
 template <class Scalar>
 std::vector<DepthSummary> BasicSolver<Scalar>::depths() const {
   if (!impl().factors.analyzed()) return {};
-  return depth_table(*impl().factors.analysis().plan, impl().factors.step_flops());
+  return depth_table(*impl().factors.analysis().plan, impl().factors.step_flops(),
+                     impl().factors.movement().segments);
 }
 
 template class BasicSolver<float>;

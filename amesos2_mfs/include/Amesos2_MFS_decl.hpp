@@ -25,7 +25,7 @@ namespace Amesos2 {
 
 /// The parameters of the sublist "MFS" of a list named "Amesos2", with defaults, documentation and
 /// validators: "Backend", "Threads", "DefaultThreads", "AnalysisThreads", "Matching", "Scaling",
-/// "MaxBlockSize", "LeafSize", "PivotTolerance", "Precision", "MaxReanalyses", "Tolerance",
+/// "MaxBlockSize", "MemoryLimit", "LeafSize", "PivotTolerance", "Precision", "MaxReanalyses", "Tolerance",
 /// "MaxRefinementSteps", "RowFloor", "DumpPrefix", "Verbosity", "Trans" and "IsContiguous".
 Teuchos::RCP<const Teuchos::ParameterList> mfs_valid_parameters();
 

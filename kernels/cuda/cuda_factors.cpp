@@ -104,9 +104,9 @@ std::future<void> load_library(bool single_precision, const Pattern& pattern) {
 
 template <class Value>
 Planned<Factors<Value>> plan_cuda_factors(bool single_precision, std::shared_ptr<const SymbolicPlan> plan,
-                                          std::shared_ptr<const Pattern> pattern) {
-  Planned<Factors<Value>> planned = single_precision ? plan_factors<Value, Narrow<Value>>(plan, pattern)
-                                                     : plan_factors<Value, Value>(plan, pattern);
+                                          std::shared_ptr<const Pattern> pattern, const DeviceRoom& room) {
+  Planned<Factors<Value>> planned = single_precision ? plan_factors<Value, Narrow<Value>>(plan, pattern, room)
+                                                     : plan_factors<Value, Value>(plan, pattern, room);
   planned.make = [make = planned.make] {
     Engine::use_cuda();
     return make();
@@ -114,10 +114,10 @@ Planned<Factors<Value>> plan_cuda_factors(bool single_precision, std::shared_ptr
   return planned;
 }
 
-#define MFS_INSTANTIATE(Value)                                                                         \
-  template std::future<void> load_library<Value>(bool, const Pattern&);                                \
-  template Planned<Factors<Value>> plan_cuda_factors<Value>(bool, std::shared_ptr<const SymbolicPlan>, \
-                                                            std::shared_ptr<const Pattern>);
+#define MFS_INSTANTIATE(Value)                                          \
+  template std::future<void> load_library<Value>(bool, const Pattern&); \
+  template Planned<Factors<Value>> plan_cuda_factors<Value>(            \
+      bool, std::shared_ptr<const SymbolicPlan>, std::shared_ptr<const Pattern>, const DeviceRoom&);
 MFS_INSTANTIATE(float)
 MFS_INSTANTIATE(double)
 MFS_INSTANTIATE(std::complex<float>)

@@ -38,10 +38,18 @@ std::size_t available_device_memory();
 template <class Value>
 std::future<void> load_library(bool single_precision, const Pattern& pattern);
 
-/// The launches for the factors of this plan on the present device. What the vendor's libraries take is left
-/// out of the bytes. `make` is as make_host_factors, and throws OutOfMemory(device) and BackendError as well.
+/// Bytes of the device that factors may have: `limit` at most (0: all that are free), and `held` more than
+/// are free now.
+struct DeviceRoom {
+  Offset limit = 0, held = 0;
+};
+
+/// The launches for the factors of this plan on the present device; by segments, if they do not fit there.
+/// What the vendor's libraries take is left out of the bytes. `make` is as make_host_factors, and throws
+/// OutOfMemory(device) and BackendError as well: where not even segments fit, before any work, with bytes
+/// that would do. Where there is less memory then than now, it plans anew.
 template <class Value>
 Planned<Factors<Value>> plan_cuda_factors(bool single_precision, std::shared_ptr<const SymbolicPlan> plan,
-                                          std::shared_ptr<const Pattern> pattern);
+                                          std::shared_ptr<const Pattern> pattern, const DeviceRoom& room);
 
 }  // namespace mfs::cuda

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "kernels/cuda/device_stages_def.hpp"
 #include "kernels/cuda/factors_of_scalars.hpp"
@@ -44,11 +45,7 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
     error_ = host_->template at<double>(error);
     status_ = host_->template at<DeviceStatus>(status);
     make_room(1);
-    const Offset most = std::max(kLittle, plan().factor_entries * static_cast<Offset>(sizeof(S)) / kShare);
-    columns_at_once_ =
-        std::min(stages_.most_columns(),
-                 VectorLayout(plan(), stages_.lists(), kSolveColumns).beside.total() <= most ? kSolveColumns
-                                                                                             : kFewColumns);
+    columns_at_once_ = std::min(stages_.most_columns(), columns_for(plan(), stages_.lists()));
   }
 
   /// What these factors will take.
@@ -56,6 +53,17 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
     NumericBytes bytes = DeviceStages<S, V>::bytes_for(plan, pattern, lists);
     bytes.solve = bytes_of(plan, 1) + VectorLayout(plan, lists, 1).beside.total();
     return bytes;
+  }
+  /// Of the region, what the vectors of a solve for so many columns take if all lie there.
+  static Offset spare_for(const SymbolicPlan& plan, const DevicePlan& lists, Vertex columns) {
+    return VectorLayout(plan, lists, columns, kWherever).spare.total();
+  }
+  /// Bytes that factors may take later, beside those of bytes_for: right-hand sides, before and after there
+  /// is room for more, and A^T.
+  static Offset bytes_later(const SymbolicPlan& plan) {
+    const Offset indices = static_cast<Offset>(sizeof(Offset)) + static_cast<Offset>(sizeof(Vertex));
+    return bytes_of(plan, 2 * kSolveColumns) + (plan.nnz + plan.n + 1) * indices +
+           (plan.n + 1) * static_cast<Offset>(sizeof(Offset));
   }
 
   Value* matrix_values() override {
@@ -171,7 +179,20 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
     gather_diagonal(exec_, stages_.store().fronts, plan().num_fronts, substitution_.v);
     stream_.to_host(inverse.data(), substitution_.v, plan().n * sizeof(Scalar));
     stream_.synchronize();
+    take_diagonal_of_host(inverse);
     for (const Scalar& entry : inverse) *pivots++ = 1.0 / std::complex<double>(entry);
+  }
+  Movement movement() const override { return movement_of(plan(), stages_.lists()); }
+  static Movement movement_of(const SymbolicPlan& plan, const DevicePlan& lists) {
+    const SegmentPlan& segments = lists.segments;
+    Movement movement;
+    if (segments.empty()) return movement;
+    movement.segments.assign(static_cast<std::size_t>(plan.num_depths), 0);
+    for (const Segment& segment : segments.segments) ++movement.segments[segment.step];
+    movement.out = (segments.host_entries + segments.blocks_out()) * static_cast<Offset>(sizeof(S));
+    movement.in = segments.blocks_out() * static_cast<Offset>(sizeof(S));
+    movement.back = segments.entries_back() * static_cast<Offset>(sizeof(S));
+    return movement;
   }
 
   MemorySpace memory() const override { return MemorySpace::device; }
@@ -358,6 +379,32 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
     check_launch("solution");
   }
 
+  // The diagonal of factors that have left the device.
+  void take_diagonal_of_host(std::vector<Scalar>& diagonal) const {
+    const SegmentPlan& all = stages_.lists().segments;
+    for (const Segment& segment : all.segments) {
+      if (segment.stays()) continue;
+      const auto* const factors =
+          static_cast<const Scalar*>(stages_.copies()->host()) + (segment.host - segment.place);
+      for (Vertex i = segment.begin; i < segment.end; ++i) {
+        const Vertex f = all.order[i];
+        const Scalar* entry = factors + plan().lower_begin[f];
+        for (Vertex k = plan().pivot_begin[f]; k < plan().pivot_begin[f + 1]; ++k) {
+          diagonal[k] = *entry;
+          entry += plan().lower_ld(f) + 1;
+        }
+      }
+    }
+  }
+
+  // Columns that are solved for at once: where segments come and go, as many as they leave room for.
+  static Vertex columns_for(const SymbolicPlan& plan, const DevicePlan& lists) {
+    const Offset factors = plan.factor_entries * static_cast<Offset>(sizeof(S));
+    const Offset most = lists.segments.empty() ? std::max(kLittle, factors / kShare) : 0;
+    return VectorLayout(plan, lists, kSolveColumns).beside.total() <= most ? kSolveColumns : kFewColumns;
+  }
+
+  static constexpr Offset kWherever = std::numeric_limits<Offset>::max();
   // The vectors of a solve lie where contribution blocks were, as many as there is room for, and the others
   // beside.
   struct VectorLayout {
@@ -369,7 +416,8 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
     Place border, partial, error, v, y, x;
 
     VectorLayout(const SymbolicPlan& plan, const DevicePlan& lists, Offset width)
-        : free_(DeviceStages<S, V>::spare_bytes(plan)) {
+        : VectorLayout(plan, lists, width, DeviceStages<S, V>::spare_bytes(plan, lists)) {}
+    VectorLayout(const SymbolicPlan& plan, const DevicePlan& lists, Offset width, Offset free) : free_(free) {
       const Offset n = plan.n;
       border = add(DeviceStages<S, V>::border_rows(lists) * width * sizeof(S));
       partial = add(DeviceStages<S, V>::partial_rows(lists) * width * sizeof(S));
@@ -464,16 +512,5 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   Solve solve_;
   mutable PivotsOnHost<Scalar> pivots_;
 };
-
-template <class Value, class Scalar>
-Planned<Factors<Value>> plan_factors(std::shared_ptr<const SymbolicPlan> plan,
-                                     std::shared_ptr<const Pattern> pattern) {
-  using Made = CudaFactors<Value, Scalar>;
-  const auto lists =
-      std::make_shared<DevicePlan>(DeviceStages<DeviceScalar<Scalar>, DeviceScalar<Value>>::lists_for(*plan));
-  const DeviceFlops flops = count_flops(*plan, *lists, true);
-  return {Made::bytes_for(*plan, *pattern, *lists), flops.done,
-          [=] { return std::make_unique<Made>(plan, pattern, std::move(*lists)); }, flops.steps};
-}
 
 }  // namespace mfs::cuda

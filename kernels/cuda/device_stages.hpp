@@ -3,11 +3,13 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <type_traits>
 
 #include "kernels/cuda/factor/device_store.hpp"
 #include "kernels/cuda/runtime/device.hpp"
+#include "kernels/cuda/segment_copies.hpp"
 #include "kernels/dense/device_blas.hpp"
 #include "kernels/dense/device_lapack.hpp"
 #include "kernels/factors.hpp"
@@ -75,8 +77,8 @@ class DeviceStages {
   /// With the launches that have been made of the plan.
   DeviceStages(const SymbolicPlan& plan, const Pattern& pattern, const Stream& stream, DevicePlan lists);
 
-  /// The launches for the current device.
-  static DevicePlan lists_for(const SymbolicPlan& plan);
+  /// The launches for the current device; by segments, where there are any: `plan` is as placed_by makes it.
+  static DevicePlan lists_for(const SymbolicPlan& plan, SegmentPlan segments = {});
   /// Of the memory that stages with these launches will take, the libraries' left out.
   static NumericBytes bytes_for(const SymbolicPlan& plan, const Pattern& pattern, const DevicePlan& lists);
 
@@ -91,11 +93,21 @@ class DeviceStages {
     for (const auto* blas : {&blas_, &blas_ahead_}) bytes += *blas ? (*blas)->bytes() : 0;
     return bytes + (lapack_ ? lapack_->bytes() : 0);
   }
-  /// What contribution blocks leave free between two factorizations: spare_bytes(plan) bytes.
-  void* spare() const { return store_.fronts.storage + plan_.factor_entries; }
-  static Offset spare_bytes(const SymbolicPlan& plan) {
-    return (plan.storage_entries - plan.factor_entries) * static_cast<Offset>(sizeof(S));
+  /// What is free of the region between two factorizations, for spare_bytes() bytes: where contribution
+  /// blocks were, or what segments leave.
+  void* spare() const {
+    const bool in_one = lists_.segments.empty();
+    return store_.fronts.storage + (in_one ? plan_.factor_entries : lists_.segments.spare_begin);
   }
+  static Offset spare_bytes(const SymbolicPlan& plan, const DevicePlan& lists) {
+    const Offset entries =
+        lists.segments.empty() ? plan.storage_entries - plan.factor_entries : lists.segments.spare_entries;
+    return entries * static_cast<Offset>(sizeof(S));
+  }
+  /// At most what the vendor's libraries take for these launches.
+  static Offset library_bytes(const DevicePlan& lists);
+  /// Null where all factors are on the device.
+  const SegmentCopies* copies() const { return copies_.get(); }
 
   /// Launches assemble, factor and update of all depths for matrix_values(). `tolerance` of pivots is
   /// relative to the largest scaled entry. Unless fronts are strict, which exchange rows that an update works
@@ -125,6 +137,7 @@ class DeviceStages {
  private:
   struct Layout;
   void open_libraries();
+  void find_blocks_on_host();
   void set_kernel_attributes();
   void launch_small_fronts(const std::vector<SmallLaunch>& launches);
   void join_small_fronts(const std::vector<SmallLaunch>& launches);
@@ -132,6 +145,8 @@ class DeviceStages {
   template <class Next>
   void launch_steps(const DepthLaunches& depth, bool look_ahead, const Next& next);
   void launch_roots();
+  void invert(const Range& tiles);
+  DeviceStore<S, V> store_for_solve() const;
   void launch(const Launch& what, const Stream& stream, const std::optional<DeviceBlas>& blas);
   void assemble(const DepthLaunches& depth, bool look_ahead);
   void assemble(const Range& parts, const Stream& stream);
@@ -151,6 +166,7 @@ class DeviceStages {
   DeviceFlops flops_[2];                         // with the roots by tiles, and by the library
   std::optional<DeviceBlas> blas_, blas_ahead_;  // where the plan has products for them
   std::optional<DeviceLapack> lapack_;           // or roots
+  std::unique_ptr<SegmentCopies> copies_;
   DeviceArena arena_;
   DeviceStore<S, V> store_;
   DeviceStatus* status_;

@@ -63,6 +63,9 @@ struct DeviceStages<S, V>::Layout {
     copy(store.child_row_begin, lists.child_row_begin);
     copy(store.child_row, lists.child_row);
     copy(store.entry_place, lists.entry_place);
+    copy(store.solve_lower, lists.solve_lower);
+    copy(store.solve_upper, lists.solve_upper);
+    copy(store.block_read, lists.block_read);
   }
 };
 
@@ -118,8 +121,25 @@ Vertex least_root_for(const SymbolicPlan& plan) {
 }
 
 template <class S, class V>
-DevicePlan DeviceStages<S, V>::lists_for(const SymbolicPlan& plan) {
-  return make_device_plan(plan, device_limits<S>(least_root_for<S>(plan)));
+DevicePlan DeviceStages<S, V>::lists_for(const SymbolicPlan& plan, SegmentPlan segments) {
+  return make_device_plan(plan, device_limits<S>(least_root_for<S>(plan)), std::move(segments));
+}
+
+template <class S, class V>
+Offset DeviceStages<S, V>::library_bytes(const DevicePlan& lists) {
+  constexpr Offset kBlas = Offset(32) << 20;  // of two handles, which take about 4 MiB (device-memory.md)
+  const auto is_product = [](const Launch& part) { return part.kind == Launch::Kind::vendor_gemm; };
+  const bool products =
+      std::any_of(lists.depths.begin(), lists.depths.end(), [&](const DepthLaunches& depth) {
+        return std::any_of(depth.factor.begin(), depth.factor.end(), is_product) ||
+               std::any_of(depth.update.begin(), depth.update.end(), is_product);
+      });
+  Offset bytes = products ? kBlas : 0;
+  for (const RootTask& root : lists.roots) {
+    const Offset workspace = static_cast<Offset>(root.pivots) * kTile<S> * static_cast<Offset>(sizeof(S));
+    bytes = std::max(bytes, (products ? kBlas : 0) + DeviceLapack::kHandleBytes + 2 * workspace);
+  }
+  return bytes;
 }
 
 template <class S, class V>
@@ -129,7 +149,8 @@ NumericBytes DeviceStages<S, V>::bytes_for(const SymbolicPlan& plan, const Patte
   storage.add(plan.storage_entries * static_cast<Offset>(sizeof(S)));
   NumericBytes bytes;
   bytes.factor = plan.factor_entries * static_cast<Offset>(sizeof(S));
-  bytes.contribution = storage.total() - bytes.factor;
+  bytes.outside = lists.segments.host_entries * static_cast<Offset>(sizeof(S));
+  bytes.contribution = storage.total() - (bytes.factor - bytes.outside);
   bytes.other = Layout(plan, pattern, lists).arena.total() - storage.total();
   return bytes;
 }
@@ -150,8 +171,12 @@ DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& patter
       stream_(stream),
       lists_(std::move(lists)),
       flops_{count_flops(plan, lists_, false), count_flops(plan, lists_, true)},
+      copies_(lists_.segments.empty()
+                  ? nullptr
+                  : std::make_unique<SegmentCopies>(lists_.segments, static_cast<Offset>(sizeof(S)))),
       arena_(Layout(plan, pattern, lists_).arena.total()) {
   open_libraries();
+  find_blocks_on_host();
   Upload upload(stream_, Layout(plan, pattern, lists_).copied);
   Offset place = 0;
   Layout::place(plan, pattern, lists_, store_, [&](auto*& pointer, Offset count, const void* source) {
@@ -161,6 +186,7 @@ DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& patter
     if (source) upload.to_device(const_cast<std::remove_const_t<T>*>(pointer), source, bytes);
     place += (bytes + kRegionAlignment - 1) / kRegionAlignment * kRegionAlignment;
   });
+  if (lists_.block_read.empty()) store_.block_read = store_.fronts.contribution_begin;
   store_.fronts.n = plan.n;
   store_.fronts.max_block_size = plan.max_block_size;
   store_.fronts.entry_target = nullptr;
@@ -177,6 +203,18 @@ DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& patter
   stream_.synchronize();  // copies that failed are told of here
   lists_.entry_place = {};
   set_kernel_attributes();
+}
+
+// The device reads page-locked memory of the host as its own: one address means one place. The region comes
+// first in the arena.
+template <class S, class V>
+void DeviceStages<S, V>::find_blocks_on_host() {
+  if (lists_.block_read.empty()) return;
+  const Offset host = static_cast<const char*>(copies_->host()) - arena_.template at<char>(0);
+  for (Vertex f = 0; f < plan_.num_fronts; ++f) {
+    const Offset place = lists_.segments.read_on_host[f];
+    if (place >= 0) lists_.block_read[f] = host / static_cast<Offset>(sizeof(S)) + place;
+  }
 }
 
 template <class S, class V>
@@ -333,6 +371,7 @@ void DeviceStages<S, V>::launch_stages(const PivotPolicy& policy, PivotSearch se
             store_.fronts, &status_->largest);
   });
   for (const DepthLaunches& depth : lists_.depths) {
+    if (copies_) copies_->begin_factor(step, stream_);
     next(Kernel::small_fronts);
     launch_small_fronts(depth.small);
     if (mark) join_small_fronts(depth.small);  // else their time would show as that of what they run beside
@@ -353,16 +392,41 @@ void DeviceStages<S, V>::launch_stages(const PivotPolicy& policy, PivotSearch se
     next(Kernel::update);
     for (const Launch& part : depth.update) launch(part, stream_, blas_);
     join_small_fronts(depth.small);
+    if (copies_) {
+      invert(depth.inverses);
+      copies_->end_factor(step, stream_, store_.fronts.storage);
+    }
     ++step;
   }
   --step;  // all fronts, told as the last step's
   next(Kernel::inverses);
-  if (!lists_.wide_tiles.empty()) {
-    invert_tiles<<<static_cast<unsigned>(lists_.wide_tiles.size()), kInverseThreads,
-                   sizeof(TileInverseWork<S>), stream_.get()>>>(store_);
+  if (copies_) {
+    copies_->end_factorization(stream_);
+  } else {
+    invert({0, static_cast<Offset>(lists_.wide_tiles.size())});
   }
   next(Kernel::end);
   check_launch("factor");
+}
+
+// Everything that needs the triangles of these tiles as they were must have been launched before.
+template <class S, class V>
+void DeviceStages<S, V>::invert(const Range& tiles) {
+  if (tiles.count() == 0) return;
+  DeviceStore<S, V> at = store_;
+  at.wide_tiles += tiles.begin;
+  invert_tiles<<<static_cast<unsigned>(tiles.count()), kInverseThreads, sizeof(TileInverseWork<S>),
+                 stream_.get()>>>(at);
+}
+
+template <class S, class V>
+DeviceStore<S, V> DeviceStages<S, V>::store_for_solve() const {
+  DeviceStore<S, V> at = store_;
+  if (copies_) {
+    at.fronts.lower_begin = store_.solve_lower;
+    at.fronts.upper_begin = store_.solve_upper;
+  }
+  return at;
 }
 
 template <class S, class V>
@@ -444,39 +508,46 @@ void DeviceStages<S, V>::substitute_columns(const Vectors& at) {
     return static_cast<unsigned>((launch.tiny.count() + kTinyFrontsPerBlock - 1) / kTinyFrontsPerBlock);
   };
   const DeviceVectors<S> vectors{at.v, at.y, at.border, at.partial};
+  const DeviceStore<S, V> store = store_for_solve();
   const auto unset = [&](S* rows, Offset count) {
     stream_.fill(rows, kUnset, count * K * static_cast<Offset>(sizeof(S)));
   };
+  if (copies_) copies_->begin_solve(stream_);
   unset(vectors.y, plan_.n);
+  Vertex segment = 0;
   for (const SolveLaunch& launch : lists_.forward) {
+    if (copies_) copies_->begin_forward(segment, stream_, store.fronts.storage);
     const bool waits = launch.tiny.count() == 0;  // for what it leaves itself
     if (waits) unset(vectors.border + launch.border.begin * K, launch.border.count());
     launch_side_by_side(
         launch.tiny.count() > 0, launch.tiles.count() > 0,
         [&](const Stream& stream) {
           substitute_tiny_forward<Transposed, K><<<tiny_blocks(launch), kTinyThreads, 0, stream.get()>>>(
-              store_, vectors, launch.tiny.begin, static_cast<int>(launch.tiny.count()));
+              store, vectors, launch.tiny.begin, static_cast<int>(launch.tiny.count()));
         },
         [&] {
           substitute_forward<Transposed, K>
               <<<static_cast<unsigned>(launch.tiles.count()), kSolveThreads, kBytes, stream_.get()>>>(
-                  store_, vectors, launch.tiles.begin);
+                  store, vectors, launch.tiles.begin);
         });
+    if (copies_) copies_->end_pass(segment++, stream_);
   }
   unset(vectors.v, plan_.n);
   unset(vectors.partial, partial_rows(lists_));
   for (const SolveLaunch& launch : lists_.backward) {
+    if (copies_) copies_->begin_backward(--segment, stream_, store.fronts.storage);
     launch_side_by_side(
         launch.tiny.count() > 0, launch.tiles.count() > 0,
         [&](const Stream& stream) {
           substitute_tiny_backward<Transposed, K><<<tiny_blocks(launch), kTinyThreads, 0, stream.get()>>>(
-              store_, vectors, launch.tiny.begin, static_cast<int>(launch.tiny.count()));
+              store, vectors, launch.tiny.begin, static_cast<int>(launch.tiny.count()));
         },
         [&] {
           substitute_backward<Transposed, K>
               <<<static_cast<unsigned>(launch.tiles.count()), kSolveThreads, kBytes, stream_.get()>>>(
-                  store_, vectors, launch.tiles.begin);
+                  store, vectors, launch.tiles.begin);
         });
+    if (copies_) copies_->end_pass(segment, stream_);
   }
   check_launch("solve");
 }
@@ -500,6 +571,7 @@ void DeviceStages<S, V>::with_sides(const Work& work) {
     for (const Stream& side : side_) side.drain();
     assembly_.drain();
     ahead_.drain();
+    if (copies_) copies_->drain();
     throw;
   }
 }

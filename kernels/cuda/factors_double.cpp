@@ -1,10 +1,11 @@
-#include "kernels/cuda/cuda_factors_def.hpp"
+#include "kernels/cuda/plan_factors_def.hpp"
 
 namespace mfs::cuda {
 
 template class DeviceStages<double, double>;  // perf/depths.cpp takes its times
 template Planned<Factors<double>> plan_factors<double, double>(std::shared_ptr<const SymbolicPlan>,
-                                                               std::shared_ptr<const Pattern>);
+                                                               std::shared_ptr<const Pattern>,
+                                                               const DeviceRoom&);
 
 template <>
 DeviceLimits limits_for<double>(int multiprocessors, std::size_t memory) {

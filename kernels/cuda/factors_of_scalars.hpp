@@ -4,7 +4,7 @@
 
 #include <memory>
 
-#include "kernels/factors.hpp"
+#include "kernels/cuda/cuda_factors.hpp"
 #include "plan/device_plan.hpp"
 
 namespace mfs::cuda {
@@ -12,7 +12,7 @@ namespace mfs::cuda {
 /// As plan_cuda_factors: factors of Scalar, on the device, for matrices and vectors of Value.
 template <class Value, class Scalar>
 Planned<Factors<Value>> plan_factors(std::shared_ptr<const SymbolicPlan> plan,
-                                     std::shared_ptr<const Pattern> pattern);
+                                     std::shared_ptr<const Pattern> pattern, const DeviceRoom& room);
 
 /// How work in Scalar is cut for a device of so many multiprocessors, a block of which may have `memory`
 /// bytes of shared memory. Throws BackendError where that is too little.

@@ -28,15 +28,15 @@ std::future<void> load_library(bool, const Pattern&) {
 
 template <class Value>
 Planned<Factors<Value>> plan_cuda_factors(bool, std::shared_ptr<const SymbolicPlan>,
-                                          std::shared_ptr<const Pattern>) {
+                                          std::shared_ptr<const Pattern>, const DeviceRoom&) {
   require_device();
   return {};
 }
 
-#define MFS_INSTANTIATE(Value)                                                                         \
-  template std::future<void> load_library<Value>(bool, const Pattern&);                                \
-  template Planned<Factors<Value>> plan_cuda_factors<Value>(bool, std::shared_ptr<const SymbolicPlan>, \
-                                                            std::shared_ptr<const Pattern>);
+#define MFS_INSTANTIATE(Value)                                          \
+  template std::future<void> load_library<Value>(bool, const Pattern&); \
+  template Planned<Factors<Value>> plan_cuda_factors<Value>(            \
+      bool, std::shared_ptr<const SymbolicPlan>, std::shared_ptr<const Pattern>, const DeviceRoom&);
 MFS_INSTANTIATE(float)
 MFS_INSTANTIATE(double)
 MFS_INSTANTIATE(std::complex<float>)

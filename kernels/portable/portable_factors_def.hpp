@@ -420,8 +420,7 @@ Planned<Factors<Value>> plan_factors_in(std::shared_ptr<const SymbolicPlan> plan
   using Made = PortableFactors<Exec, Value, Scalar>;
   const auto lists = std::make_shared<Lists>(Made::lists_for(*plan, threads));
   const DeviceFlops flops = count_flops(*plan, lists->device, false);
-  return {Made::bytes_for(*plan, *pattern, *lists), flops.done,
-          [=] {
+  return {Made::bytes_for(*plan, *pattern, *lists), flops.done, {}, [=] {
             Space<Exec>::start();
             return std::make_unique<Made>(plan, pattern, threads, std::move(*lists));
           },

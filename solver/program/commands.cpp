@@ -60,13 +60,18 @@ void analyze(const io::CsrMatrix<Scalar>& a, const Options& options, CaseResult&
 }
 
 void analyze(const Command& command, ProgressDisplay& display, CaseResult& result) {
+  if (!command.json.empty()) io::check_writable(command.json);
   display.show("read", 0);
   const io::SquareMatrix matrix = io::read_square_pattern(command.matrix, command.request.options.threads);
   Options options = command.request.options;
   options.progress = display.callback();
   std::visit([&](const auto& a) { analyze(a, options, result); }, matrix);
   display.clear();
-  io::print(analysis_summary(result));
+  if (command.json.empty()) {
+    io::print(analysis_summary(result));
+  } else {
+    io::write_file(command.json, json_line(result) + "\n");
+  }
 }
 
 }  // namespace

@@ -22,6 +22,11 @@ std::string json_line(const CaseResult& result) {
   json["flops_gemm"] = report.flops.gemm;
   json["bytes_factor"] = report.bytes_factor;
   json["bytes_peak"] = report.bytes_peak;
+  json["partial"] = report.partial;
+  json["segments"] = report.segments;
+  json["bytes_out"] = report.bytes_out;
+  json["bytes_in"] = report.bytes_in;
+  json["bytes_back"] = report.bytes_back;
   json["fronts"] = report.fronts;
   json["depths"] = report.depths;
   json["max_front"] = report.max_front;

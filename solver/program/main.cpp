@@ -50,6 +50,14 @@ void add_analysis_options(CLI::App& app, Command& command) {
       ->type_name("B")
       ->check(CLI::Range(1, 65536))
       ->capture_default_str();
+  mfs::program::add_backend(app, command.request.options.backend, "serial, openmp (default), cuda or kokkos");
+  app.add_option(
+         "--memory-limit", command.request.options.memory_limit,
+         "of a GPU's memory, in bytes or with a unit (8GB, 500MiB); beyond it factors go to the memory of "
+         "the host (default: all that is free)")
+      ->type_name("SIZE")
+      ->transform(CLI::AsSizeValue(true).description(""))
+      ->check(CLI::PositiveNumber.description(""));
 }
 
 void add_solve_options(CLI::App& app, Command& command) {
@@ -67,7 +75,6 @@ void add_solve_options(CLI::App& app, Command& command) {
   app.add_flag("--singular", request.options.solve.solve_singular,
                "return a solution that reaches the tolerance also where A is singular to working precision");
   add_analysis_options(app, command);
-  mfs::program::add_backend(app, request.options.backend, "serial, openmp (default), cuda or kokkos");
   app.add_option("--refactor", request.refactor, "factor again K times and report the least time")
       ->type_name("K")
       ->check(CLI::Range(0, 1000000));
@@ -126,6 +133,7 @@ void add_commands(CLI::App& app, Command& command) {
                    "square, any field and symmetry; a pattern will do ('-': standard input)")
       ->required();
   add_analysis_options(*analyze, command);
+  mfs::program::add_json(*analyze, command.json, "write a JSON object there ('-': standard output)");
 
   CLI::App* bench = app.add_subcommand("bench", "Solve benchmark matrices and files one after another");
   bench

@@ -29,6 +29,18 @@ std::string rate(double flops, double seconds) {
   return seconds > 0 ? with_unit(flops / seconds, "flop/s") : std::string("-");
 }
 
+// Whether all factors are on the device, and what moves if not.
+void version_line(Text& text, const CaseResult& r) {
+  const Report& report = *r.report;
+  if (report.partial) {
+    line(text, "version", "PARTIAL, {}; a factorization copies {} to the host, a pass of a solve {} back",
+         count(report.segments, "segment", "segments"), with_unit(static_cast<double>(report.bytes_out), "B"),
+         with_unit(static_cast<double>(report.bytes_back), "B"));
+  } else if (backend_info(r.backend).memory == MemorySpace::device) {
+    line(text, "version", "FULL, all factors on the device");
+  }
+}
+
 void matrix_lines(Text& text, const CaseResult& r) {
   line(text, "matrix", "{}: n = {}, {}{}", r.name, r.n, count(r.entries, "entry", "entries"),
        r.complex ? ", complex" : "");
@@ -40,6 +52,7 @@ void matrix_lines(Text& text, const CaseResult& r) {
   line(text, "factor size", "{} entries, {}; peak of all {}", report.nnz_factor,
        with_unit(static_cast<double>(report.bytes_factor), "B"),
        with_unit(static_cast<double>(report.bytes_peak), "B"));
+  version_line(text, r);
 }
 
 void flop_lines(Text& text, const Flops& flops) {
@@ -74,15 +87,17 @@ void ladder_line(Text& text, const Report& report) {
        report.single_precision ? "single" : "double");
 }
 
-void depth_table(Text& text, const std::vector<DepthSummary>& depths) {
+void depth_table(Text& text, const std::vector<DepthSummary>& depths, bool by_segments) {
   auto out = std::back_inserter(text);
-  fmt::format_to(out, "\n{:>5} {:>9} {:>10} {:>9} {:>14} {:>14} {:>13} {:>13} {:>13}\n", "depth", "fronts",
-                 "pivots", "max front", "factor", "contribution", "getrf", "trsm", "gemm");
+  fmt::format_to(out, "\n{:>5} {:>9} {:>10} {:>9} {:>14} {:>14} {:>13} {:>13} {:>13}{}\n", "depth", "fronts",
+                 "pivots", "max front", "factor", "contribution", "getrf", "trsm", "gemm",
+                 by_segments ? "  segments" : "");
   for (const DepthSummary& d : depths)
-    fmt::format_to(out, "{:>5} {:>9} {:>10} {:>9} {:>14} {:>14} {:>13} {:>13} {:>13}\n", d.depth, d.fronts,
+    fmt::format_to(out, "{:>5} {:>9} {:>10} {:>9} {:>14} {:>14} {:>13} {:>13} {:>13}{}\n", d.depth, d.fronts,
                    d.pivots, d.max_front, d.factor_entries, d.contribution_entries,
                    with_unit(d.flops.getrf, "flop"), with_unit(d.flops.trsm, "flop"),
-                   with_unit(d.flops.gemm, "flop"));
+                   with_unit(d.flops.gemm, "flop"),
+                   by_segments ? fmt::format(" {:>9}", d.segments) : std::string());
 }
 
 }  // namespace
@@ -114,7 +129,7 @@ std::string analysis_summary(const CaseResult& r) {
   Text text;
   matrix_lines(text, r);
   flop_lines(text, r.report->flops);
-  depth_table(text, r.depths);
+  depth_table(text, r.depths, r.report->partial);
   return fmt::to_string(text);
 }
 

@@ -243,6 +243,7 @@ TEST(Amesos2Parameters, EveryNameOfTheDocumentation) {
     list.set("Matching", "never");
     list.set("Scaling", false);
     list.set("MaxBlockSize", 128);
+    list.set("MemoryLimit", 0.0);
     list.set("LeafSize", 16);
     list.set("Precision", "full");
     list.set("PivotTolerance", 1e-10);
@@ -285,6 +286,9 @@ TEST(Amesos2Parameters, WrongOnesAreRefused) {
   refused([](auto& list) { list.set("DefaultThreads", -1); });
   refused([](auto& list) { list.set("AnalysisThreads", -1); });
   refused([](auto& list) { list.set("MaxBlockSize", 0); });
+  refused([](auto& list) { list.set("MemoryLimit", -8e9); });
+  refused([](auto& list) { list.set("MemoryLimit", std::nan("")); });
+  refused([](auto& list) { list.set("MemoryLimit", "8GB"); });
   refused([](auto& list) { list.set("MaxRefinementSteps", -1); });
   refused([](auto& list) { list.set("Backend", "gpu"); });
   refused([](auto& list) { list.set("Matching", "perhaps"); });

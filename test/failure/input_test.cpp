@@ -204,6 +204,7 @@ TEST(Input, OptionsOutOfRange) {
   for (const double part : {-1e-9, 1.01, kNan}) {
     refused("row_floor", [=](Options& o) { o.solve.row_floor = part; });
   }
+  refused("memory_limit", [](Options& o) { o.memory_limit = -1; });
   refused("max_refinement_steps", [](Options& o) { o.solve.max_refinement_steps = -1; });
 }
 
@@ -216,6 +217,12 @@ TEST(Input, OptionsThatABackendCannotObey) {
   for (const Backend backend : {Backend::serial, Backend::openmp}) {
     options.backend = backend;
     EXPECT_NO_THROW(Solver solver(options));
+  }
+  options = {};
+  options.memory_limit = 1000000000;
+  for (const Backend backend : {Backend::serial, Backend::openmp, Backend::kokkos}) {
+    options.backend = backend;
+    expect_invalid([&] { Solver solver(options); }, "memory_limit");
   }
 }
 

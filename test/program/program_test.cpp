@@ -140,6 +140,9 @@ TEST_F(Program, UsageIs2) {
                                              {"solve", a, "--precision", "half"},
                                              {"solve", a, "--dump"},
                                              {"analyze", a, "--condition"},
+                                             {"analyze", a, "--memory-limit", "8GX"},
+                                             {"solve", a, "--memory-limit", "-1"},
+                                             {"solve", a, "--memory-limit", "0"},
                                              {"solve", a, "--max-block", "0"},
                                              {"solve", a, "--refactor", "-1"},
                                              {"solve", a, "--json"},
@@ -255,6 +258,22 @@ TEST_F(Program, AnalyzeShowsTheFrontsByDepth) {
   EXPECT_EQ(run.code, 0) << run.err;
   EXPECT_THAT(run.out, AllOf(HasSubstr("a: n = 2, 3 entries"), HasSubstr("\nflops "), HasSubstr("\n  gemm "),
                              HasSubstr("\nfactor size "), HasSubstr("\ndepth "), HasSubstr("\n    0 ")));
+}
+
+TEST_F(Program, AnalyzeWritesJson) {
+  const std::string json = path("a.json");
+  EXPECT_EQ(run_program({"analyze", file("a.mtx", kTriangular), "--json", json}).code, 0);
+  const auto made = ordered_json::parse(text_of(json));
+  EXPECT_EQ(made["n"], 2);
+  EXPECT_EQ(made["partial"], false);
+  EXPECT_EQ(made["segments"], 0);
+}
+
+// What the factors of another backend take cannot be limited.
+TEST_F(Program, MemoryLimitsTakeUnits) {
+  const std::string a = file("a.mtx", kTriangular);
+  for (const char* size : {"8000000000", "8GB", "8 GB", "8GiB"})
+    EXPECT_THAT(complaint({"solve", a, "--memory-limit", size}, 3), HasSubstr("memory_limit")) << size;
 }
 
 TEST_F(Program, AnalyzeNeedsNoValues) {

@@ -43,7 +43,7 @@ __device__ void sum_children(const DeviceStore<S, Value>& store, Vertex f, int f
     int block_ld = 0;
     if (lane < count) {
       const Vertex child = at.children[c + lane];
-      block = at.contribution_begin[child];
+      block = store.block_read[child];
       block_ld = leading_dimension(static_cast<Vertex>(at.border_begin[child + 1] - at.border_begin[child]));
       map = store.child_row_begin[c + lane];
     }

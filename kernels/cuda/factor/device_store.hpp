@@ -30,6 +30,8 @@ struct DeviceStore {
   const Offset* child_row_begin;
   const Vertex* child_row;
   const Vertex* entry_place;
+  const Offset *solve_lower, *solve_upper;  // where segments have other places in a solve
+  const Offset* block_read;  // where the contribution block of a front is read, from `storage` on
 
   __device__ PivotRule rule() const { return pivots.times(*largest); }
   __device__ bool is_strict(Vertex f) const { return strict[f] == kStrict; }

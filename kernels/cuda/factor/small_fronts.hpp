@@ -33,7 +33,7 @@ __device__ void assemble_in_tile(const DeviceStore<S, Value>& store, Vertex f, c
     const Vertex child = at.children[c];
     const Vertex* map = at.border_in_parent + at.border_begin[child];
     const int b = static_cast<int>(at.border_begin[child + 1] - at.border_begin[child]);
-    const S* block = at.storage + at.contribution_begin[child];
+    const S* block = at.storage + store.block_read[child];
     for (int j = warp; j < b; j += warps) {
       S* column = tile.a + map[j] * tile.ld;
       for (int i = lane; i < b; i += kWarp) column[map[i]] += block[i + static_cast<Offset>(j) * b];

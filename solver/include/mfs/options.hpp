@@ -1,6 +1,7 @@
 // What a caller may choose, grouped by phase. The defaults are meant for everybody.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <string>
 
@@ -89,6 +90,13 @@ struct Options {
   FactorOptions factor;
   SolveOptions solve;
   Backend backend = Backend::openmp;
+  /// Bytes of a device's memory that the factors and all that goes with them may take, for Backend::cuda; 0:
+  /// all that are free. Right after the analysis it is known whether everything fits there. Where it does
+  /// not, factors that have been made lie in page-locked memory of the host, are copied beside the work on
+  /// others, and come back in each solve (Report::partial). The solutions are the same bit for bit.
+  /// OutOfMemory names bytes that would do where even that does not fit. What a process takes for CUDA
+  /// itself, some hundred MB, is not counted.
+  std::int64_t memory_limit = 0;
   /// Threads of every phase, BLAS included, at most 512. 0 means default_threads() (mfs/threads.hpp).
   int threads = 0;
   /// Called with the progress of a phase, if not empty, by the thread that called the solver. A libmfs with

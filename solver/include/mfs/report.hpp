@@ -27,6 +27,7 @@ struct DepthSummary {
   std::int64_t factor_entries = 0;        ///< entries of L and U stored
   std::int64_t contribution_entries = 0;  ///< entries of the contribution blocks
   Flops flops;                            ///< as the backend divides fronts into blocks or tiles
+  std::int64_t segments = 0;              ///< in which its fronts are factored, 0 if all at once
 };
 
 /// A determinant as phase * exp(log_abs), because the number itself would overflow. |phase| is 1; for a
@@ -97,6 +98,13 @@ struct Report {
   /// side. What libraries of a device's vendor take is left out.
   std::int64_t bytes_peak = 0;
   std::int64_t bytes_used = 0;  ///< bytes that the numeric phases really took, those libraries included
+  /// Whether the factors are too large for the device, so that a part of them lies in page-locked memory of
+  /// the host (Options::memory_limit); predicted, and what was done once there are factors.
+  bool partial = false;
+  std::int64_t segments = 0;    ///< in which they are made then, one after the other
+  std::int64_t bytes_out = 0;   ///< that one factorization copies to the host
+  std::int64_t bytes_in = 0;    ///< of those, contribution blocks that it reads there again
+  std::int64_t bytes_back = 0;  ///< that one pass of a solve copies back, for up to 16 right-hand sides
 
   double time_order = 0;     ///< s, check of the matrix, matching, graph, separators
   double time_symbolic = 0;  ///< s, symbolic plan, and what the backend makes of it

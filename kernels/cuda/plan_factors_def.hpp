@@ -1,0 +1,126 @@
+// Whether the factors of a plan lie on the device as a whole or in segments (plan/segments.hpp), decided by
+// the plan and the bytes that there are. Definition of plan_factors for the files that instantiate it.
+#pragma once
+
+#include "kernels/cuda/cuda_factors_def.hpp"
+
+namespace mfs::cuda {
+
+/// Of one matrix; copies share what has been planned.
+template <class Value, class Scalar>
+class FactorPlanner {
+  using Made = CudaFactors<Value, Scalar>;
+  using Stages = DeviceStages<DeviceScalar<Scalar>, DeviceScalar<Value>>;
+  static constexpr Offset kEntry = static_cast<Offset>(sizeof(Scalar));
+
+ public:
+  FactorPlanner(std::shared_ptr<const SymbolicPlan> plan, std::shared_ptr<const Pattern> pattern,
+                const DeviceRoom& room)
+      : plan_(std::move(plan)), pattern_(std::move(pattern)), room_(room) {}
+
+  Planned<Factors<Value>> run() {
+    take(plan_, std::make_shared<DevicePlan>(Stages::lists_for(*plan_)));
+    measure_rest();
+    // So little is not worth a question, which would wait for the device to be there.
+    constexpr Offset kLittle = Offset(1) << 28;
+    const Offset needed = bytes_.total();
+    if (room_.limit > 0 || needed > kLittle) {
+      const Offset available = available_bytes(room_.held);
+      if (needed > available) divide(available);
+    }
+    return {bytes_, flops_.done, movement_, [planner = *this]() mutable { return planner.make(); },
+            flops_.steps};
+  }
+
+ private:
+  void take(std::shared_ptr<const SymbolicPlan> placed, std::shared_ptr<DevicePlan> lists) {
+    bytes_ = Made::bytes_for(*placed, *pattern_, *lists);
+    flops_ = count_flops(*placed, *lists, true);
+    movement_ = Made::movement_of(*placed, *lists);
+    placed_ = std::move(placed);
+    lists_ = std::move(lists);
+  }
+
+  // All but the region, at most: the lists of segments tell twice which tiles are factored.
+  void measure_rest() {
+    const auto bytes_of = [](const auto& list) {
+      return static_cast<Offset>(list.size() * sizeof(*list.data()));
+    };
+    constexpr Offset kRounding = 4096;
+    beside_ = bytes_.other + bytes_of(lists_->steps) + bytes_of(plan_->lower_begin) +
+              bytes_of(plan_->upper_begin) + bytes_of(plan_->contribution_begin) + Made::bytes_later(*plan_) +
+              Stages::library_bytes(*lists_) + kRounding;
+    solve_places_ = lists_->solve_places;
+  }
+
+  Offset available_bytes(Offset held) const {
+    const Offset free = free_memory() + held;
+    return room_.limit > 0 ? std::min(free, room_.limit) : free;
+  }
+
+  // For so many bytes of the device. Where no segments fit, placed_ becomes null, and bytes_ what would do.
+  void divide(Offset available) {
+    constexpr Offset kLeast = Offset(256) << 20, kShare = 64;
+    constexpr Offset kPart = 8;  // of the region, which vectors of many columns may have in a solve
+    if (room_.limit == 0) available -= std::max(kLeast, available / kShare);  // the driver loads more later
+    const Offset region = std::max<Offset>(available - beside_, 0) / kEntry / kAlignment * kAlignment;
+    placed_ = nullptr;
+    lists_ = nullptr;
+    const Offset many = spare_for(kSolveColumns), few = spare_for(kFewColumns);
+    SegmentPlan segments;
+    if (many <= region / kPart) segments = make_segments(*plan_, region, many);
+    if (segments.empty()) segments = make_segments(*plan_, region, few);
+    if (segments.empty()) {
+      bytes_ = {};
+      bytes_.other = least_region(*plan_, few) * kEntry + beside_;
+      return;
+    }
+    auto placed = std::make_shared<SymbolicPlan>(placed_by(segments, *plan_));
+    auto lists = std::make_shared<DevicePlan>(Stages::lists_for(*placed, std::move(segments)));
+    placed->entry_target = {};
+    placed->entry_row = {};
+    take(std::move(placed), std::move(lists));
+  }
+
+  // Entries of the region for the vectors of so many columns.
+  Offset spare_for(Vertex columns) const {
+    DevicePlan counts;
+    counts.border_places = static_cast<Offset>(plan_->border.size());
+    counts.solve_places = solve_places_;
+    return aligned((Made::spare_for(*plan_, counts, columns) + kEntry - 1) / kEntry);
+  }
+
+  // Once. Where there is less memory than there was for the plan, it is made anew for what is left.
+  std::unique_ptr<Factors<Value>> make() {
+    for (bool again = true;; again = false) {
+      if (!placed_)
+        throw OutOfMemory(MemorySpace::device, static_cast<std::size_t>(bytes_.total()),
+                          static_cast<std::size_t>(available_bytes(0)));
+      try {
+        return std::make_unique<Made>(placed_, pattern_, std::move(*lists_));
+      } catch (const OutOfMemory& error) {
+        const bool is_short = error.space() == MemorySpace::device && error.needed() > error.available();
+        if (!again || !is_short) throw;
+      }
+      divide(available_bytes(0));
+    }
+  }
+
+  std::shared_ptr<const SymbolicPlan> plan_;
+  std::shared_ptr<const Pattern> pattern_;
+  DeviceRoom room_;
+  std::shared_ptr<const SymbolicPlan> placed_;  // plan_, or by segments
+  std::shared_ptr<DevicePlan> lists_;
+  NumericBytes bytes_;
+  DeviceFlops flops_;
+  Movement movement_;
+  Offset beside_ = 0, solve_places_ = 0;
+};
+
+template <class Value, class Scalar>
+Planned<Factors<Value>> plan_factors(std::shared_ptr<const SymbolicPlan> plan,
+                                     std::shared_ptr<const Pattern> pattern, const DeviceRoom& room) {
+  return FactorPlanner<Value, Scalar>(std::move(plan), std::move(pattern), room).run();
+}
+
+}  // namespace mfs::cuda

@@ -1,0 +1,69 @@
+#include "kernels/cuda/segment_copies.hpp"
+
+#include <algorithm>
+
+namespace mfs::cuda {
+
+SegmentCopies::SegmentCopies(const SegmentPlan& plan, Offset entry_bytes)
+    : plan_(plan),
+      entry_bytes_(entry_bytes),
+      memory_((plan.host_entries + plan.leaving_entries) * entry_bytes),
+      done_(std::make_unique<Event[]>(plan.segments.size())),
+      moved_(std::make_unique<Event[]>(plan.segments.size())) {}
+
+void SegmentCopies::begin_factor(Vertex t, const Stream& main) {
+  if (t == 0) last_ = -1;
+  const Vertex first = plan_.segments[t].leaves_first;
+  if (first > 0) main.wait_for(moved_[first - 1]);
+}
+
+void SegmentCopies::end_factor(Vertex t, const Stream& main, const void* storage) {
+  const Segment& segment = plan_.segments[t];
+  const auto of_others = [](const LeavingBlocks& blocks, Vertex from) { return blocks.from < from; };
+  const auto blocks = std::lower_bound(plan_.leaving.begin(), plan_.leaving.end(), t, of_others);
+  const auto end = std::lower_bound(blocks, plan_.leaving.end(), t + 1, of_others);
+  if (segment.stays() && blocks == end) return;
+  done_[t].record(main);
+  stream_.wait_for(done_[t]);
+  // A parent may wait for the blocks, nobody yet for the factors; but one event tells of both.
+  for (auto block = blocks; block != end; ++block) leave(block->place, block->host, block->entries, storage);
+  if (!segment.stays()) leave(segment.place, segment.host, segment.entries, storage);
+  moved_[t].record(stream_);
+  last_ = t;
+}
+
+void SegmentCopies::leave(Offset place, Offset host, Offset entries, const void* storage) const {
+  stream_.to_host(memory_.at<char>(host * entry_bytes_),
+                  static_cast<const char*>(storage) + place * entry_bytes_, entries * entry_bytes_);
+}
+
+void SegmentCopies::end_factorization(const Stream& main) const {
+  if (last_ >= 0) main.wait_for(moved_[last_]);
+}
+
+void SegmentCopies::begin_solve(const Stream& main) {
+  begun_.record(main);
+}
+
+void SegmentCopies::begin_forward(Vertex t, const Stream& main, void* storage) {
+  const Segment& segment = plan_.segments[t];
+  if (segment.stays()) return;
+  come(t, segment.forward_after < 0 ? begun_ : done_[segment.forward_after], main, storage);
+}
+
+void SegmentCopies::begin_backward(Vertex t, const Stream& main, void* storage) {
+  const Segment& segment = plan_.segments[t];
+  if (segment.stays() || segment.backward_after < 0) return;
+  come(t, done_[segment.backward_after], main, storage);
+}
+
+void SegmentCopies::come(Vertex t, const Event& after, const Stream& main, void* storage) {
+  const Segment& segment = plan_.segments[t];
+  stream_.wait_for(after);
+  stream_.to_device(static_cast<char*>(storage) + segment.solve_place * entry_bytes_,
+                    memory_.at<char>(segment.host * entry_bytes_), segment.entries * entry_bytes_);
+  moved_[t].record(stream_);
+  main.wait_for(moved_[t]);
+}
+
+}  // namespace mfs::cuda

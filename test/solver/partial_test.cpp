@@ -1,0 +1,155 @@
+// Factors that are larger than the device may hold, by limits that are lowered until nothing fits: solutions
+// of those that fit, bit for bit, and memory below the limit. Needs a device; skips where there is none.
+#include <complex>
+#include <string>
+
+#include "test/solver/on_device.hpp"
+#include "test/solver/systems.hpp"
+
+namespace mfs::test {
+namespace {
+
+SparseMatrix grid_3d(std::int64_t k) {
+  std::vector<Entry> entries;
+  Random random(static_cast<std::uint64_t>(k));
+  const auto at = [&](std::int64_t x, std::int64_t y, std::int64_t z) { return (x * k + y) * k + z; };
+  for (std::int64_t x = 0; x < k; ++x) {
+    for (std::int64_t y = 0; y < k; ++y) {
+      for (std::int64_t z = 0; z < k; ++z) {
+        const std::int64_t row = at(x, y, z);
+        entries.push_back({row, row, 6.0 + random.unit()});
+        if (x > 0) entries.push_back({row, at(x - 1, y, z), -1.2});
+        if (x + 1 < k) entries.push_back({row, at(x + 1, y, z), -0.8});
+        if (y > 0) entries.push_back({row, at(x, y - 1, z), -1.0});
+        if (y + 1 < k) entries.push_back({row, at(x, y + 1, z), -1.0});
+        if (z > 0) entries.push_back({row, at(x, y, z - 1), -1.1});
+        if (z + 1 < k) entries.push_back({row, at(x, y, z + 1), -0.9});
+      }
+    }
+  }
+  return from_entries(k * k * k, entries);
+}
+
+/// One column of the plain and one of the transposed system, and the determinant.
+template <class Scalar>
+struct Answers {
+  std::vector<Scalar> x, transposed;
+  Determinant<Scalar> determinant;
+};
+
+template <class Scalar>
+Answers<Scalar> answers_of(BasicSolver<Scalar>& solver, const BasicSparseMatrix<Scalar>& a) {
+  const std::vector<Scalar> b = right_hand_sides(a, 1, a.n, 5);
+  Answers<Scalar> answers{b, b, {}};
+  solver.solve(b.data(), answers.x.data());
+  solver.solve_transpose(b.data(), answers.transposed.data());
+  answers.determinant = solver.determinant();
+  return answers;
+}
+
+template <class Scalar>
+void expect_same(const Answers<Scalar>& actual, const Answers<Scalar>& expected) {
+  EXPECT_EQ(actual.x, expected.x);
+  EXPECT_EQ(actual.transposed, expected.transposed);
+  EXPECT_EQ(actual.determinant.phase, expected.determinant.phase);
+  EXPECT_EQ(actual.determinant.log_abs, expected.determinant.log_abs);
+}
+
+using Partial = OnDevice;
+
+/// All phases with a limit. False where that is too little, which OutOfMemory must say with what would do.
+template <class Scalar>
+bool solves_within(Options options, const BasicSparseMatrix<Scalar>& a, std::int64_t limit,
+                   const Answers<Scalar>& expected) {
+  SCOPED_TRACE("limit " + std::to_string(limit));
+  options.memory_limit = limit;
+  BasicSolver<Scalar> solver(options);
+  solver.analyze(a.view());
+  try {
+    solver.factor(a.view());
+  } catch (const OutOfMemory& error) {
+    EXPECT_EQ(error.space(), MemorySpace::device);
+    EXPECT_GT(error.needed(), static_cast<std::size_t>(limit));
+    options.memory_limit = static_cast<std::int64_t>(error.needed());
+    BasicSolver<Scalar> enough(options);
+    enough.factor(a.view());
+    expect_same(answers_of(enough, a), expected);
+    return false;
+  }
+  expect_same(answers_of(solver, a), expected);
+  EXPECT_TRUE(solver.report().partial);
+  EXPECT_GT(solver.report().segments, 1);
+  for (int k = 0; k < 2; ++k) {
+    solver.refactor(a.view());
+    expect_same(answers_of(solver, a), expected);
+  }
+  expect_solves(solver, a, 17);
+  EXPECT_LE(solver.report().bytes_used, limit);
+  return true;
+}
+
+template <class Scalar>
+void check(const Options& options, const SparseMatrix& matrix) {
+  const BasicSparseMatrix<Scalar> a = in_scalar<Scalar>(matrix);
+  BasicSolver<Scalar> full(options);
+  full.factor(a.view());
+  EXPECT_FALSE(full.report().partial);
+  const Answers<Scalar> expected = answers_of(full, a);
+  int solved = 0;
+  double limit = static_cast<double>(full.report().bytes_peak - 1);
+  while (solves_within(options, a, static_cast<std::int64_t>(limit), expected)) {
+    limit *= 0.85;
+    ++solved;
+    if (testing::Test::HasFailure()) return;
+  }
+  EXPECT_GE(solved, 2);
+}
+
+TEST_F(Partial, SolutionsAreThoseOfAllFactorsOnTheDevice) {
+  check<double>(options_, grid_3d(24));
+  check<std::complex<double>>(options_, grid_3d(17));
+  check<float>(options_, grid_3d(20));
+}
+
+TEST_F(Partial, FactorsOfSinglePrecisionAreRefined) {
+  options_.factor.precision = Precision::single;
+  check<double>(options_, grid_3d(24));
+}
+
+// In tiles, and where that does not do in all rows of a front: then the factorization is repeated.
+TEST_F(Partial, SearchesPivots) {
+  SparseMatrix a = grid_3d(20);
+  for (std::int64_t row = 0; row < a.n; ++row) {
+    for (std::int64_t k = a.offsets[row]; k < a.offsets[row + 1]; ++k) {
+      if (a.columns[k] == row && row % 3 == 0) a.values[k] = 1e-2;
+    }
+  }
+  options_.analysis.matching = Matching::never;
+  check<double>(options_, a);
+}
+
+TEST_F(Partial, IsToldBeforeAnyNumberIsComputed) {
+  const SparseMatrix a = grid_3d(24);
+  Solver full(options_);
+  full.analyze(a.view());
+  EXPECT_FALSE(full.report().partial);
+  EXPECT_EQ(full.report().bytes_out, 0);
+  options_.memory_limit = full.report().bytes_peak * 8 / 10;
+  Solver partial(options_);
+  partial.analyze(a.view());
+  const Report& report = partial.report();
+  EXPECT_TRUE(report.partial);
+  EXPECT_LE(report.bytes_peak, options_.memory_limit);
+  EXPECT_GT(report.bytes_out, 0);
+  EXPECT_LE(report.bytes_back, 2 * report.bytes_out);
+  std::int64_t segments = 0;
+  for (const DepthSummary& depth : partial.depths()) segments += depth.segments;
+  EXPECT_EQ(segments, report.segments);
+  options_.memory_limit = full.report().bytes_peak + 1;
+  Solver enough(options_);
+  enough.analyze(a.view());
+  EXPECT_FALSE(enough.report().partial);
+}
+
+}  // namespace
+}  // namespace mfs::test

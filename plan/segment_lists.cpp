@@ -40,7 +40,6 @@ Vertex blocks_of(const std::vector<Task>& tasks, const Launch& launch, Vertex Ta
 
 void SegmentLists::run() {
   segments_.resize(made_.segments.segments.size());
-  joins_.assign(segments_.size(), 0);
   divide_fronts();
   divide_parts();
   divide_launches(&DepthLaunches::factor);
@@ -85,9 +84,8 @@ void SegmentLists::divide_parts() {
 }
 
 void SegmentLists::divide_launches(std::vector<Launch> DepthLaunches::*launches) {
-  for (std::size_t step = 0; step < made_.depths.size(); ++step) {
-    for (const Launch& launch : made_.depths[step].*launches) {
-      if (launch.order == Order::join) must_join(static_cast<Vertex>(step));
+  for (const DepthLaunches& depth : made_.depths) {
+    for (const Launch& launch : depth.*launches) {
       switch (launch.kind) {
         case Launch::Kind::diagonal:
         case Launch::Kind::strips:
@@ -103,12 +101,7 @@ void SegmentLists::divide_launches(std::vector<Launch> DepthLaunches::*launches)
   }
 }
 
-void SegmentLists::must_join(Vertex step) {
-  for (std::size_t t = 0; t < segments_.size(); ++t) {
-    if (made_.segments.segments[t].step == step) joins_[t] = 1;
-  }
-}
-
+// A launch that joins has something of each front that needs it (step_lists.cpp), so no segment misses one.
 template <class Task>
 void SegmentLists::divide(const Launch& launch, const std::vector<Task>& tasks, Vertex Task::*first,
                           std::vector<Task>& divided, std::vector<Launch> DepthLaunches::*launches) {
@@ -125,8 +118,6 @@ void SegmentLists::divide(const Launch& launch, const std::vector<Task>& tasks, 
           own.blocks += one_block ? 1 : blocks_of(tasks, launch, first, i);
         }
         own.tasks.end = static_cast<Offset>(divided.size());
-        if (own.order == Order::sequential && joins_[segment]) own.order = Order::join;
-        if (own.order == Order::join) joins_[segment] = 0;
         (segments_[segment].*launches).push_back(own);
       });
 }

@@ -17,7 +17,6 @@ class SegmentLists {
   void divide_fronts();
   void divide_parts();
   void divide_launches(std::vector<Launch> DepthLaunches::*launches);
-  void must_join(Vertex step);
   template <class Task>
   void divide(const Launch& launch, const std::vector<Task>& tasks, Vertex Task::*first,
               std::vector<Task>& divided, std::vector<Launch> DepthLaunches::*launches);
@@ -29,8 +28,6 @@ class SegmentLists {
   std::vector<DepthLaunches> segments_;
   std::vector<StepTask> steps_;
   std::vector<ProductTask> products_;
-  // By segment: it has had nothing in a launch that joins, so that its next one has to.
-  std::vector<char> joins_;
 };
 
 }  // namespace mfs

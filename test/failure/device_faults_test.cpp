@@ -119,6 +119,41 @@ TEST_F(DeviceFaults, EveryCallThatFailsIsToldAndForgotten) {
   }
 }
 
+// In segments, with copies beside the kernels.
+TEST_F(DeviceFaults, EveryCallThatFailsIsToldWhereFactorsDoNotFit) {
+  const SparseMatrix a = grid_3d(12);
+  Solver full(options_);
+  full.analyze(a.view());
+  options_.memory_limit = full.report().bytes_peak * 9 / 10;
+  Solver partial(options_);
+  partial.analyze(a.view());
+  ASSERT_TRUE(partial.report().partial);
+  const System system = system_of(a);
+  const long calls = count_calls(system);
+  ASSERT_GT(calls, 100);
+  for (long n = 0; n < calls && !HasFailure(); n += 5) expect_survives(options_, system, n);
+}
+
+// By another process, say. There is no room for all factors then, but for segments.
+TEST_F(DeviceFaults, MemoryTakenBetweenAnalysisAndFactorization) {
+  const SparseMatrix a = grid_3d(44);
+  Solver solver(options_);
+  solver.analyze(a.view());
+  ASSERT_FALSE(solver.report().partial);
+  constexpr Offset kForTheDriver = Offset(300) << 20;
+  const Offset left = kForTheDriver + solver.report().bytes_peak * 8 / 10;
+  ASSERT_GT(cuda::free_memory(), left);
+  {
+    const cuda::DeviceArena taken(cuda::free_memory() - left);
+    solver.factor(a.view());
+    EXPECT_TRUE(solver.report().partial);
+    expect_solves(solver, a, kColumns);
+  }
+  Solver again(options_);
+  again.factor(a.view());
+  EXPECT_FALSE(again.report().partial);
+}
+
 // The library's LU of a root, which a solver has for factors far too large for this only.
 TEST_F(DeviceFaults, EveryCallForALibraryRootThatFailsIsTold) {
   in_engine(1, [] {

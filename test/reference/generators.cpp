@@ -22,6 +22,20 @@ SparseMatrix grid_2d(std::int64_t rows, std::int64_t columns) {
   return from_entries(rows * columns, entries);
 }
 
+SparseMatrix grid_3d(std::int64_t points) {
+  std::vector<Entry> entries;
+  const std::int64_t apart[] = {points * points, points, 1};
+  for (std::int64_t row = 0; row < points * points * points; ++row) {
+    const std::int64_t place[] = {row / apart[0], row / points % points, row % points};
+    for (int k = 0; k < 3; ++k) {
+      if (place[k] > 0) entries.push_back({row, row - apart[k], -1.3 + 0.1 * k});
+      if (place[k] + 1 < points) entries.push_back({row, row + apart[k], -0.9 + 0.1 * k});
+    }
+    entries.push_back({row, row, 6.5});
+  }
+  return from_entries(points * points * points, entries);
+}
+
 SparseMatrix tridiagonal(std::int64_t n) {
   return grid_2d(1, n);
 }

@@ -11,6 +11,8 @@ namespace mfs::test {
 
 /// Convection-diffusion on rows x columns points: symmetric pattern, unsymmetric values.
 SparseMatrix grid_2d(std::int64_t rows, std::int64_t columns);
+/// The same on points x points x points.
+SparseMatrix grid_3d(std::int64_t points);
 SparseMatrix tridiagonal(std::int64_t n);
 /// A diagonal, and `width` full last rows and columns.
 SparseMatrix arrow(std::int64_t n, std::int64_t width);

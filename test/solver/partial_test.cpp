@@ -9,27 +9,6 @@
 namespace mfs::test {
 namespace {
 
-SparseMatrix grid_3d(std::int64_t k) {
-  std::vector<Entry> entries;
-  Random random(static_cast<std::uint64_t>(k));
-  const auto at = [&](std::int64_t x, std::int64_t y, std::int64_t z) { return (x * k + y) * k + z; };
-  for (std::int64_t x = 0; x < k; ++x) {
-    for (std::int64_t y = 0; y < k; ++y) {
-      for (std::int64_t z = 0; z < k; ++z) {
-        const std::int64_t row = at(x, y, z);
-        entries.push_back({row, row, 6.0 + random.unit()});
-        if (x > 0) entries.push_back({row, at(x - 1, y, z), -1.2});
-        if (x + 1 < k) entries.push_back({row, at(x + 1, y, z), -0.8});
-        if (y > 0) entries.push_back({row, at(x, y - 1, z), -1.0});
-        if (y + 1 < k) entries.push_back({row, at(x, y + 1, z), -1.0});
-        if (z > 0) entries.push_back({row, at(x, y, z - 1), -1.1});
-        if (z + 1 < k) entries.push_back({row, at(x, y, z + 1), -0.9});
-      }
-    }
-  }
-  return from_entries(k * k * k, entries);
-}
-
 /// One column of the plain and one of the transposed system, and the determinant.
 template <class Scalar>
 struct Answers {

@@ -2,7 +2,9 @@
 // bit for bit, and the solutions of the plain reference.
 #include <algorithm>
 #include <random>
+#include <set>
 #include <string>
+#include <vector>
 
 #include "plan/segment_order.hpp"
 #include "test/stages/dominant_problem.hpp"
@@ -114,6 +116,55 @@ TEST(Segments, GiveTheFactorsOfOnePieceForAnyLimit) {
         if (HasFailure()) return;
       }
     }
+  }
+}
+
+/// What the device's sums depend on, of every task but its places: kinds of launches, sizes, steps.
+std::multiset<std::vector<Vertex>> tasks_of(const DevicePlan& lists) {
+  std::multiset<std::vector<Vertex>> tasks;
+  const auto add_tiles = [&](const std::vector<SolveLaunch>& launches, Vertex direction) {
+    for (const SolveLaunch& launch : launches) {
+      for (Offset i = launch.tiny.begin; i < launch.tiny.end; ++i)
+        tasks.insert({direction, lists.tiny_fronts[i]});
+      for (Offset i = launch.tiles.begin; i < launch.tiles.end; ++i) {
+        const SolvePart& part = lists.solve[i];
+        tasks.insert(
+            {direction, part.front, part.begin, part.first_step, part.last_step, part.rows, part.parts});
+      }
+    }
+  };
+  add_tiles(lists.forward, -1);
+  add_tiles(lists.backward, -2);
+  for (const DepthLaunches& depth : lists.depths) {
+    for (const SmallLaunch& launch : depth.small) {
+      for (Offset i = launch.fronts.begin; i < launch.fronts.end; ++i)
+        tasks.insert({-3, launch.rows, lists.small_fronts[i]});
+    }
+    for (const auto* launches : {&depth.factor, &depth.update}) {
+      for (const Launch& launch : *launches) {
+        const auto kind = static_cast<Vertex>(launch.kind);
+        for (Offset i = launch.tasks.begin; i < launch.tasks.end; ++i) {
+          if (launch.kind == Launch::Kind::diagonal || launch.kind == Launch::Kind::strips) {
+            const StepTask& task = lists.steps[i];
+            tasks.insert({kind, launch.width, task.front, task.k, task.left, task.begin, task.end});
+          } else {
+            const ProductTask& task = lists.products[i];
+            tasks.insert({kind, task.front, task.m, task.n, task.k, task.lda, task.ldb, task.ldc});
+          }
+        }
+      }
+    }
+  }
+  return tasks;
+}
+
+TEST(Segments, HaveTheTasksOfOnePiece) {
+  for (const StageProblem<double>& problem : problems()) {
+    const SymbolicPlan& plan = *problem.plan;
+    const SegmentPlan segments = make_segments(plan, least_region(plan, 0), 0);
+    for (const DeviceLimits& limits : all_limits())
+      EXPECT_EQ(tasks_of(make_device_plan(placed_by(segments, plan), limits, segments)),
+                tasks_of(make_device_plan(plan, limits)));
   }
 }
 

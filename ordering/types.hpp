@@ -21,6 +21,7 @@
 //   variable factor     P = L_P U_P with row interchanges inside P, then L U_P^-1 and L_P^-1 U
 //   variable update     C -= L U
 //   position            place of an unknown in the elimination order
+//   segment             fronts of one depth that a device takes as one, where not all factors fit its memory
 #pragma once
 
 #include <cstdint>

@@ -136,12 +136,13 @@ TEST_F(DeviceFaults, EveryCallThatFailsIsToldWhereFactorsDoNotFit) {
 
 // By another process, say. There is no room for all factors then, but for segments.
 TEST_F(DeviceFaults, MemoryTakenBetweenAnalysisAndFactorization) {
-  const SparseMatrix a = grid_3d(44);
+  const SparseMatrix a = grid_3d(60);
   Solver solver(options_);
   solver.analyze(a.view());
   ASSERT_FALSE(solver.report().partial);
   constexpr Offset kForTheDriver = Offset(300) << 20;
-  const Offset left = kForTheDriver + solver.report().bytes_peak * 8 / 10;
+  const Offset left = kForTheDriver + solver.report().bytes_peak * 6 / 10;
+  ASSERT_LT(left, solver.report().bytes_peak);
   ASSERT_GT(cuda::free_memory(), left);
   {
     const cuda::DeviceArena taken(cuda::free_memory() - left);

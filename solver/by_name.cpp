@@ -62,6 +62,8 @@ constexpr Option kOptions[] = {
        o.backend =
            enumerator(text, {Backend::serial, Backend::openmp, Backend::cuda, Backend::kokkos}, backend_name);
      }},
+    {"memory_limit",
+     [](Options& o, const std::string& text) { o.memory_limit = number<std::int64_t>(text); }},
     {"threads", [](Options& o, const std::string& text) { o.threads = number<int>(text); }},
     {"analysis_threads", [](Options& o, const std::string& text) { o.analysis.threads = number<int>(text); }},
     {"matching",
@@ -138,6 +140,11 @@ std::vector<Figure> figures(const Report& report) {
           {"bytes_factor", count(report.bytes_factor)},
           {"bytes_peak", count(report.bytes_peak)},
           {"bytes_used", count(report.bytes_used)},
+          {"partial", static_cast<double>(report.partial)},
+          {"segments", count(report.segments)},
+          {"bytes_out", count(report.bytes_out)},
+          {"bytes_in", count(report.bytes_in)},
+          {"bytes_back", count(report.bytes_back)},
           {"time_order", report.time_order},
           {"time_symbolic", report.time_symbolic},
           {"time_factor", report.time_factor},

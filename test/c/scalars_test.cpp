@@ -79,6 +79,7 @@ TEST(LastError, IsEachThreadsOwn) {
 
 TEST(ByName, EveryOptionIsSetFromText) {
   const std::vector<std::pair<std::string, std::string>> texts = {{"backend", "serial"},
+                                                                  {"memory_limit", "8000000000"},
                                                                   {"threads", "3"},
                                                                   {"analysis_threads", "2"},
                                                                   {"matching", "never"},
@@ -104,6 +105,7 @@ TEST(ByName, EveryOptionIsSetFromText) {
   }
   EXPECT_EQ(names, option_names());
   EXPECT_TRUE(o.backend == Backend::serial && o.threads == 3 && o.analysis.threads == 2);
+  EXPECT_EQ(o.memory_limit, 8000000000);
   EXPECT_TRUE(o.analysis.matching == Matching::never && !o.analysis.scaling &&
               o.analysis.max_block_size == 64);
   EXPECT_TRUE(o.analysis.leaf_size == 7 && o.analysis.separator_trials == 2);
@@ -136,7 +138,7 @@ TEST(ByName, AWrongTextChangesNothing) {
 TEST(ByName, FiguresAreThoseOfTheReport) {
   Report r;
   r.n = 3, r.nnz_factor = 11, r.flops = {1, 2, 4}, r.flops_used = {8, 0, 0}, r.rung = Rung::krylov;
-  r.backward_error = 0.5, r.time_solve = 0.25, r.matched = true;
+  r.backward_error = 0.5, r.time_solve = 0.25, r.matched = true, r.partial = true, r.bytes_out = 17;
   std::map<std::string, double> by_name;
   for (const Figure& figure : figures(r)) by_name[figure.name] = figure.value;
   EXPECT_EQ(by_name.size(), figures(r).size()) << "a name of its own for each";
@@ -148,6 +150,8 @@ TEST(ByName, FiguresAreThoseOfTheReport) {
   EXPECT_EQ(by_name["rung"], static_cast<double>(Rung::krylov));
   EXPECT_EQ(by_name["matched"], 1);
   EXPECT_EQ(by_name["backward_error"], 0.5);
+  EXPECT_EQ(by_name["partial"], 1);
+  EXPECT_EQ(by_name["bytes_out"], 17);
   EXPECT_EQ(by_name["time_solve"], 0.25);
 }
 

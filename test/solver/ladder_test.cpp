@@ -123,7 +123,7 @@ TEST(Ladder, EveryRungHasAName) {
        {Rung::factors, Rung::correction, Rung::refinement, Rung::krylov, Rung::full_precision,
         Rung::reanalysis, Rung::tiny_pivots, Rung::larger_blocks, Rung::rescaling})
     names.insert(rung_name(rung));
-  EXPECT_EQ(names.size(), 8u);
+  EXPECT_EQ(names.size(), 9u);
   EXPECT_EQ(names.count("unknown"), 0u);
 }
 

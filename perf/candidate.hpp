@@ -58,8 +58,8 @@ class Candidate {
   virtual std::int64_t caller_bytes(int columns) const = 0;
 };
 
-/// MFS by its public class, with a limit of bytes where its factors lie on a device (0: none); values and vectors of
-/// the caller do, too, then. `system` must outlive it.
+/// MFS by its public class, with a limit of bytes where its factors lie on a device (0: none); values and
+/// vectors of the caller do, too, then. `system` must outlive it.
 std::unique_ptr<Candidate> make_mfs(const System& system, Backend backend, int threads,
                                     std::int64_t memory_limit = 0);
 

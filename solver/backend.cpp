@@ -159,7 +159,9 @@ class PortableBackend final : public BackendFor<Scalar> {
         portable::plan_portable_factors<Scalar>(single_precision, plan, pattern, threads);
     NumericBytes bytes = factors.bytes;
     if (portable::on_host()) bytes.solve += ladder_bytes(plan->n, sizeof(Scalar), 1);
-    return {bytes, factors.flops, {},
+    return {bytes,
+            factors.flops,
+            {},
             [=] {
               const auto needed = static_cast<std::size_t>(bytes.total());
               const std::size_t available = available_memory();

@@ -97,6 +97,7 @@ constexpr Option kOptions[] = {
     {"max_refinement_steps",
      [](Options& o, const std::string& text) { o.solve.max_refinement_steps = number<int>(text); }},
     {"row_floor", [](Options& o, const std::string& text) { o.solve.row_floor = number<double>(text); }},
+    {"solve_singular", [](Options& o, const std::string& text) { o.solve.solve_singular = flag(text); }},
     {"dump_prefix", [](Options& o, const std::string& text) { o.dump_prefix = text; }},
 };
 
@@ -159,7 +160,9 @@ std::vector<Figure> figures(const Report& report) {
           {"refinement_steps", static_cast<double>(report.refinement_steps)},
           {"krylov_steps", static_cast<double>(report.krylov_steps)},
           {"corrected_pivots", count(report.corrected_pivots)},
-          {"backward_error", report.backward_error}};
+          {"backward_error", report.backward_error},
+          {"dependent_rows", count(report.dependent_rows)},
+          {"singularity", report.singularity}};
 }
 
 }  // namespace mfs

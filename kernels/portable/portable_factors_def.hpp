@@ -398,7 +398,7 @@ class PortableFactors final : public Factors<Value>, public ResidentFactors<Valu
   Status* host_status_ = nullptr;
   double* host_errors_ = nullptr;
   bool scales_sent_ = false, values_sent_ = false, values_here_ = true;
-  Fallback strict_;  // some front is, else none
+  Fallback strict_;        // some front is, else none
   PivotPolicy policy_{0};  // of the recorded launches
   std::unique_ptr<typename Space<Exec>::Arena> vector_memory_, transposed_;
   Vectors<S> vectors_{};
@@ -420,7 +420,10 @@ Planned<Factors<Value>> plan_factors_in(std::shared_ptr<const SymbolicPlan> plan
   using Made = PortableFactors<Exec, Value, Scalar>;
   const auto lists = std::make_shared<Lists>(Made::lists_for(*plan, threads));
   const DeviceFlops flops = count_flops(*plan, lists->device, false);
-  return {Made::bytes_for(*plan, *pattern, *lists), flops.done, {}, [=] {
+  return {Made::bytes_for(*plan, *pattern, *lists),
+          flops.done,
+          {},
+          [=] {
             Space<Exec>::start();
             return std::make_unique<Made>(plan, pattern, threads, std::move(*lists));
           },

@@ -96,6 +96,7 @@ TEST(ByName, EveryOptionIsSetFromText) {
                                                                   {"tolerance", "1e-9"},
                                                                   {"max_refinement_steps", "4"},
                                                                   {"row_floor", "0.5"},
+                                                                  {"solve_singular", "yes"},
                                                                   {"dump_prefix", "/tmp/a b"}};
   Options o;
   std::vector<std::string> names;
@@ -112,7 +113,7 @@ TEST(ByName, EveryOptionIsSetFromText) {
   EXPECT_TRUE(o.analysis.separator_refinement == 3 && o.analysis.dense_row == 4.5 && o.analysis.seed == -6);
   EXPECT_TRUE(o.factor.precision == Precision::single && o.factor.pivot_tolerance == 1e-3);
   EXPECT_TRUE(o.factor.max_reanalyses == 1 && o.solve.tolerance == 1e-9 && o.solve.row_floor == 0.5);
-  EXPECT_TRUE(o.solve.max_refinement_steps == 4 && o.dump_prefix == "/tmp/a b");
+  EXPECT_TRUE(o.solve.max_refinement_steps == 4 && o.solve.solve_singular && o.dump_prefix == "/tmp/a b");
 }
 
 TEST(ByName, AWrongTextChangesNothing) {

@@ -208,6 +208,7 @@ void MatrixFactors<Scalar>::make_numeric() {
     made = planned.make();
   });
   numeric_ = std::move(made);
+  report_movement(numeric_->factors().movement());  // of a plan for less memory, perhaps
   use_scales(analysis_->matched.row_scale, analysis_->matched.column_scale);
 }
 
@@ -309,7 +310,6 @@ void MatrixFactors<Scalar>::factor_values(const PivotPolicy& policy) {
   report_.flops_used = {status.getrf, status.trsm, status.gemm};
   report_.perturbed_pivots = static_cast<std::int64_t>(status.perturbed);
   report_.bytes_used = numeric_->bytes();
-  report_movement(numeric_->factors().movement());
   nonfinite_ = status.nonfinite > 0;
   if (phases_.logs(2))
     phases_.log(2, "factors: " + std::to_string(report_.perturbed_pivots) + " perturbed pivots");

@@ -56,26 +56,24 @@ CsrView<Scalar> view(const Array<Index>& offsets, const Array<Index>& columns, c
   return {n, n, offsets.data(), columns.data(), values != nullptr ? values->data() : nullptr};
 }
 
+/// As one function of Python: analyze or factor, which want a matrix.
+template <class Scalar, class Index>
+auto taking_matrix(void (BasicSolver<Scalar>::*phase)(const CsrView<Scalar>&)) {
+  return [phase](BasicSolver<Scalar>& s, Array<Index> offsets, Array<Index> columns, Array<Scalar> values) {
+    const CsrView<Scalar> a = view<Scalar>(offsets, columns, &values);
+    const nb::gil_scoped_release released;
+    (s.*phase)(a);
+  };
+}
+
 template <class Scalar, class Index>
 void bind_matrix(nb::class_<BasicSolver<Scalar>>& solver) {
   using Solver = BasicSolver<Scalar>;
   solver
-      .def(
-          "analyze",
-          [](Solver& s, Array<Index> offsets, Array<Index> columns, Array<Scalar> values) {
-            const CsrView<Scalar> a = view<Scalar>(offsets, columns, &values);
-            const nb::gil_scoped_release released;
-            s.analyze(a);
-          },
-          nb::arg("row_offsets"), nb::arg("columns"), nb::arg("values"))
-      .def(
-          "factor",
-          [](Solver& s, Array<Index> offsets, Array<Index> columns, Array<Scalar> values) {
-            const CsrView<Scalar> a = view<Scalar>(offsets, columns, &values);
-            const nb::gil_scoped_release released;
-            s.factor(a);
-          },
-          nb::arg("row_offsets"), nb::arg("columns"), nb::arg("values"));
+      .def("analyze", taking_matrix<Scalar, Index>(&Solver::analyze), nb::arg("row_offsets"),
+           nb::arg("columns"), nb::arg("values"))
+      .def("factor", taking_matrix<Scalar, Index>(&Solver::factor), nb::arg("row_offsets"),
+           nb::arg("columns"), nb::arg("values"));
 }
 
 template <class Scalar>

@@ -61,8 +61,8 @@ constexpr Ahead kAhead[] = {{2, 3}, {1, 2}, {1, 1}};
 class Places {
  public:
   /// Contribution blocks leave if as many segments are done until they are read.
-  Places(const SymbolicPlan& plan, const SegmentOrder& order, Vertex patience)
-      : plan_(plan), made_(begin(plan, order)), patience_(patience) {
+  Places(const SymbolicPlan& plan, const SegmentOrder& order, Vertex leaving_distance)
+      : plan_(plan), made_(begin(plan, order)), leaving_distance_(leaving_distance) {
     group_contributions();
   }
 
@@ -148,7 +148,7 @@ class Places {
     }
   }
 
-  bool leaves(const Block& group) const { return group.to - group.from >= patience_; }
+  bool leaves(const Block& group) const { return group.to - group.from >= leaving_distance_; }
 
   void place_in_factorization(Vertex out) {
     std::vector<Block> blocks = contributions_, staying;
@@ -258,7 +258,7 @@ class Places {
 
   const SymbolicPlan& plan_;
   SegmentPlan made_;
-  const Vertex patience_;
+  const Vertex leaving_distance_;
   std::vector<Block> contributions_;  // one for each pair of segments, by the first
   std::vector<Offset> on_host_;       // of them: where they lie there, -1 if they do not leave
   std::vector<Offset> group_of_;      // of fronts: in contributions_, -1 for none
@@ -321,16 +321,16 @@ Offset SegmentPlan::entries_back() const {
 namespace {
 
 /// Contribution blocks leave in none, in some, or in all cases where that makes room.
-constexpr Vertex kPatience[] = {std::numeric_limits<Vertex>::max(), 5, 2};
+constexpr Vertex kLeavingDistances[] = {std::numeric_limits<Vertex>::max(), 5, 2};
 
-SegmentPlan best_segments(const SymbolicPlan& plan, Offset region, Offset spare, Vertex patience) {
+SegmentPlan best_segments(const SymbolicPlan& plan, Offset region, Offset spare, Vertex leaving_distance) {
   SegmentPlan best;
   double least = std::numeric_limits<double>::max();
   for_each_order(plan, region, [&](const SegmentOrder& order) {
     // More levels can only pay by what they keep on the device.
     const double for_levels = order.level * kLevelCost * static_cast<double>(plan.factor_entries);
     if (for_levels >= least) return false;
-    Places places(plan, order, patience);
+    Places places(plan, order, leaving_distance);
     const std::optional<Fit> fit = fit_into(places, region, spare);
     if (!fit) return true;
     places.place(fit->first_staying, fit->ahead, spare);
@@ -347,8 +347,8 @@ SegmentPlan best_segments(const SymbolicPlan& plan, Offset region, Offset spare,
 }  // namespace
 
 SegmentPlan make_segments(const SymbolicPlan& plan, Offset region, Offset spare) {
-  for (const Vertex patience : kPatience) {
-    SegmentPlan best = best_segments(plan, region, spare, patience);
+  for (const Vertex leaving_distance : kLeavingDistances) {
+    SegmentPlan best = best_segments(plan, region, spare, leaving_distance);
     if (!best.empty()) return best;
   }
   return {};
@@ -360,7 +360,7 @@ Offset least_region(const SymbolicPlan& plan, Offset spare) {
   for (Offset before = 0; before != least;) {
     before = least;
     for_each_order(plan, before, [&](const SegmentOrder& order) {
-      Places places(plan, order, *(std::end(kPatience) - 1));
+      Places places(plan, order, *(std::end(kLeavingDistances) - 1));
       least = std::min(least, places.place(places.count(), kAhead[2], spare));
       return true;
     });

@@ -55,8 +55,9 @@ class MatrixFactors {
 
   /// The next rung after all that can be done with the present factors: full precision, then a new matching
   /// and tree for values that have changed since the analysis, then perturbed pivots divided by as they are
-  /// (for a singular matrix only with SolveOptions::solve_singular), then larger pivot blocks wherever the
-  /// factors grow (no help to a singular matrix). False when there is none.
+  /// (for a singular matrix only with SolveOptions::solve_singular), then a backend that substitutes where
+  /// the present one multiplies by inverses, then larger pivot blocks wherever the factors grow (both no help
+  /// to a singular matrix). False when there is none.
   bool climb(bool singular);
 
   /// The last rung, for one right-hand side b: the present values are factored with rows scaled by the size
@@ -97,11 +98,12 @@ class MatrixFactors {
 
   void enlarge_pivot_blocks();
   bool merge_failed_fronts(double allowed_flops);
+  bool change_to_substitution();
   bool strengthen();
   void rematch();
 
   const Options& options_;
-  const BackendFor<Scalar>& backend_;
+  const BackendFor<Scalar>* backend_;  // that of the options, or one that climb() took in its place
   Phases& phases_;
   Report& report_;
   std::optional<Analysis> analysis_;

@@ -105,38 +105,6 @@ SparseMatrix nearly_incompressible(Random& random) {
   return from_entries_summed(2 * side * (side + 1), entries);
 }
 
-/// C^T C + mass I for the curl C from the edges of a grid of cubes to their faces, all of them.
-SparseMatrix curl_curl(double mass, Random& random) {
-  const Index side = random.integer(3, 6), nodes = side + 1, edges = nodes * nodes * nodes;
-  std::vector<Index> number(static_cast<std::size_t>(3 * edges), -1);
-  Index n = 0;
-  // An edge is its first node and its direction.
-  const auto edge = [&](std::array<Index, 3> at, int axis) {
-    Index& known = number[static_cast<std::size_t>(axis * edges + (at[0] * nodes + at[1]) * nodes + at[2])];
-    if (known < 0) known = n++;
-    return known;
-  };
-  Entries entries;
-  for (Index node = 0; node < edges; ++node) {
-    const std::array<Index, 3> at{node / (nodes * nodes), node / nodes % nodes, node % nodes};
-    for (int axis = 0; axis < 3; ++axis) {
-      const int one = (axis + 1) % 3, other = (axis + 2) % 3;
-      if (at[one] == side || at[other] == side) continue;
-      std::array<Index, 3> beside = at, above = at;
-      ++beside[one];
-      ++above[other];
-      const std::array<Index, 4> around{edge(at, one), edge(beside, other), edge(above, one),
-                                        edge(at, other)};
-      constexpr std::array<double, 4> kSign{1, 1, -1, -1};
-      for (int i = 0; i < 4; ++i) {
-        for (int j = 0; j < 4; ++j) entries.push_back({around[i], around[j], kSign[i] * kSign[j]});
-      }
-    }
-  }
-  for (Index i = 0; i < n && mass > 0; ++i) entries.push_back({i, i, mass});
-  return from_entries_summed(n, entries);
-}
-
 /// Fluxes through the sides of squares and pressures in them, lowest order of Raviart and Thomas.
 SparseMatrix darcy(Random& random) {
   const Index side = random.integer(4, 16), fluxes = side * (side + 1);
@@ -289,6 +257,37 @@ SparseMatrix lattice(bool redundant, Random& random) {
 
 }  // namespace
 
+SparseMatrix curl_curl(std::int64_t side, double mass) {
+  const Index nodes = side + 1, edges = nodes * nodes * nodes;
+  std::vector<Index> number(static_cast<std::size_t>(3 * edges), -1);
+  Index n = 0;
+  // An edge is its first node and its direction.
+  const auto edge = [&](std::array<Index, 3> at, int axis) {
+    Index& known = number[static_cast<std::size_t>(axis * edges + (at[0] * nodes + at[1]) * nodes + at[2])];
+    if (known < 0) known = n++;
+    return known;
+  };
+  Entries entries;
+  for (Index node = 0; node < edges; ++node) {
+    const std::array<Index, 3> at{node / (nodes * nodes), node / nodes % nodes, node % nodes};
+    for (int axis = 0; axis < 3; ++axis) {
+      const int one = (axis + 1) % 3, other = (axis + 2) % 3;
+      if (at[one] == side || at[other] == side) continue;
+      std::array<Index, 3> beside = at, above = at;
+      ++beside[one];
+      ++above[other];
+      const std::array<Index, 4> around{edge(at, one), edge(beside, other), edge(above, one),
+                                        edge(at, other)};
+      constexpr std::array<double, 4> kSign{1, 1, -1, -1};
+      for (int i = 0; i < 4; ++i) {
+        for (int j = 0; j < 4; ++j) entries.push_back({around[i], around[j], kSign[i] * kSign[j]});
+      }
+    }
+  }
+  for (Index i = 0; i < n && mass > 0; ++i) entries.push_back({i, i, mass});
+  return from_entries_summed(n, entries);
+}
+
 HardMatrix engineering_matrix(std::uint64_t seed) {
   Random random(seed * 0xD1B54A32D192ED03u + 1);
   HardMatrix made;
@@ -302,11 +301,13 @@ HardMatrix engineering_matrix(std::uint64_t seed) {
     case 1:
       take("nearly incompressible", nearly_incompressible(random));
       break;
-    case 2:
-      take("curl-curl", curl_curl(std::pow(10.0, -6 - 6 * random.unit()), random));
+    case 2: {
+      const Index side = random.integer(3, 9);
+      take("curl-curl", curl_curl(side, std::pow(10.0, -6 - 6 * random.unit())));
       break;
+    }
     case 3:
-      take("curl-curl, singular", curl_curl(0, random), true);
+      take("curl-curl, singular", curl_curl(random.integer(3, 6), 0), true);
       break;
     case 4:
       take("Darcy", darcy(random));

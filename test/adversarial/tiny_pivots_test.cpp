@@ -55,6 +55,22 @@ TEST(TinyPivots, AreDividedByWhereTheyAreTooManyToCorrect) {
   }
 }
 
+TEST(TinyPivots, OfCurlCurlAreDividedBy) {
+  const SparseMatrix a = curl_curl(9, 1e-12);
+  const std::vector<double> b = Random(8).vector(a.n);
+  for (const Backend backend : host_backends()) {
+    SCOPED_TRACE(backend_name(backend));
+    Options options;
+    options.backend = backend;
+    Solver solver(options);
+    std::vector<double> x(b.size());
+    solver.factor(a.view());
+    solver.solve(b.data(), x.data());
+    EXPECT_LE(backward_error(a, b, x), kTolerance);
+    EXPECT_EQ(solver.report().rung, Rung::factors);
+  }
+}
+
 TEST(TinyPivots, SingularIsProved) {
   const SparseMatrix a = weakly_held_pairs(700, 0.0);
   const std::vector<double> b = Random(6).vector(a.n);

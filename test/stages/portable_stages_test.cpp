@@ -32,11 +32,16 @@ struct Tested {
 using Default = Kokkos::DefaultExecutionSpace;
 template <class S>
 using DefaultDense = DenseOf<Default, S>;
+#ifdef __SANITIZE_ADDRESS__  // indices are the same for all numbers, and what the vendor does is not looked into
+using AllTested = testing::Types<Tested<Kokkos::Serial, double, OwnDense>,
+                                 Tested<Kokkos::OpenMP, std::complex<float>, OwnDense>>;
+#else
 using AllTested =
     testing::Types<Tested<Kokkos::Serial, double, LibraryDense>, Tested<Kokkos::Serial, double, OwnDense>,
                    Tested<Kokkos::OpenMP, std::complex<float>, OwnDense>,
                    Tested<Default, double, DefaultDense>, Tested<Default, std::complex<double>, DefaultDense>,
                    Tested<Default, float, DefaultDense>, Tested<Default, std::complex<float>, DefaultDense>>;
+#endif
 
 /// With and without contribution blocks that are assembled in turns.
 template <class Scalar>

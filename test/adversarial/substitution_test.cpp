@@ -1,0 +1,71 @@
+// Where a device's products with inverses of pivot blocks lose too much, triangles are solved with. Needs a
+// device; skips where there is none.
+#include <string>
+
+#include "test/adversarial/engineering_matrices.hpp"
+#include "test/reference/random.hpp"
+#include "test/solver/on_device.hpp"
+
+namespace mfs::test {
+namespace {
+
+constexpr double kTolerance = 1e-12;
+
+class Substitution : public OnDevice {
+ protected:
+  static void expect_solves(Solver& solver, const SparseMatrix& a, std::int64_t columns, Rung rung) {
+    SCOPED_TRACE(std::to_string(columns) + " columns");
+    const std::vector<double> b = Random(9).vector(a.n * columns);
+    for (const bool transposed : {false, true}) {  // A is symmetric
+      std::vector<double> x(b.size());
+      transposed ? solver.solve_transpose(b.data(), x.data(), columns)
+                 : solver.solve(b.data(), x.data(), columns);
+      for (std::int64_t j = 0; j < columns; ++j)
+        EXPECT_LE(backward_error(a, b.data() + j * a.n, x.data() + j * a.n), kTolerance);
+      EXPECT_EQ(solver.report().rung, rung);
+      rung = Rung::factors;
+    }
+  }
+};
+
+TEST_F(Substitution, SolvesWhereInversesDoNot) {
+  SparseMatrix a = curl_curl(16, 1e-14);
+  Solver solver(options_);
+  solver.factor(a.view());
+  expect_solves(solver, a, 1, Rung::substitution);
+  expect_solves(solver, a, 3, Rung::factors);
+  for (double& value : a.values) value *= -3;
+  solver.refactor(a.view());
+  expect_solves(solver, a, 1, Rung::factors);
+  EXPECT_EQ(solver.report().backend, Backend::cuda);
+}
+
+TEST_F(Substitution, EndsWithTheAnalysis) {
+  Solver solver(options_);
+  const SparseMatrix a = curl_curl(16, 1e-14), mild = curl_curl(16, 1);
+  solver.factor(a.view());
+  expect_solves(solver, a, 1, Rung::substitution);
+  solver.analyze(mild.view());
+  solver.factor(mild.view());
+  expect_solves(solver, mild, 1, Rung::factors);
+  solver.analyze(a.view());
+  solver.factor(a.view());
+  expect_solves(solver, a, 1, Rung::substitution);
+}
+
+TEST_F(Substitution, ProvesSingular) {
+  const SparseMatrix a = curl_curl(12, 0);
+  Solver solver(options_);
+  solver.factor(a.view());
+  const std::vector<double> b = Random(10).vector(a.n);
+  std::vector<double> x(b.size());
+  try {
+    solver.solve(b.data(), x.data());
+    ADD_FAILURE() << "not refused";
+  } catch (const SingularMatrix& error) {
+    EXPECT_EQ(error.kind(), SingularMatrix::Kind::numerical);
+  }
+}
+
+}  // namespace
+}  // namespace mfs::test

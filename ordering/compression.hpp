@@ -3,13 +3,12 @@
 //
 //   pairs                 unknowns that the matching joined (they need one pivot block)
 //   indistinguishable     unknowns with the same closed neighbourhood (the neighbours and itself): once one
-//   of them is
-//                         eliminated the others cost no new fill, so they are eliminated together. The
-//                         degrees of freedom of a finite-element node are like that; nobody has to say so
+//                         is eliminated the others cost no new fill, so they are eliminated together. The
+//                         degrees of freedom of a finite-element node are like that, without being named
 //                         (Ashcraft 1995)
 //
-// Alike unknowns are neighbours of each other. So each looks among its neighbours for one with an equal hash
-// of the closed neighbourhood: linear time, no sorting, no table.
+// Indistinguishable unknowns are neighbours of each other. So each looks among its neighbours for one with an
+// equal hash of the closed neighbourhood. That takes linear time, and neither sorting nor a table.
 #pragma once
 
 #include "ordering/graph.hpp"

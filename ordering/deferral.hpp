@@ -4,8 +4,8 @@
 //
 //          u   l                  u    l
 //     u    k   b     u first      k    b
-//     l    b   0     ------->     .  -b^2/k        so l may stand anywhere behind u, and no two l share a
-//     partner
+//     l    b   0     ------->     .  -b^2/k        so l may stand anywhere behind u,
+//                                                  and no two l share a partner
 //
 // An order that was found for fill alone puts many weak unknowns before the partner that the matching gave
 // them. Most of these have another one before them; those that have none move, to just behind a partner.

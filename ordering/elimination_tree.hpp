@@ -3,10 +3,9 @@
 //
 //   parent      the first later position that the elimination of a vertex touches (Liu 1990)
 //   postorder   children just before their parent: an equivalent order, with the same fill, in which every
-//   subtree
-//               is an interval
+//               subtree is an interval
 //   counts      skeleton leaves and least common ancestors (Gilbert, Ng and Peyton 1994), here with weighted
-//   rows
+//               rows
 #pragma once
 
 #include <vector>

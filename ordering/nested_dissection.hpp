@@ -6,8 +6,7 @@
 //   separator             METIS' multilevel bisection (Karypis and Kumar 1998); of the uppermost sub-graphs the best
 //                         of several trials, which are independent tasks
 //   small sub-graphs      constrained minimum degree (CAMD) with their boundary present but ordered last, so
-//   that
-//                         degrees are those of the real elimination (Pellegrini, Roman and Amestoy 2000)
+//                         that degrees are those of the real elimination (Pellegrini, Roman and Amestoy 2000)
 //
 // Positions are given from the end: a sub-graph owns an interval of positions, its separator takes the last
 // ones.

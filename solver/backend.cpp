@@ -126,9 +126,6 @@ class CudaBackend final : public BackendFor<Scalar> {
             },
             factors.step_flops};
   }
-  const BackendFor<Scalar>* with_substitution() const override {
-    return portable::on_host() ? nullptr : &backend_for<Scalar>(Backend::kokkos);
-  }
 };
 
 /// Kokkos' default space; its factors lie in the memory of the host or of a device.

@@ -51,10 +51,6 @@ class BackendFor : public BackendRules {
   virtual Planned<Factorization<Scalar>> plan(bool single_precision, std::shared_ptr<const SymbolicPlan> plan,
                                               std::shared_ptr<const Pattern> pattern, int threads,
                                               const MemoryRoom& room) const = 0;
-  /// A backend for the same plans and memory that is slower, but solves with the triangles of pivot blocks
-  /// where this one multiplies by their inverses, whose errors grow with the condition of the blocks. Null
-  /// where there is none.
-  virtual const BackendFor* with_substitution() const { return nullptr; }
 };
 
 template <class Scalar>

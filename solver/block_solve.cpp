@@ -52,7 +52,8 @@ BlockSolve<Scalar>::BlockSolve(const Options& options, Phases& phases, MatrixFac
       factors_(factors),
       report_(report),
       controls_{tolerance_of<Scalar>(options.solve), options.solve.max_refinement_steps,
-                options.solve.row_floor, options.solve.solve_singular} {}
+                options.solve.row_floor, options.solve.solve_singular},
+      host_(options) {}
 
 template <class Scalar>
 void BlockSolve<Scalar>::solve(Columns<Scalar> all) {
@@ -136,10 +137,12 @@ void BlockSolve<Scalar>::solve_part_on_device(const Columns<Scalar>& part, void*
   const Vertex columns = static_cast<Vertex>(part.count);
   SolveOutcome outcome;
   ResidentSolve found = ResidentSolve::refused;
-  phases_.run("solve", [&] {
-    const SolveBlock<Scalar> block{part.b, part.ldb, part.x, part.ldx, columns, pattern_for(part)};
-    found = factors_.numeric("solve_device").solve_resident(block, controls_, stream, outcome);
-  });
+  if (!host_.serves(factors_)) {
+    phases_.run("solve", [&] {
+      const SolveBlock<Scalar> block{part.b, part.ldb, part.x, part.ldx, columns, pattern_for(part)};
+      found = factors_.numeric("solve_device").solve_resident(block, controls_, stream, outcome);
+    });
+  }
   if (found == ResidentSolve::solved) {
     note_outcome(outcome);
     report_.bytes_used = factors_.numeric("solve_device").bytes();
@@ -162,6 +165,7 @@ void BlockSolve<Scalar>::solve_part_on_device(const Columns<Scalar>& part, void*
 
 template <class Scalar>
 void BlockSolve<Scalar>::climb_until_solved(const Columns<Scalar>& part, const SolveOutcome* tried) {
+  if (host_.serves(factors_)) return solve_on_host(part);
   SolveOutcome outcome = solve_with_factors(part, tried);
   report_.time_ladder += outcome.time_ladder;
   if (settled(outcome)) return write_solution(part, factors_.numeric("solve").solution(), outcome);
@@ -170,10 +174,35 @@ void BlockSolve<Scalar>::climb_until_solved(const Columns<Scalar>& part, const S
   const Scalar* found = factors_.numeric("solve").solution();
   std::vector<Scalar> solution(found, found + rows() * part.count);
   const Offset overflowed = first_overflowed(rows(), part.count, solution);
-  if (!reached(outcome) && outcome.dependent_rows == 0) outcome = solve_rescaled(part, solution.data());
+  const auto missed = [&] { return !reached(outcome) && outcome.dependent_rows == 0; };
+  if (missed() && !factors_.host_is_better()) outcome = solve_rescaled(part, solution.data());
   report_.time_ladder += other_factors.seconds();
+  if (missed() && factors_.on_device()) {
+    try {
+      return solve_on_host(part);
+    } catch (const OutOfMemory&) {  // what the device has found is told instead
+    }
+  }
   if (!reached(outcome)) refuse(outcome, overflowed);
   write_solution(part, solution.data(), outcome);
+}
+
+// The solver on the host has checks, a ladder and refusals of its own.
+template <class Scalar>
+void BlockSolve<Scalar>::solve_on_host(const Columns<Scalar>& part) {
+  const Stopwatch watch;
+  report_.rung = Rung::host;
+  BasicSolver<Scalar>& host = host_.solver_for(factors_);
+  part.transposed ? host.solve_transpose(part.b, part.x, part.count, part.ldb, part.ldx)
+                  : host.solve(part.b, part.x, part.count, part.ldb, part.ldx);
+  const Report& found = host.report();
+  report_.refinement_steps = std::max(report_.refinement_steps, found.refinement_steps);
+  report_.krylov_steps = std::max(report_.krylov_steps, found.krylov_steps);
+  report_.corrected_pivots = std::max(report_.corrected_pivots, found.corrected_pivots);
+  report_.backward_error = std::max(report_.backward_error, found.backward_error);
+  report_.singularity = std::max(report_.singularity, found.singularity);
+  report_.dependent_rows = std::max(report_.dependent_rows, found.dependent_rows);
+  report_.time_ladder += watch.seconds();
 }
 
 // Each column by factors of its own, with rows scaled for it.

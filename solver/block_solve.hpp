@@ -7,6 +7,7 @@
 #include <mfs/report.hpp>
 
 #include "solver/failing_system.hpp"
+#include "solver/host_solver.hpp"
 #include "solver/matrix_factors.hpp"
 
 namespace mfs {
@@ -45,6 +46,7 @@ class BlockSolve {
   // What leaves in doubt whether A is singular is no solution as long as there are other factors to try.
   bool settled(const SolveOutcome& outcome) const { return reached(outcome) && !outcome.doubtful; }
   void climb_until_solved(const Columns<Scalar>& part, const SolveOutcome* tried);
+  void solve_on_host(const Columns<Scalar>& part);
   SolveOutcome solve_rescaled(const Columns<Scalar>& part, Scalar* solution);
   void write_solution(const Columns<Scalar>& part, const Scalar* solution, const SolveOutcome& outcome);
   SolveOutcome solve_with_factors(const Columns<Scalar>& part, const SolveOutcome* tried = nullptr);
@@ -57,6 +59,7 @@ class BlockSolve {
   MatrixFactors<Scalar>& factors_;
   Report& report_;
   SolveControls controls_;
+  HostSolver<Scalar> host_;
 };
 
 }  // namespace mfs

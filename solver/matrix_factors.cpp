@@ -19,7 +19,7 @@ namespace mfs {
 
 template <class Scalar>
 MatrixFactors<Scalar>::MatrixFactors(const Options& options, Phases& phases, Report& report)
-    : options_(options), backend_(&backend_for<Scalar>(options.backend)), phases_(phases), report_(report) {
+    : options_(options), backend_(backend_for<Scalar>(options.backend)), phases_(phases), report_(report) {
   reset_report();
 }
 
@@ -28,10 +28,10 @@ void MatrixFactors<Scalar>::analyze(const CsrView<Scalar>& a) {
   forget();
   std::future<void> loading;
   const auto begin_loading = [&](const Pattern& pattern) {
-    loading = backend_->load_beside(report_.single_precision, pattern);
+    loading = backend_.load_beside(report_.single_precision, pattern);
   };
   phases_.run_analysis("matching", [&] {
-    Analysis analysis = analyze_matrix(a, options_.analysis, backend_->assembly_turns(),
+    Analysis analysis = analyze_matrix(a, options_.analysis, backend_.assembly_turns(),
                                        phases_.analysis_threads(), progress(), begin_loading);
     plan_numeric(analysis);
     analysis_ = std::move(analysis);
@@ -134,7 +134,7 @@ void MatrixFactors<Scalar>::forget() {
   usual_effort_ = 0;
   rematches_ = 0;
   tiny_pivots_ = TinyPivots::noise;
-  backend_ = &backend_for<Scalar>(options_.backend);
+  ++analyses_;
   planned_ = {};
   numeric_.reset();
   transposed_pattern_.reset();
@@ -147,7 +147,7 @@ void MatrixFactors<Scalar>::reset_report() {
   report_ = Report();
   report_.backend = options_.backend;
   report_.threads = phases_.threads();
-  report_.single_precision = mixed_precision<Scalar>(options_.factor, backend_->automatic_precision());
+  report_.single_precision = mixed_precision<Scalar>(options_.factor, backend_.automatic_precision());
 }
 
 template <class Scalar>
@@ -188,7 +188,7 @@ template <class Scalar>
 Planned<Factorization<Scalar>> MatrixFactors<Scalar>::planned_for(
     std::shared_ptr<const SymbolicPlan> plan, std::shared_ptr<const Pattern> pattern) const {
   const MemoryRoom room{static_cast<Offset>(options_.memory_limit), numeric_ ? numeric_->bytes() : 0};
-  return backend_->plan(report_.single_precision, std::move(plan), std::move(pattern), phases_.threads(),
+  return backend_.plan(report_.single_precision, std::move(plan), std::move(pattern), phases_.threads(),
                        room);
 }
 
@@ -264,6 +264,7 @@ void MatrixFactors<Scalar>::factor_other_values(const CsrView<Scalar>& a) {
 template <class Scalar>
 void MatrixFactors<Scalar>::begin_values() {
   factored_ = false;
+  ++value_sets_;
   strengthened_ = 0;
   if (rescaled_) use_scales(analysis_->matched.row_scale, analysis_->matched.column_scale);
   rescaled_ = false;
@@ -337,35 +338,9 @@ bool MatrixFactors<Scalar>::climb(bool singular) {
     factor_values();
     return true;
   }
-  if (singular) return false;
-  if (change_to_substitution()) {
-    report_.rung = Rung::substitution;
-    return true;
-  }
+  if (singular || host_is_better()) return false;
   report_.rung = Rung::larger_blocks;
   return strengthen();
-}
-
-// Until the next analysis: pivots that need it come from the kind of matrix more than from its values. False
-// where that changes nothing, or takes more memory than there is.
-template <class Scalar>
-bool MatrixFactors<Scalar>::change_to_substitution() {
-  const BackendFor<Scalar>* other = backend_->with_substitution();
-  if (!other) return false;
-  Planned<Factorization<Scalar>> planned;
-  bool fits = false;
-  phases_.run("symbolic", [&] {
-    const Offset held = numeric_->bytes();  // by the factors that they replace
-    planned = other->plan(report_.single_precision, analysis_->plan, analysis_->pattern, phases_.threads(), {});
-    const Offset free = static_cast<Offset>(other->available_memory()) + held;
-    const Offset limit = static_cast<Offset>(options_.memory_limit);
-    fits = planned.bytes.total() <= (limit > 0 ? std::min(limit, free) : free);
-  });
-  if (!fits) return false;
-  backend_ = other;
-  planned_ = std::move(planned);
-  replace_numeric();
-  return true;
 }
 
 template <class Scalar>
@@ -401,13 +376,13 @@ bool MatrixFactors<Scalar>::merge_failed_fronts(double allowed_flops) {
     const SeparatorTree tree = merge_into_parents(*analysis_->plan, numeric_->failed_fronts());
     plan = std::make_shared<SymbolicPlan>(
         make_symbolic_plan(*analysis_->pattern, analysis_->matched.row_order, tree,
-                           options_.analysis.max_block_size, phases_.threads(), backend_->assembly_turns()));
+                           options_.analysis.max_block_size, phases_.threads(), backend_.assembly_turns()));
     const bool cheap =
         plan->num_fronts != analysis_->plan->num_fronts && plan->flops.total() <= allowed_flops;
     if (!cheap) return;
     planned = planned_for(plan, analysis_->pattern);
     const auto held = static_cast<std::size_t>(numeric_->bytes());  // by the factors that they replace
-    fits = static_cast<std::size_t>(planned.bytes.total()) <= backend_->available_memory() + held;
+    fits = static_cast<std::size_t>(planned.bytes.total()) <= backend_.available_memory() + held;
   });
   if (!fits) return false;
   analysis_->plan = std::move(plan);
@@ -460,7 +435,7 @@ void MatrixFactors<Scalar>::rematch() {
   tiny_pivots_ = TinyPivots::noise;
   ++rematches_;
   phases_.run_analysis("ordering", [&] {
-    reanalyze(*analysis_, numeric_->factors().matrix().values, options_.analysis, backend_->assembly_turns(),
+    reanalyze(*analysis_, numeric_->factors().matrix().values, options_.analysis, backend_.assembly_turns(),
               phases_.analysis_threads(), progress());
   });
   ++report_.reanalyses;

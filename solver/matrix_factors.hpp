@@ -37,6 +37,13 @@ class MatrixFactors {
   /// False where singular must not be said: numbers ran out of range on the way.
   bool within_range() const { return !nonfinite_ && !analysis_->matched.beyond_range; }
   const Analysis& analysis() const { return *analysis_; }
+  bool on_device() const { return backend_.info().memory == MemorySpace::device; }
+  /// A device multiplies by the inverses of pivot blocks, with errors that grow with the condition of a
+  /// block. That is large where tiny pivots were divided by. The host substitutes.
+  bool host_is_better() const { return on_device() && tiny_pivots_ == TinyPivots::data; }
+  /// These numbers change with each analysis and with each set of values.
+  std::int64_t analyses() const { return analyses_; }
+  std::int64_t value_sets() const { return value_sets_; }
   /// As Planned has them.
   const std::vector<BlockFlops>& step_flops() const { return step_flops_; }
   Factorization<Scalar>& numeric() const { return *numeric_; }
@@ -55,9 +62,9 @@ class MatrixFactors {
 
   /// The next rung after all that can be done with the present factors: full precision, then a new matching
   /// and tree for values that have changed since the analysis, then perturbed pivots divided by as they are
-  /// (for a singular matrix only with SolveOptions::solve_singular), then a backend that substitutes where
-  /// the present one multiplies by inverses, then larger pivot blocks wherever the factors grow (both no help
-  /// to a singular matrix). False when there is none.
+  /// (for a singular matrix only with SolveOptions::solve_singular), then larger pivot blocks wherever the
+  /// factors grow (no help to a singular matrix, nor tried where the host is better). False when there is
+  /// none.
   bool climb(bool singular);
 
   /// The last rung, for one right-hand side b: the present values are factored with rows scaled by the size
@@ -98,12 +105,11 @@ class MatrixFactors {
 
   void enlarge_pivot_blocks();
   bool merge_failed_fronts(double allowed_flops);
-  bool change_to_substitution();
   bool strengthen();
   void rematch();
 
   const Options& options_;
-  const BackendFor<Scalar>* backend_;  // that of the options, or one that climb() took in its place
+  const BackendFor<Scalar>& backend_;
   Phases& phases_;
   Report& report_;
   std::optional<Analysis> analysis_;
@@ -118,6 +124,7 @@ class MatrixFactors {
   bool drifted_ = false;           // solves have become dearer: the next refactor matches anew
   std::int64_t usual_effort_ = 0;  // steps that a solve took for the values of the analysis
   int rematches_ = 0;
+  std::int64_t analyses_ = 0, value_sets_ = 0;
   TinyPivots tiny_pivots_ = TinyPivots::noise;  // data: since a factorization perturbed too many to correct
   bool rescaled_ = false;                       // the scales are not those of the analysis
   int strengthened_ = 0;                        // rounds of strengthen() for the present values

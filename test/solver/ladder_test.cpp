@@ -121,7 +121,7 @@ TEST(Ladder, EveryRungHasAName) {
   std::set<std::string> names;
   for (const Rung rung :
        {Rung::factors, Rung::correction, Rung::refinement, Rung::krylov, Rung::full_precision,
-        Rung::reanalysis, Rung::tiny_pivots, Rung::substitution, Rung::larger_blocks, Rung::rescaling})
+        Rung::reanalysis, Rung::tiny_pivots, Rung::larger_blocks, Rung::rescaling, Rung::host})
     names.insert(rung_name(rung));
   EXPECT_EQ(names.size(), 10u);
   EXPECT_EQ(names.count("unknown"), 0u);

@@ -48,9 +48,9 @@ enum class Rung {
   full_precision,  ///< factors of full precision in place of those of single precision
   reanalysis,      ///< a new matching and tree for values that have changed since the analysis
   tiny_pivots,     ///< perturbed pivots divided by as they are, though they may be rounding
-  substitution,    ///< on a device, triangles solved with that backend cuda multiplies by the inverses of
   larger_blocks,   ///< larger pivot blocks wherever the factors grow
   rescaling,       ///< rows scaled by the size that the residual is measured by, for each right-hand side
+  host,            ///< of a device: factors on the host, which substitutes where a device multiplies by inverses
 };
 
 /// The name of the enumerator, "unknown" for any other value.
@@ -70,12 +70,12 @@ inline const char* rung_name(Rung rung) {
       return "reanalysis";
     case Rung::tiny_pivots:
       return "tiny_pivots";
-    case Rung::substitution:
-      return "substitution";
     case Rung::larger_blocks:
       return "larger_blocks";
     case Rung::rescaling:
       return "rescaling";
+    case Rung::host:
+      return "host";
   }
   return "unknown";
 }

@@ -162,10 +162,10 @@ class PortableBackend final : public BackendFor<Scalar> {
     return {bytes,
             factors.flops,
             {},
-            [=] {
+            [=, backend = this] {
               const auto needed = static_cast<std::size_t>(bytes.total());
-              const std::size_t available = available_memory();
-              if (needed > available) throw OutOfMemory(info().memory, needed, available);
+              const std::size_t available = backend->available_memory();
+              if (needed > available) throw OutOfMemory(backend->info().memory, needed, available);
               return make_factorization<Scalar>(HostSpace::openmp, factors.make(), plan, pattern);
             },
             factors.step_flops};

@@ -416,9 +416,13 @@ class CondensedNewton::Impl {
 };
 
 bool CondensedNewton::suits(const ConstrainedSystem& system) {
-  if (!system.remote_tangents().empty()) return false;
   for (int row = 0; row < system.constraints(); ++row)
     if (system.is_nonholonomic(row)) return false;
+  return is_of_joints(system);
+}
+
+bool CondensedNewton::is_of_joints(const ConstrainedSystem& system) {
+  if (!system.remote_tangents().empty()) return false;
   std::vector<int> constraints_of(static_cast<std::size_t>(system.coordinates()), 0);
   for (const int coordinate : system.tangent_pattern()[Block::position_q].column)
     ++constraints_of[coordinate];

@@ -30,8 +30,10 @@ namespace mfs::dae {
 
 class CondensedNewton {
  public:
-  /// Whether a system is one for it: most coordinates are in constraints, none in very many.
+  /// Whether a system is one for it: one of joints without constraints on velocities alone.
   static bool suits(const ConstrainedSystem& system);
+  /// Whether it is one for make_consistent(): most coordinates are in constraints, none in very many.
+  static bool is_of_joints(const ConstrainedSystem& system);
 
   /// All have to live as long; `executor` is the host. The counters and times of `report` grow.
   CondensedNewton(const ConstrainedSystem& system, const Projection& projection,

@@ -1,10 +1,128 @@
 #include "dae/integrator/dense_output.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cstddef>
+#include <utility>
+
+#include "dae/integrator/body_turns.hpp"
+#include "dae/vectors/loops.hpp"
+#include "dae/vectors/operations.hpp"
 
 namespace mfs::dae {
+namespace {
 
-State state_between(double t, const StepState& before, const Array<double>& lambda, const StepState& after) {
+using Part = Array<double> StepState::*;
+
+/// As many states as the highest order of BDF needs.
+constexpr int kMostStates = 6;
+
+/// Of the polynomial through values at these times: what each of them counts at t (Lagrange).
+std::vector<double> lagrange_shares(const std::vector<double>& times, double t) {
+  std::vector<double> shares(times.size(), 1.0);
+  for (std::size_t i = 0; i < times.size(); ++i)
+    for (std::size_t j = 0; j < times.size(); ++j)
+      if (j != i) shares[i] *= (t - times[j]) / (times[i] - times[j]);
+  return shares;
+}
+
+/// Some of the sums over points that PointSums has: six at once, which is what a device folds.
+struct SomeSums {
+  const double *x, *now;
+  double mean[3];  ///< of `now`
+  bool last;
+  MFS_HOST_DEVICE Numbers<6> operator()(std::size_t point) const {
+    const double* const here = x + 3 * point;
+    Numbers<6> sums;
+    for (int j = 0; j < 3; ++j) {
+      const double from_mean = now[3 * point + j] - mean[j];
+      sums.of[j] = here[last ? 2 : 0] * from_mean;
+      sums.of[3 + j] = last ? here[j] : here[1] * from_mean;
+    }
+    return sums;
+  }
+};
+
+/// Vectors of points, those of each state by a matrix.
+struct Turn {
+  const double* from[kMostStates];
+  double matrix[kMostStates][9];
+  double shift[3];
+  int states;
+  double* to;
+  MFS_HOST_DEVICE void operator()(std::size_t point) const {
+    double sum[3] = {shift[0], shift[1], shift[2]};
+    for (int k = 0; k < states; ++k)
+      for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) sum[i] += matrix[k][3 * i + j] * from[k][3 * point + j];
+    for (int i = 0; i < 3; ++i) to[3 * point + i] = sum[i];
+  }
+};
+
+/// What is known on both sides of a time: the present state first.
+class KnownStates {
+ public:
+  KnownStates(const Executor& executor, const StepState& now, const PastStates& past, int degree)
+      : executor_(executor), states_{&now} {
+    for (std::size_t k = 0; k < past.size() && k < static_cast<std::size_t>(std::min(degree, kMostStates - 1));
+         ++k)
+      states_.push_back(&past[k]);
+  }
+
+  void interpolate(double t, Part part, std::size_t most, StepState& there) const {
+    const std::size_t count = std::min(most, states_.size()), size = (states_[0]->*part).size();
+    std::vector<const double*> values;
+    for (std::size_t k = 0; k < count; ++k) values.push_back((states_[k]->*part).data());
+    (there.*part).resize(executor_, size);
+    combine(executor_, size, 0.0, (there.*part).data(), shares(t, count), values);
+  }
+
+  void turn(double t, const PointRange& body, StepState& there) const {
+    const auto first = static_cast<std::size_t>(body.first), points = static_cast<std::size_t>(body.count);
+    std::vector<PointSums> sums;
+    const double* const now = states_[0]->q.data() + first;
+    std::array<double, 3> mean{};
+    mean = sums_of(now, now, mean, points).x;
+    for (double& x : mean) x /= body.count;
+    for (const StepState* state : states_)
+      sums.push_back(sums_of(state->q.data() + first, now, mean, points));
+    const TurnedShares turned = turned_shares(sums, body.count, shares(t, states_.size()));
+    for (const Part part : {&StepState::q, &StepState::v, &StepState::a}) {
+      Turn turn{{}, {}, {}, static_cast<int>(states_.size()), (there.*part).data() + first};
+      if (part == &StepState::q) std::copy(turned.shift.begin(), turned.shift.end(), turn.shift);
+      for (std::size_t k = 0; k < states_.size(); ++k) {
+        turn.from[k] = (states_[k]->*part).data() + first;
+        std::copy(turned.matrix[k].begin(), turned.matrix[k].end(), turn.matrix[k]);
+      }
+      for_each(executor_, points, turn, 54 * points);
+    }
+  }
+
+ private:
+  std::vector<double> shares(double t, std::size_t count) const {
+    std::vector<double> times;
+    for (std::size_t k = 0; k < count; ++k) times.push_back(states_[k]->t);
+    return lagrange_shares(times, t);
+  }
+  PointSums sums_of(const double* x, const double* now, const std::array<double, 3>& mean,
+                    std::size_t points) const {
+    PointSums sums;
+    for (const bool last : {false, true}) {
+      const SomeSums some{x, now, {mean[0], mean[1], mean[2]}, last};
+      const Numbers<6> found = fold(executor_, points, Numbers<6>{}, some, Sum{});
+      std::copy_n(found.of, last ? 3 : 6, sums.x_by_now.begin() + (last ? 6 : 0));
+      if (last) std::copy_n(found.of + 3, 3, sums.x.begin());
+    }
+    return sums;
+  }
+
+  const Executor& executor_;
+  std::vector<const StepState*> states_;
+};
+
+}  // namespace
+
+State state_between(double t, const StepState& before, const StepState& after) {
   const double h = after.t - before.t, x = (t - before.t) / h, y = x * x * x;
   const auto line = [x](double from, double to) { return from + x * (to - from); };
   State state{t, {}, {}, {}, {}};
@@ -21,9 +139,35 @@ State state_between(double t, const StepState& before, const Array<double>& lamb
   }
   for (std::size_t i = 0; i < after.lambda.size(); ++i) {
     const double last = after.lambda.data()[i];
-    state.lambda.push_back(lambda.size() == after.lambda.size() ? line(lambda.data()[i], last) : last);
+    const bool known = before.lambda.size() == after.lambda.size();
+    state.lambda.push_back(known ? line(before.lambda.data()[i], last) : last);
   }
   return state;
+}
+
+void PastStates::add(StepState& state) {
+  if (states_.size() < most_) states_.emplace_back();
+  std::rotate(states_.begin(), states_.end() - 1, states_.end());
+  std::swap(states_.front(), state);
+  known_multipliers_ = std::min(known_multipliers_ + 1, states_.size());
+}
+
+void PastStates::forget_multipliers() {
+  known_multipliers_ = 0;
+  for (StepState& state : states_) state.lambda = Array<double>();
+}
+
+void interpolate(const Executor& executor, const std::vector<PointRange>& bodies, double t,
+                 const StepState& now, const PastStates& past, int degree, StepState& there) {
+  const KnownStates known(executor, now, past, degree);
+  std::size_t with_multipliers = 1;
+  while (with_multipliers <= past.size() && past[with_multipliers - 1].lambda.size() == now.lambda.size())
+    ++with_multipliers;
+  there.t = t;
+  for (const Part part : {&StepState::q, &StepState::v, &StepState::a})
+    known.interpolate(t, part, kMostStates, there);
+  known.interpolate(t, &StepState::lambda, with_multipliers, there);
+  for (const PointRange& body : bodies) known.turn(t, body, there);
 }
 
 }  // namespace mfs::dae

@@ -38,7 +38,8 @@ constexpr int kRestart = 3;
 /// The shortest step with which it does, in parts of the one that would be tried otherwise. What a first step
 /// may be is known from rates alone, and vibrations that the steps do not follow make it far too short.
 constexpr double kLeastRestart = 1.0 / 16;
-/// Steps of which at most so many are left before an output are evened out to meet it.
+/// Steps of which at most so many are left before an output that ends one, or the end, are evened out to meet
+/// it.
 constexpr double kEvenedOut = 8.0;
 /// By how much the last of them may be longer than the error control asks for.
 constexpr double kStretch = 1.05;
@@ -166,6 +167,9 @@ class Integrator::Impl {
     needs_whole_matrix_ = false;
     condensed_failures_ = 0;
     t_end_ = t_end;
+    const auto* turning = dynamic_cast<const TurningBodies*>(&given_);
+    bodies_ = turning != nullptr ? turning->turning_bodies() : std::vector<PointRange>();
+    most_past_ = outputs.empty() || bodies_.empty() ? 1 : Bdf::kMostOrder;
     start({t0, std::move(q0), std::move(v0), {}, {}});
 
     std::size_t next_output = 0;
@@ -174,10 +178,12 @@ class Integrator::Impl {
       ++next_output;
     }
     while (state_.t < t_end_) {
-      const bool ends_step = next_output < outputs.size() && !condensed_;
+      const bool ends_step = next_output < outputs.size() && between_ends_ == BetweenEnds::nothing;
       step(ends_step ? outputs[next_output] : t_end_, observer);
-      for (; next_output < outputs.size() && outputs[next_output] <= state_.t; ++next_output)
-        tell([&] { observer.output(state_at(outputs[next_output])); });
+      for (; next_output < outputs.size() && outputs[next_output] <= state_.t; ++next_output) {
+        const State& state = state_at(outputs[next_output]);
+        tell([&] { observer.output(state); });
+      }
     }
     report_.time_total = elapsed();
     return whole_state();
@@ -205,7 +211,6 @@ class Integrator::Impl {
     make_equations();
     const double h = kTypicalStep * (t_end_ - state_.t);
     condensed_ ? condensed_->find_accelerations(state_, h) : newton_->find_accelerations(state_, h);
-    last_lambda_step_ = 0.0;
     if (redundancy_->filters()) redundancy_->check(view(state_), options_);
     set_weights();
     step_ = first_step();
@@ -225,7 +230,7 @@ class Integrator::Impl {
     std::vector<double> lambda = redundancy_->all_multipliers(state_.lambda.on_host(*executor_));
     redundancy_->leave_out(std::move(found));
     state_.lambda.assign(*executor_, redundancy_->kept_multipliers(std::move(lambda)));
-    last_lambda_step_ = 0.0;
+    past_.forget_multipliers();
     system_ = &redundancy_->system();
     // What is left out in a singular position is no news.
     if (redundancy_->redundant().size() <= report_.redundant.size()) report_constraints();
@@ -271,9 +276,10 @@ class Integrator::Impl {
     drop_equations();
     formula_.reset();
     remote_.reset();
-    for (auto* state : {&state_, &next_}) *state = StepState();
+    for (auto* state : {&state_, &next_, &between_}) *state = StepState();
     relation_ = StepRelation();
-    for (auto* array : {&weights_, &scale_there_, &last_lambda_, &lambda_}) *array = Array<double>();
+    past_ = PastStates(most_past_);
+    for (auto* array : {&weights_, &scale_there_, &lambda_}) *array = Array<double>();
     if (backend_info(options_.backend).memory == MemorySpace::device) {
       executor_ = std::make_unique<Executor>(Executor::Place::device, options_.threads);
       remote_ = system_->remote_residual(*executor_);
@@ -303,12 +309,14 @@ class Integrator::Impl {
       condensed_ = std::make_unique<CondensedNewton>(*system_, projection, options_, *executor_, report_);
       report_.unknowns = condensed_->size();
       report_.entries = static_cast<std::int64_t>(condensed_->entries());
+      choose_between_ends();
       return;
     }
     equations_.emplace(*system_, options_.unknowns, std::move(projection), *executor_, remote_.get());
     newton_ = std::make_unique<Newton>(*equations_, options_, *executor_, report_);
     report_.unknowns = equations_->size();
     report_.entries = static_cast<std::int64_t>(equations_->pattern().entries());
+    choose_between_ends();
   }
 
   /// Looks for the end of a step of `h`.
@@ -366,6 +374,7 @@ class Integrator::Impl {
   /// One accepted step on the way to `target`.
   void step(double target, Observer& observer) {
     const double began = elapsed();
+    renew_equations();
     const std::int64_t factorizations = report_.factorizations;
     StepReport line;
     int error_rejections = 0, search_failures = 0;
@@ -435,15 +444,20 @@ class Integrator::Impl {
 
   /// Goes on to next_.
   void accept(double h, double wanted) {
+    const int order = formula_->order();
     const double suited = formula_->accept(next_, weights_);
-    // A step that was shortened to meet an output says nothing against the one that was wanted.
+    // A step that was shortened to meet an output or the end says nothing against the one that was wanted.
     step_ = h < wanted && suited >= h ? std::max(wanted, suited) : suited;
+    last_step_ = h;
+    last_order_ = order;
+    past_.add(state_);
     std::swap(state_, next_);
-    std::swap(last_lambda_, next_.lambda);
-    last_lambda_step_ = h;
     set_weights();
-    // Of constraints that depend on each other others may have to be left out in another position. That is
-    // seen at a new Jacobian.
+  }
+
+  /// Of constraints that depend on each other others may have to be left out in another position. That is
+  /// seen at a new Jacobian.
+  void renew_equations() {
     if (partition_ && std::exchange(judged_jacobians_, report_.jacobians) < report_.jacobians &&
         partition_->degraded(condensed_ ? condensed_->constraint_gradient()
                                         : equations_->constraint_gradient())) {
@@ -455,17 +469,25 @@ class Integrator::Impl {
 
   /// Multipliers at the end of a step of `h`, where Newton's method starts.
   const Array<double>& extrapolated_multipliers(double h) {
-    if (last_lambda_step_ == 0.0) return state_.lambda;
+    if (!past_.knows_multipliers()) return state_.lambda;
     lambda_.resize(*executor_, state_.lambda.size());
     for_each(*executor_, lambda_.size(),
-             Extrapolate{state_.lambda.data(), last_lambda_.data(), lambda_.data(), h / last_lambda_step_});
+             Extrapolate{state_.lambda.data(), past_[0].lambda.data(), lambda_.data(), h / last_step_});
     return lambda_;
   }
 
   /// At its end, or within the last step.
   const State& state_at(double t) {
     if (t == state_.t) return whole_state();
-    const State guess = state_between(t, next_, last_lambda_, state_);
+    if (between_ends_ == BetweenEnds::interpolated)
+      interpolate(*executor_, bodies_, t, state_, past_, last_order_, between_);
+    else
+      find_consistent(t);
+    return whole_ = redundancy_->whole(on_host(*executor_, between_));
+  }
+
+  void find_consistent(double t) {
+    const State guess = state_between(t, past_[0], state_);
     assign(*executor_, guess, between_);
     try {
       if (!for_outputs_)
@@ -477,7 +499,16 @@ class Integrator::Impl {
       rethrow_if_final(std::current_exception());
       assign(*executor_, guess, between_);
     }
-    return whole_ = redundancy_->whole(on_host(*executor_, between_));
+  }
+
+  /// Says what is done for outputs.
+  void choose_between_ends() {
+    if (!bodies_.empty())
+      between_ends_ = BetweenEnds::interpolated;
+    else if (condensed_ || (!needs_whole_matrix_ && !remote_ && CondensedNewton::is_of_joints(*system_)))
+      between_ends_ = BetweenEnds::consistent;
+    else
+      between_ends_ = BetweenEnds::nothing;
   }
 
   /// The state with multipliers of all constraints.
@@ -516,12 +547,18 @@ class Integrator::Impl {
   StepState between_;                             ///< an output within a step
   std::unique_ptr<CondensedNewton> for_outputs_;  ///< of its own: steps are as they would be without outputs
   IntegrationReport not_reported_;
-  StepState next_;  ///< what a step arrives at; afterwards the state before it
+  /// How states between the ends of a step are found (dense_output.hpp).
+  enum class BetweenEnds { nothing, consistent, interpolated } between_ends_ = BetweenEnds::nothing;
+  std::vector<PointRange> bodies_;
+  StepState next_;  ///< what a step arrives at
+  PastStates past_;
+  int most_past_ = 1;
+  double last_step_ = 0.0;  ///< that led to state_, and the order of the formula in it
+  int last_order_ = 1;
   StepRelation relation_;
   std::int64_t judged_jacobians_ = 0;    ///< at how many of them the constraints left out were looked at
   Array<double> weights_, scale_there_;  ///< of [q, v]; of the coordinates
-  Array<double> last_lambda_, lambda_;   ///< of the step before; where Newton's method starts
-  double last_lambda_step_ = 0.0;
+  Array<double> lambda_;                 ///< where Newton's method starts
   double step_ = 0.0;  ///< wanted next
 };
 

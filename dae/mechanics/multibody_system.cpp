@@ -303,6 +303,15 @@ void Multibody::set_constraint_block(Block block, ElementId id, const double* lo
   }
 }
 
+/// Meshes: bodies of which three coordinates each are a point. Three points or less have no shape to turn.
+std::vector<PointRange> Multibody::turning_bodies() const {
+  std::vector<PointRange> ranges;
+  for (const BodyCoordinates& body : bodies_)
+    if (body.components.size() == 3 && body.range.count > 9)
+      ranges.push_back({body.range.first, body.range.count / 3});
+  return ranges;
+}
+
 const BodyCoordinates& Multibody::body_of(int coordinate) const {
   const auto after =
       std::upper_bound(bodies_.begin(), bodies_.end(), coordinate,

@@ -15,10 +15,11 @@
 #include "dae/mechanics/element_work.hpp"
 #include "dae/mechanics/force_blocks.hpp"
 #include "dae/mechanics/multibody.hpp"
+#include "dae/mechanics/turning_bodies.hpp"
 
 namespace mfs::dae {
 
-class Multibody final : public ConstrainedSystem {
+class Multibody final : public ConstrainedSystem, public TurningBodies {
  public:
   Multibody(Groups groups, std::vector<BodyCoordinates> bodies, int coordinates, int threads,
             Backend backend);
@@ -45,6 +46,7 @@ class Multibody final : public ConstrainedSystem {
   bool is_nonholonomic(int row) const override { return place_of(row).group.is_nonholonomic(); }
   double coordinate_scale(int coordinate) const override { return body_of(coordinate).scale; }
   bool is_measure(int coordinate) const override { return body_of(coordinate).is_measure; }
+  std::vector<PointRange> turning_bodies() const override;
   std::vector<RemoteTangent*> remote_tangents() const override {
     std::vector<RemoteTangent*> remotes;
     for (const auto& force : device_forces_) remotes.push_back(force.get());

@@ -2,12 +2,15 @@
 // all levels, and leave the steps alone.
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
 #include <vector>
 
+#include "dae/integrator/bdf.hpp"
+#include "dae/integrator/dense_output.hpp"
 #include "dae/integrator/integrator.hpp"
 #include "test/dae/integrator/jacobi.hpp"
 #include "test/dae/integrator/pendulum.hpp"
@@ -116,6 +119,77 @@ TEST_P(DenseOutputTest, LeavesTheStepsAlone) {
   const Swing again = swing(GetParam(), 1e-5, 500);
   for (std::size_t k = 0; k < again.recorder.outputs.size(); ++k)
     EXPECT_EQ(again.recorder.outputs[k].a, many.recorder.outputs[k].a);
+}
+
+/// Coordinates: one by itself, five points of a body, three on a line.
+constexpr int kFirst = 1, kPoints = 5, kLine = kFirst + 3 * kPoints, kAll = kLine + 9;
+
+/// The body turns steadily about its centre, which moves as t^3, as the other coordinates do; in its axes velocities
+/// and accelerations of its points are cubics.
+StepState turning(const Executor& executor, double t) {
+  const double points[kPoints][3] = {{0, 0, 0}, {1, 0, 0}, {0, 2, 0}, {0.3, 0.4, 0.5}, {1, 1, 1}};
+  std::vector<double> q(kAll), v(kAll), a(kAll);
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(1.7 * t, Eigen::Vector3d(1, 2, 2) / 3.0).toRotationMatrix();
+  const double cube = t * t * t;
+  q[0] = 2.0 + cube;
+  for (int i = 0; i < kPoints; ++i) {
+    const Eigen::Vector3d local(points[i][0] - 0.46, points[i][1] - 0.68, points[i][2] - 0.3);
+    Eigen::Map<Eigen::Vector3d>(&q[kFirst + 3 * i]) = turn * local + Eigen::Vector3d(t, cube, 7);
+    Eigen::Map<Eigen::Vector3d>(&v[kFirst + 3 * i]) = turn * (local * cube);
+    Eigen::Map<Eigen::Vector3d>(&a[kFirst + 3 * i]) = turn * (local * t);
+  }
+  for (int i = kLine; i < kAll; ++i) q[i] = (i - kLine) / 3 * (1.0 + cube);
+  StepState state;
+  assign(executor, {t, q, v, a, {5.0 + t}}, state);
+  return state;
+}
+
+TEST(InterpolationTest, IsExactForTurnsAndCubics) {
+  const Executor executor(Executor::Place::host, 1);
+  PastStates past(Bdf::kMostOrder);
+  for (const double t : {-0.6, -0.25, -0.2, -0.1}) {
+    StepState state = turning(executor, t);
+    past.add(state);
+  }
+  const StepState now = turning(executor, 0.0);
+  StepState there;
+  for (const double t : {-0.1, -0.07, -0.01, 0.0}) {
+    const std::vector<PointRange> bodies{{kFirst, kPoints}, {kLine, 3}};
+    interpolate(executor, bodies, t, now, past, 3, there);
+    const State found = on_host(executor, there), exact = on_host(executor, turning(executor, t));
+    for (int i = 0; i < kAll; ++i) {
+      EXPECT_NEAR(found.q[i], exact.q[i], 1e-13) << i;
+      EXPECT_NEAR(found.v[i], exact.v[i], 1e-13) << i;
+      EXPECT_NEAR(found.a[i], exact.a[i], 1e-13) << i;
+    }
+    EXPECT_NEAR(found.lambda[0], exact.lambda[0], 1e-13);
+    // Without the body points are on the polynomials, which a turn is not.
+    interpolate(executor, {}, t, now, past, 3, there);
+    const double off = std::abs(there.q.data()[kFirst + 3] - exact.q[kFirst + 3]);
+    EXPECT_LT(off, 1e-4);
+    EXPECT_EQ(off > 1e-9, t > -0.1 && t < 0.0);
+  }
+}
+
+TEST(InterpolationTest, TakesNoMoreOfThePastThanIsKnown) {
+  const Executor executor(Executor::Place::host, 1);
+  PastStates past(2);
+  StepState there, now = turning(executor, 1.0);
+  interpolate(executor, {}, 1.0, now, past, 5, there);
+  EXPECT_EQ(there.q.data()[0], now.q.data()[0]);
+  for (const double t : {-1.0, 0.0, 0.5}) {
+    StepState state = turning(executor, t);
+    past.add(state);
+  }
+  EXPECT_EQ(past.size(), 2U);
+  EXPECT_EQ(past[0].t, 0.5);
+  EXPECT_EQ(past[1].t, 0.0);
+  past.forget_multipliers();
+  EXPECT_FALSE(past.knows_multipliers());
+  interpolate(executor, {}, 0.75, now, past, 5, there);
+  EXPECT_NEAR(there.q.data()[0], 2.0 + 0.421875 + 0.0, 0.1);  // a parabola near 2 + t^3
+  EXPECT_EQ(there.lambda.data()[0], 6.0);
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, DenseOutputTest, testing::Values(Method::bdf, Method::generalized_alpha));

@@ -124,6 +124,10 @@ TEST_P(DenseOutputTest, LeavesTheStepsAlone) {
 /// Coordinates: one by itself, five points of a body, three on a line.
 constexpr int kFirst = 1, kPoints = 5, kLine = kFirst + 3 * kPoints, kAll = kLine + 9;
 
+void put(const Eigen::Vector3d& x, double* to) {
+  std::copy_n(x.data(), 3, to);
+}
+
 /// The body turns steadily about its centre, which moves as t^3, as the other coordinates do; in its axes velocities
 /// and accelerations of its points are cubics.
 StepState turning(const Executor& executor, double t) {
@@ -135,9 +139,9 @@ StepState turning(const Executor& executor, double t) {
   q[0] = 2.0 + cube;
   for (int i = 0; i < kPoints; ++i) {
     const Eigen::Vector3d local(points[i][0] - 0.46, points[i][1] - 0.68, points[i][2] - 0.3);
-    Eigen::Map<Eigen::Vector3d>(&q[kFirst + 3 * i]) = turn * local + Eigen::Vector3d(t, cube, 7);
-    Eigen::Map<Eigen::Vector3d>(&v[kFirst + 3 * i]) = turn * (local * cube);
-    Eigen::Map<Eigen::Vector3d>(&a[kFirst + 3 * i]) = turn * (local * t);
+    put(turn * local + Eigen::Vector3d(t, cube, 7), &q[kFirst + 3 * i]);
+    put(turn * (local * cube), &v[kFirst + 3 * i]);
+    put(turn * (local * t), &a[kFirst + 3 * i]);
   }
   for (int i = kLine; i < kAll; ++i) q[i] = (i - kLine) / 3 * (1.0 + cube);
   StepState state;

@@ -46,14 +46,14 @@ Json swung_rod(const std::string& method, double rtol) {
   return json;
 }
 
-struct Run {
+struct Solution {
   MultibodyModel model;
   test::Recorder recorder;
   State end;
 };
 
-Run run(const Json& json, std::vector<double> outputs) {
-  Run result;
+Solution run(const Json& json, std::vector<double> outputs) {
+  Solution result;
   result.model = make_model(json, "", 1, Backend::serial);
   Integrator integrator(*result.model.system, result.model.integrator);
   if (outputs.empty() || outputs.back() < result.model.end) outputs.push_back(result.model.end);
@@ -87,7 +87,7 @@ std::vector<double> distances(const FlexibleBody& body, const State& state) {
 /// Largest differences of q, v, a, multipliers and of distances of nodes.
 using Errors = std::array<double, 5>;
 
-Errors errors(const Run& run, const std::vector<State>& states, const std::vector<State>& truth) {
+Errors errors(const Solution& run, const std::vector<State>& states, const std::vector<State>& truth) {
   Errors largest{};
   const FlexibleBody& rod = run.model.flexible_bodies[0];
   for (const State& state : states) {
@@ -106,12 +106,12 @@ class FlexibleOutputTest : public testing::TestWithParam<const char*> {};
 
 TEST_P(FlexibleOutputTest, IsAboutAsGoodAsTheEndsOfSteps) {
   const double rtol = 1e-4;
-  const Run coarse = run(swung_rod(GetParam(), rtol), times(0.25, 397));
+  const Solution coarse = run(swung_rod(GetParam(), rtol), times(0.25, 397));
   std::vector<double> all = times(0.25, 397);
   for (const StepReport& step : coarse.recorder.steps) all.push_back(step.t);
   std::sort(all.begin(), all.end());
   all.erase(std::unique(all.begin(), all.end()), all.end());
-  const Run fine = run(swung_rod(GetParam(), 1e-3 * rtol), all);
+  const Solution fine = run(swung_rod(GetParam(), 1e-3 * rtol), all);
   ASSERT_LT(coarse.recorder.steps.size(), 390U);  // outputs are between their ends
   const Errors at_ends = errors(coarse, coarse.recorder.states, fine.recorder.outputs);
   const Errors between = errors(coarse, coarse.recorder.outputs, fine.recorder.outputs);
@@ -121,7 +121,7 @@ TEST_P(FlexibleOutputTest, IsAboutAsGoodAsTheEndsOfSteps) {
 
 TEST_P(FlexibleOutputTest, ConstraintsHoldAsWellAsPositions) {
   for (const double rtol : {1e-4, 1e-5}) {
-    const Run swung = run(swung_rod(GetParam(), rtol), times(0.25, 397));
+    const Solution swung = run(swung_rod(GetParam(), rtol), times(0.25, 397));
     Residual residual = make_residual(*swung.model.system);
     for (const State& state : swung.recorder.outputs) {
       swung.model.system->evaluate(
@@ -133,7 +133,7 @@ TEST_P(FlexibleOutputTest, ConstraintsHoldAsWellAsPositions) {
 }
 
 TEST_P(FlexibleOutputTest, LeavesTheStepsAlone) {
-  const Run few = run(swung_rod(GetParam(), 1e-4), {}), many = run(swung_rod(GetParam(), 1e-4), times(0.25, 397));
+  const Solution few = run(swung_rod(GetParam(), 1e-4), {}), many = run(swung_rod(GetParam(), 1e-4), times(0.25, 397));
   EXPECT_EQ(few.recorder.steps.size(), many.recorder.steps.size());
   EXPECT_EQ(few.end.q, many.end.q);
   EXPECT_EQ(few.end.lambda, many.end.lambda);
@@ -146,7 +146,7 @@ INSTANTIATE_TEST_SUITE_P(Methods, FlexibleOutputTest, testing::Values("bdf", "ge
 // as they do at the ends of steps.
 TEST(RollingOutputTest, FulfilsTheEquations) {
   const Json json = Json::parse(find_library_model("rolling_disc")->text);
-  const Run few = run(json, {}), many = run(json, times(make_model(json, "", 1).end, 997));
+  const Solution few = run(json, {}), many = run(json, times(make_model(json, "", 1).end, 997));
   EXPECT_EQ(few.recorder.steps.size(), many.recorder.steps.size());
   EXPECT_EQ(few.end.q, many.end.q);
   Residual residual = make_residual(*many.model.system);

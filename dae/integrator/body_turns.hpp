@@ -1,7 +1,7 @@
 // Interpolation between states of a body that turns. On polynomials through the positions of its points a
-// body is stretched: in each of them a part of the local error is left, which is nothing beside the motion and
-// may be more than what the body is stretched by its forces. So states are turned back to one attitude first,
-// which leaves deflections, and rotation vectors and deflections are what is interpolated.
+// body is stretched: in each of them a part of the local error is left, which is nothing beside the motion
+// and may be more than what the body is stretched by its forces. So states are turned back to one attitude
+// first, which leaves deflections, and rotation vectors and deflections are what is interpolated.
 #pragma once
 
 #include <array>

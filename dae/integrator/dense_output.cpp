@@ -64,8 +64,8 @@ class KnownStates {
  public:
   KnownStates(const Executor& executor, const StepState& now, const PastStates& past, int degree)
       : executor_(executor), states_{&now} {
-    for (std::size_t k = 0; k < past.size() && k < static_cast<std::size_t>(std::min(degree, kMostStates - 1));
-         ++k)
+    for (std::size_t k = 0;
+         k < past.size() && k < static_cast<std::size_t>(std::min(degree, kMostStates - 1)); ++k)
       states_.push_back(&past[k]);
   }
 

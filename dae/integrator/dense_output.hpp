@@ -1,10 +1,11 @@
 // The state between the ends of a step.
 //
-// Of mechanisms of rigid bodies: positions are on the polynomial of degree 5 that has q, v and a of both ends,
-// velocities on that of degree 3 that has v and a: errors of h^6 q''''''/46080 and h^4 v''''/384 at most. (The
-// polynomial of BDF itself, as IDAGetSolution has it, comes to 0.02 h^6 at order 5. The derivative of the
-// first would have the local error of q divided by h as an error of velocities, the second that divided by
-// h^2.) Accelerations and multipliers are on straight lines, where CondensedNewton::make_consistent begins.
+// Of mechanisms of rigid bodies: positions are on the polynomial of degree 5 that has q, v and a of both
+// ends, velocities on that of degree 3 that has v and a: errors of h^6 q''''''/46080 and h^4 v''''/384 at
+// most. (The polynomial of BDF itself, as IDAGetSolution has it, comes to 0.02 h^6 at order 5. The derivative
+// of the first would have the local error of q divided by h as an error of velocities, the second that
+// divided by h^2.) Accelerations and multipliers are on straight lines, where
+// CondensedNewton::make_consistent begins.
 //
 // With flexible bodies nothing may be asked of F there: what is left of the local error in positions would be
 // multiplied by their stiffness. All of q, v, a and multipliers is on the polynomials through the ends of the

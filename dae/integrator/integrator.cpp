@@ -559,7 +559,7 @@ class Integrator::Impl {
   std::int64_t judged_jacobians_ = 0;    ///< at how many of them the constraints left out were looked at
   Array<double> weights_, scale_there_;  ///< of [q, v]; of the coordinates
   Array<double> lambda_;                 ///< where Newton's method starts
-  double step_ = 0.0;  ///< wanted next
+  double step_ = 0.0;                    ///< wanted next
 };
 
 Integrator::Integrator(const ConstrainedSystem& system, IntegratorOptions options)

@@ -139,9 +139,9 @@ class Integrator {
 
   /// Integrates from `t0` to `t_end` and calls `observer`; returns the state at `t_end`. `q0` and `v0` (n
   /// each) are first moved, as little as possible, to where the constraints hold. `outputs` ascend within t0
-  /// ... t_end. Mechanisms of rigid bodies pass over them, and states there are on a polynomial through both
-  /// ends of the step (dense_output.hpp); of others they end steps, because vibrations that the steps do not
-  /// follow are not on it. Throws InvalidInput (sizes, times, NaN; constraints that the start cannot
+  /// ... t_end. Mechanisms pass over them, and states there come from the ends of steps (dense_output.hpp):
+  /// of rigid bodies they fulfil all equations, with flexible ones constraints hold as well as positions do.
+  /// What is neither has them at ends of steps. Throws InvalidInput (sizes, times, NaN; constraints that the start cannot
   /// be moved to, or that contradict each other: names them), mfs::Error where the step became too small
   /// (time, order and what failed), and what the linear solver throws that no shorter step can cure
   /// (OutOfMemory, BackendError).

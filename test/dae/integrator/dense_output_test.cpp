@@ -128,13 +128,12 @@ void put(const Eigen::Vector3d& x, double* to) {
   std::copy_n(x.data(), 3, to);
 }
 
-/// The body turns steadily about its centre, which moves as t^3, as the other coordinates do; in its axes velocities
-/// and accelerations of its points are cubics.
+/// The body turns steadily about its centre, which moves as t^3, as the other coordinates do; in its axes
+/// velocities and accelerations of its points are cubics.
 StepState turning(const Executor& executor, double t) {
   const double points[kPoints][3] = {{0, 0, 0}, {1, 0, 0}, {0, 2, 0}, {0.3, 0.4, 0.5}, {1, 1, 1}};
   std::vector<double> q(kAll), v(kAll), a(kAll);
-  const Eigen::Matrix3d turn =
-      Eigen::AngleAxisd(1.7 * t, Eigen::Vector3d(1, 2, 2) / 3.0).toRotationMatrix();
+  const Eigen::Matrix3d turn = Eigen::AngleAxisd(1.7 * t, Eigen::Vector3d(1, 2, 2) / 3.0).toRotationMatrix();
   const double cube = t * t * t;
   q[0] = 2.0 + cube;
   for (int i = 0; i < kPoints; ++i) {

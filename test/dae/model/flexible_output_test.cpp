@@ -57,8 +57,8 @@ Solution run(const Json& json, std::vector<double> outputs) {
   result.model = make_model(json, "", 1, Backend::serial);
   Integrator integrator(*result.model.system, result.model.integrator);
   if (outputs.empty() || outputs.back() < result.model.end) outputs.push_back(result.model.end);
-  result.end = integrator.run(0.0, result.model.q0, result.model.v0, result.model.end, outputs,
-                              result.recorder);
+  result.end =
+      integrator.run(0.0, result.model.q0, result.model.v0, result.model.end, outputs, result.recorder);
   return result;
 }
 
@@ -115,8 +115,7 @@ TEST_P(FlexibleOutputTest, IsAboutAsGoodAsTheEndsOfSteps) {
   ASSERT_LT(coarse.recorder.steps.size(), 390U);  // outputs are between their ends
   const Errors at_ends = errors(coarse, coarse.recorder.states, fine.recorder.outputs);
   const Errors between = errors(coarse, coarse.recorder.outputs, fine.recorder.outputs);
-  for (std::size_t k = 0; k < between.size(); ++k)
-    EXPECT_LT(between[k], 1.5 * at_ends[k]) << "number " << k;
+  for (std::size_t k = 0; k < between.size(); ++k) EXPECT_LT(between[k], 1.5 * at_ends[k]) << "number " << k;
 }
 
 TEST_P(FlexibleOutputTest, ConstraintsHoldAsWellAsPositions) {
@@ -133,7 +132,8 @@ TEST_P(FlexibleOutputTest, ConstraintsHoldAsWellAsPositions) {
 }
 
 TEST_P(FlexibleOutputTest, LeavesTheStepsAlone) {
-  const Solution few = run(swung_rod(GetParam(), 1e-4), {}), many = run(swung_rod(GetParam(), 1e-4), times(0.25, 397));
+  const Solution few = run(swung_rod(GetParam(), 1e-4), {}),
+                 many = run(swung_rod(GetParam(), 1e-4), times(0.25, 397));
   EXPECT_EQ(few.recorder.steps.size(), many.recorder.steps.size());
   EXPECT_EQ(few.end.q, many.end.q);
   EXPECT_EQ(few.end.lambda, many.end.lambda);

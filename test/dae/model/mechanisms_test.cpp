@@ -92,8 +92,8 @@ Vector3d axis(const MotionRun& result, const State& state, const std::string& bo
 // Its steady precession: with moments of inertia A, C, the tilt b of the axle, which goes round with W, and
 // the spin p about it A W^2 sin b cos b - (C + m r^2) p W sin b = m g r cos b, and the centre's velocity is r
 // p.
-// At the first tolerance the axle is 0.1 rad ahead after 2.4 turns. It was a thirtieth of that while each of the
-// 50 outputs ended a step.
+// At the first tolerance the axle is 0.1 rad ahead after 2.4 turns. It was a thirtieth of that while each of
+// the 50 outputs ended a step.
 TEST(RollingDisc, PrecessesSteadily) {
   constexpr double kTilt = 1.2, kTurn = 3.0, kRadius = 0.5, kA = 0.0625, kC = 0.125, kGravity = 9.81;
   const double s = std::sin(kTilt), c = std::cos(kTilt);

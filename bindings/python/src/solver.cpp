@@ -158,21 +158,18 @@ void bind_solver(nb::module_& m, const char* name) {
   bind_matrix<Scalar, std::int64_t>(solver);
 }
 
-/// Where an array of DLPack lies, and what it is: (address, device type, kind, bits, shape, strides in
-/// elements).
-std::tuple<std::uintptr_t, int, int, int, std::vector<std::int64_t>, std::vector<std::int64_t>> describe(
-    const nb::ndarray<nb::ro>& array) {
+/// Where an array of DLPack lies, and what it is: (address, kind, bits, shape, strides in elements, writable,
+/// owner). It stays there as long as the owner lives.
+template <class Array, bool writable>
+nb::tuple describe(const Array& array) {
   std::vector<std::int64_t> shape, strides;
   for (std::size_t i = 0; i < array.ndim(); ++i) {
     shape.push_back(static_cast<std::int64_t>(array.shape(i)));
     strides.push_back(array.stride(i));
   }
-  return {reinterpret_cast<std::uintptr_t>(array.data()),
-          array.device_type(),
-          array.dtype().code,
-          array.dtype().bits,
-          shape,
-          strides};
+  const nb::capsule owner(new Array(array), [](void* p) noexcept { delete static_cast<Array*>(p); });
+  return nb::make_tuple(reinterpret_cast<std::uintptr_t>(array.data()), int{array.dtype().code},
+                        int{array.dtype().bits}, shape, strides, writable, owner);
 }
 
 }  // namespace
@@ -187,7 +184,9 @@ NB_MODULE(_mfs, m) {
   py::bind_solver<double>(m, "SolverDouble");
   py::bind_solver<std::complex<float>>(m, "SolverComplexFloat");
   py::bind_solver<std::complex<double>>(m, "SolverComplexDouble");
-  m.def("describe", py::describe, nanobind::arg("array"), "Where an array of DLPack lies, and what it is.");
+  const char* described = "Where an array of DLPack (or its capsule) lies, and what it is.";
+  m.def("describe", py::describe<nanobind::ndarray<>, true>, nanobind::arg("array"), described);
+  m.def("describe", py::describe<nanobind::ndarray<nanobind::ro>, false>, nanobind::arg("array"), described);
   m.def("option_names", mfs::option_names);
   m.def("version", mfs::version);
   m.def("set_default_threads", mfs::set_default_threads, nanobind::arg("threads"));

@@ -7,7 +7,7 @@ from typing import Any, Optional
 import numpy as np
 
 from . import _mfs
-from ._arrays import SOLVERS, Matrix, columns_on_device, compressed, device_array, empty_like, number_type
+from ._arrays import SOLVERS, Matrix, columns_on_device, compressed, device_arrays, empty_like, is_on_device, number_type
 from .errors import Error, InvalidInput, StateError
 
 _TEXT = {"backend", "rung"}
@@ -87,18 +87,18 @@ class LU:
         if hasattr(a_or_data, "indptr"):
             self.factorize(a_or_data)
             return
-        on_device = device_array(a_or_data)
-        if on_device is None:
+        if not is_on_device(a_or_data):
             values = np.ascontiguousarray(a_or_data, dtype=self._cast(a_or_data, "data"))
             with self._computing():
                 self._solver.refactor(values, self._entries)
             return
+        (on_device,), stream = device_arrays(a_or_data)
         if on_device.dtype != self._dtype:
             raise InvalidInput(f"data is of type {on_device.dtype}, the matrix of {self._dtype}")
         if on_device.shape != (self._entries,) or (self._entries > 1 and on_device.strides != (1,)):
             raise InvalidInput(f"data is not an array of {self._entries} numbers without gaps")
         with self._computing():
-            self._solver.refactor_device(on_device.address, on_device.stream)
+            self._solver.refactor_device(on_device.address, stream)
 
     def solve(self, b: Any, trans: str = "N", out: Any = None) -> Any:
         """The solution of A x = b, of A^T x = b (trans="T") or of A^H x = b (trans="H").
@@ -115,9 +115,8 @@ class LU:
         """
         if trans not in ("N", "T", "H"):
             raise InvalidInput(f"trans is {trans!r}, not 'N', 'T' or 'H'")
-        on_device = device_array(b)
-        if on_device is not None:
-            return self._solve_on_device(b, on_device, trans, out)
+        if is_on_device(b) or is_on_device(out):
+            return self._solve_on_device(b, trans, out)
         b = np.asarray(b)
         if b.ndim not in (1, 2) or b.shape[0] != self._n:
             raise InvalidInput(f"b has the shape {b.shape}, and the matrix {self._n} rows")
@@ -149,20 +148,20 @@ class LU:
             self._solver.solve(b, x, self._transposed == (trans == "N"))
         return np.conj(x, out=x) if conjugated else x
 
-    def _solve_on_device(self, b: Any, from_: Any, trans: str, out: Any) -> Any:
+    def _solve_on_device(self, b: Any, trans: str, out: Any) -> Any:
         if trans == "H" and self._dtype.kind == "c":
             raise InvalidInput("trans='H' is not there for complex arrays on a device: conjugate them, and take 'T'")
-        many, ldb = columns_on_device(from_, "b", self._dtype, self._n)
         out = empty_like(b) if out is None else out
-        to = device_array(out)
-        if to is None or not to.writable:
-            raise InvalidInput("out is not a writable array on the device")
+        (from_, to), stream = device_arrays(b, out)
+        many, ldb = columns_on_device(from_, "b", self._dtype, self._n)
+        if not to.writable:
+            raise InvalidInput("out is not writable")
         if to.shape != from_.shape:
             raise InvalidInput(f"out has the shape {to.shape}, and b {from_.shape}")
         _, ldx = columns_on_device(to, "out", self._dtype, self._n)
         with self._computing():
             self._solver.solve_device(
-                from_.address, to.address, many, ldb, ldx, from_.stream, self._transposed == (trans == "N")
+                from_.address, to.address, many, ldb, ldx, stream, self._transposed == (trans == "N")
             )
         return out
 

@@ -29,17 +29,17 @@ using Array = nb::ndarray<const T, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 template <class T>
 using Columns = nb::ndarray<T, nb::ndim<2>, nb::f_contig, nb::device::cpu>;
 
-/// Ctrl-C ends a phase.
-void raise_signals(const Progress&) {
-  const nb::gil_scoped_acquire held;
-  if (PyErr_CheckSignals() != 0) throw nb::python_error();
-}
-
+/// `progress` is called with the name of the phase and the fraction of it that is done, unless it is None. What
+/// it raises ends a phase, and so does Ctrl-C.
 template <class Scalar>
-BasicSolver<Scalar> make_solver(const std::map<std::string, std::string>& texts) {
+BasicSolver<Scalar> make_solver(const std::map<std::string, std::string>& texts, const nb::object& progress) {
   Options options;
   for (const auto& [name, text] : texts) set_option(options, name, text);
-  options.progress = raise_signals;
+  options.progress = [progress](const Progress& at) {
+    const nb::gil_scoped_acquire held;
+    if (PyErr_CheckSignals() != 0) throw nb::python_error();
+    if (!progress.is_none()) progress(at.phase, at.fraction);
+  };
   return BasicSolver<Scalar>(std::move(options));
 }
 
@@ -111,10 +111,10 @@ void bind_solver(nb::module_& m, const char* name) {
   solver
       .def(
           "__init__",
-          [](Solver* s, const std::map<std::string, std::string>& options) {
-            new (s) Solver(make_solver<Scalar>(options));
+          [](Solver* s, const std::map<std::string, std::string>& options, const nb::object& progress) {
+            new (s) Solver(make_solver<Scalar>(options, progress));
           },
-          nb::arg("options"))
+          nb::arg("options"), nb::arg("progress").none())
       .def(
           "refactor",
           [](Solver& s, Array<Scalar> values, std::uint64_t entries) {
@@ -151,6 +151,14 @@ void bind_solver(nb::module_& m, const char* name) {
              std::map<std::string, double> by_name;
              for (const Figure& figure : figures(s.report())) by_name[figure.name] = figure.value;
              return by_name;
+           })
+      .def("depths",
+           [](const Solver& s) {
+             std::vector<std::vector<double>> rows;
+             for (const DepthSummary& d : s.depths())
+               rows.push_back({double(d.depth), double(d.fronts), double(d.pivots), double(d.max_front),
+                               double(d.factor_entries), double(d.contribution_entries), d.flops.total()});
+             return rows;
            })
       .def("backend_name", [](const Solver& s) { return backend_name(s.report().backend); })
       .def("rung_name", [](const Solver& s) { return rung_name(s.report().rung); });

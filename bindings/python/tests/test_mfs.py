@@ -113,6 +113,35 @@ class BesideScipy(unittest.TestCase):
         self.assertEqual(lu.nnz, report["nnz_factor"])
         self.assertEqual((lu.shape, lu.dtype), ((60, 60), np.float64))
 
+    def test_depths(self):
+        a = unsymmetric(600)
+        lu = mfs.splu(a)
+        depths, report = lu.depths, lu.report
+        self.assertEqual(list(depths["depth"]), list(range(report["depths"])))
+        for name, whole in (("pivots", 600), ("fronts", report["fronts"]), ("factor_entries", lu.nnz)):
+            self.assertEqual(depths[name].sum(), whole)
+        self.assertEqual(depths["max_front"].max(), report["max_front"])
+        self.assertAlmostEqual(depths["flops"].sum() / report["flops"], 1, 9)
+
+    def test_progress(self):
+        seen = []
+        lu = mfs.splu(unsymmetric(300), progress=lambda *now: seen.append(now))
+        lu.solve(vectors(300))
+        self.assertEqual(seen[-1][0], "solve")
+        self.assertIn("factor", [phase for phase, _ in seen])
+        self.assertTrue(all(0 <= fraction <= 1 for _, fraction in seen))
+
+        class Enough(Exception):
+            pass
+
+        def end(phase, fraction):
+            if phase == "solve":
+                raise Enough("so far")
+
+        lu = mfs.splu(unsymmetric(300), progress=end)
+        self.assertRaisesRegex(Enough, "so far", lu.solve, vectors(300))
+        self.assertRaisesRegex(mfs.InvalidInput, "progress", mfs.splu, unsymmetric(10), progress=7)
+
     def test_linear_operator(self):
         a = unsymmetric(70)
         near = a + 0.1 * unsymmetric(70, seed=2)

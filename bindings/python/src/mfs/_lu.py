@@ -42,7 +42,11 @@ class LU:
         self._transposed = matrix.transposed
         self._dtype = matrix.values.dtype
         self._n = matrix.n
-        self._solver = SOLVERS[self._dtype]({name: option_text(value) for name, value in options.items()})
+        texts = {name: option_text(value) for name, value in options.items() if name != "progress"}
+        progress = options.get("progress")
+        if progress is not None and not callable(progress):
+            raise InvalidInput(f"progress is {progress!r}, which cannot be called")
+        self._solver = SOLVERS[self._dtype](texts, progress)
         self._take(self._solver.factor if factor else self._solver.analyze, matrix)
 
     @contextmanager
@@ -194,6 +198,21 @@ class LU:
         figures["backend"], figures["rung"] = self._solver.backend_name(), self._solver.rung_name()
         return figures
 
+    @property
+    def depths(self) -> np.ndarray:
+        """The fronts by their depth in the tree, a record for each: depth (0: the roots), fronts, pivots, max_front (rows),
+        factor_entries (of L and U), contribution_entries and flops.
+
+        >>> import scipy.sparse, mfs
+        >>> lu = mfs.splu(scipy.sparse.eye_array(3, format="csr"))
+        >>> int(lu.depths["pivots"].sum())
+        3
+        """
+        whole = ("depth", "fronts", "pivots", "max_front", "factor_entries", "contribution_entries")
+        return np.array(
+            [tuple(row) for row in self._solver.depths()], [(name, np.int64) for name in whole] + [("flops", float)]
+        )
+
     def logdet(self) -> tuple:
         """(sign, logarithm of the absolute value) of the determinant, as numpy.linalg.slogdet has them."""
         with self._computing():
@@ -225,7 +244,9 @@ def splu(A: Any, **options: Any) -> LU:
     `A` is a matrix or array of scipy.sparse; csr and csc are taken as they lie, with any type of indices, others are
     converted. Numbers of type float32, float64, complex64 and complex128 are kept, integers become float64.
 
-    `options` are those of mfs/options.hpp and mfs/analysis_options.hpp by name; mfs.option_names() lists them.
+    `options` are those of mfs/options.hpp and mfs/analysis_options.hpp by name; mfs.option_names() lists them. Besides,
+    `progress` is a function that is called now and then with the name of the phase that runs ("matching", "ordering",
+    "symbolic", "factor", "solve") and the fraction of it that is done; what it raises ends the phase.
 
     Raises InvalidInput, SingularMatrix, OutOfMemory, BackendError.
 

@@ -2,7 +2,12 @@
 
 import ctypes
 import doctest
+import importlib
+import os
+import pathlib
 import signal
+import sys
+import tempfile
 import threading
 import unittest
 from unittest import mock
@@ -13,6 +18,7 @@ import scipy.sparse.linalg
 
 import mfs
 import mfs._arrays
+import mfs._library
 import mfs._lu
 
 TYPES = [np.float32, np.float64, np.complex64, np.complex128]
@@ -452,6 +458,52 @@ class DeviceArrays(unittest.TestCase):
                 self.lu.solve(wanted((10,)), out=wanted((10,)))
             with self.assertRaises(mfs.StateError):
                 self.lu.refactor(wanted((self.lu._entries,)))
+
+
+class LibrariesOfCuda(unittest.TestCase):
+    """The loader of a wheel with CUDA, with a module that wants what is not there."""
+
+    ENDING = "cannot open shared object file: No such file or directory"
+
+    def load(self, missing, there):
+        """Imports a module that needs the libraries `missing`; NVIDIA's wheels have those that are `there`."""
+        missing, loaded = list(missing), []
+
+        def import_module(name):
+            if missing:
+                raise ImportError(f"{missing[0]}: {self.ENDING}")
+            return name
+
+        def take(path):
+            loaded.append(path)
+            if os.path.basename(path) in missing:
+                missing.remove(os.path.basename(path))
+
+        with tempfile.TemporaryDirectory() as folder:
+            for name in there:
+                path = pathlib.Path(folder) / "nvidia" / name
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.touch()
+            with mock.patch.object(sys, "path", ["/none", folder]), mock.patch.object(ctypes, "CDLL", take):
+                with mock.patch.object(importlib, "import_module", import_module):
+                    self.assertEqual(mfs._library.load("mfs._mfs"), "mfs._mfs")
+            return [os.path.relpath(path, folder) for path in loaded]
+
+    def test_those_of_the_wheels_are_taken(self):
+        self.assertEqual(self.load([], []), [])
+        there = ["cu13/lib/libcublas.so.13", "cu13/lib/libcudart.so.13", "cusolver/lib/libcusolver.so.12", "cu13/lib/libcufft.so.12"]
+        found = self.load(["libcudart.so.13", "libcublas.so.13", "libcusolver.so.12"], there)
+        self.assertEqual(found, [f"nvidia/{name}" for name in (there[1], there[0], there[2])])
+
+    def test_what_is_not_there_is_named(self):
+        with self.assertRaisesRegex(ImportError, "one with CUDA, and libcublas.so.13 is not there: pip install"):
+            self.load(["libcublas.so.13"], ["cu13/lib/libcublas.so.12"])
+        with self.assertRaisesRegex(ImportError, "^libother.so.1: cannot"):
+            self.load(["libother.so.1"], ["cu13/lib/libother.so.1"])
+        # One that loads and does not help is not tried for ever.
+        with mock.patch.object(mfs._library, "in_wheels", lambda name: "/none/" + name + ".other"):
+            with self.assertRaisesRegex(ImportError, "libcudart"):
+                self.load(["libcudart.so.13"], [])
 
 
 class Threads(unittest.TestCase):

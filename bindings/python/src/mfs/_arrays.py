@@ -4,7 +4,8 @@ from typing import Any, NamedTuple, Optional
 
 import numpy as np
 
-from . import _mfs, errors
+from . import errors
+from ._library import _mfs
 from .errors import InvalidInput
 
 _mfs.raise_classes_of(errors)

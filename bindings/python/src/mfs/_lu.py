@@ -6,7 +6,7 @@ from typing import Any, Optional
 
 import numpy as np
 
-from . import _mfs
+from ._library import _mfs
 from ._arrays import SOLVERS, Matrix, columns_on_device, compressed, device_arrays, empty_like, is_on_device, number_type
 from .errors import Error, InvalidInput, StateError
 

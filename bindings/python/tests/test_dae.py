@@ -194,12 +194,12 @@ class OtherPrograms(InOneFolder):
             error = self.raises(mfs.BackendError, "none, which is no program", mfs.dae.run, FALLING)
             self.assertEqual(error.library, "mfs-dae")
         with mock.patch.dict(os.environ, PATH=str(self.folder)), mock.patch.object(sys, "executable", "/none/python"):
-            del os.environ["MFS_DAE_PROGRAM"]
+            os.environ.pop("MFS_DAE_PROGRAM", None)
             self.raises(mfs.BackendError, "not on the PATH", mfs.dae.run, FALLING)
         self.program("echo falling")
         found = os.environ["MFS_DAE_PROGRAM"]
-        with mock.patch.dict(os.environ, PATH=os.environ["PATH"] + ":" + os.path.dirname(found)):
-            del os.environ["MFS_DAE_PROGRAM"]
+        with mock.patch.dict(os.environ, PATH=os.path.dirname(found) + ":" + os.environ["PATH"]):
+            os.environ.pop("MFS_DAE_PROGRAM", None)
             self.assertEqual(mfs.dae.check(FALLING), "falling\n")
 
     def interrupted(self, text):

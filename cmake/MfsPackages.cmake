@@ -29,11 +29,12 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 
-# mfs_debian_package(<component> <package> <section> <summary> DEPENDS <packages> LIBRARIES <yes or no> <lines of text>)
+# mfs_debian_package(<component> <package> <section> <summary> DEPENDS <packages> LIBRARIES <yes or no> [TAGS <tags of lintian
+# that do not hold for it>...] TEXT <lines>...)
 function(mfs_debian_package component package section summary)
-  cmake_parse_arguments(arg "" "DEPENDS;LIBRARIES" "" ${ARGN})
+  cmake_parse_arguments(arg "" "DEPENDS;LIBRARIES" "TAGS;TEXT" ${ARGN})
   string(TOUPPER ${component} COMPONENT)
-  list(JOIN arg_UNPARSED_ARGUMENTS "\n" text)
+  list(JOIN arg_TEXT "\n" text)
   foreach(variable_and_value "PACKAGE_NAME;${package}" "PACKAGE_SECTION;${section}" "PACKAGE_DEPENDS;${arg_DEPENDS}"
       "PACKAGE_SHLIBDEPS;${arg_LIBRARIES}")
     list(POP_FRONT variable_and_value variable)
@@ -49,16 +50,24 @@ function(mfs_debian_package component package section summary)
   execute_process(COMMAND gzip -9nf ${documents}/changelog.Debian COMMAND_ERROR_IS_FATAL ANY)
   install(FILES ${documents}/copyright ${documents}/changelog.Debian.gz DESTINATION share/doc/${package}
     COMPONENT ${component} EXCLUDE_FROM_ALL)
+  set(tags "# It is not uploaded to Debian's archive.\n${package}: initial-upload-closes-no-bugs\n")
+  foreach(tag IN LISTS arg_TAGS)
+    string(APPEND tags "${package}: ${tag}\n")
+  endforeach()
+  file(WRITE ${documents}/${package} "${tags}")
+  install(FILES ${documents}/${package} DESTINATION share/lintian/overrides COMPONENT ${component} EXCLUDE_FROM_ALL)
 endfunction()
 
 set(same "(= ${PROJECT_VERSION}-1)")
 set(what "MFS solves large, sparse, unsymmetric linear systems directly, with a"
   "checked backward error: LU by fronts whose tree is a nested dissection.")
 mfs_debian_package(library libmfs0 libs "multifrontal sparse direct solver - library" LIBRARIES ON
-  ${what} "This package has the shared library.")
+  # cpack writes the scripts that call ldconfig. Packages that need this one need its very version.
+  TAGS maintscript-calls-ldconfig package-name-doesnt-match-sonames
+  TEXT ${what} "This package has the shared library.")
 mfs_debian_package(development libmfs-dev libdevel "multifrontal sparse direct solver - development files"
   DEPENDS "libmfs0 ${same}" LIBRARIES OFF
-  ${what} "This package has the headers for C++, C, Eigen and SUNDIALS, the module of"
+  TEXT ${what} "This package has the headers for C++, C, Eigen and SUNDIALS, the module of"
   "Fortran, and the files of CMake and pkg-config.")
 # Debian's packages of Trilinos do not depend on those whose headers and libraries theirs need.
 set(trilinos mpi-default-dev)
@@ -67,14 +76,14 @@ foreach(part amesos2 epetra kokkos kokkos-kernels rtop shylu stratimikos teuchos
 endforeach()
 mfs_debian_package(amesos2 libmfs-amesos2-dev libdevel "multifrontal sparse direct solver - solver of Trilinos' Amesos2"
   DEPENDS "libmfs-dev ${same}, ${trilinos}" LIBRARIES OFF
-  ${what} "This package has the adapter that makes it the solver MFS of Amesos2.")
+  TEXT ${what} "This package has the adapter that makes it the solver MFS of Amesos2.")
 mfs_debian_package(tools mfs-tools math "multifrontal sparse direct solver - program"
   DEPENDS "libmfs0 ${same}" LIBRARIES ON
-  ${what} "This package has the program mfs, which solves systems in Matrix Market"
+  TEXT ${what} "This package has the program mfs, which solves systems in Matrix Market"
   "files and files of PETSc.")
 mfs_debian_package(dae mfs-dae math "simulation of mechanisms of rigid and flexible bodies"
   DEPENDS "libmfs0 ${same}, python3" LIBRARIES ON
-  "The program mfs-dae integrates mechanisms implicitly, finds their equilibrium"
+  TEXT "The program mfs-dae integrates mechanisms implicitly, finds their equilibrium"
   "and their small motions. Models are files of JSON.")
 set(CPACK_DEBIAN_DAE_PACKAGE_RECOMMENDS python3-matplotlib)
 # dpkg-shlibdeps finds the others' libmfs in the build tree, and its package by the lines above.

@@ -107,6 +107,9 @@ Teuchos::RCP<ParameterList> valid_parameters() {
   list->set(
       "RowFloor", defaults.solve.row_floor,
       "Rows that hold only rounding count at least this part of a row of full size; 0 counts them as any");
+  list->set("SolveSingular", defaults.solve.solve_singular,
+            "Whether a matrix that is singular to working precision is solved all the same, where a solution "
+            "reaches the tolerance");
   list->set("DumpPrefix", defaults.dump_prefix,
             "Not empty: rank 0 leaves a system that fails in the files PREFIX_A.mtx and PREFIX_b.mtx");
   list->set("Verbosity", defaults.verbosity,
@@ -137,6 +140,7 @@ Parameters read_parameters(const ParameterList& list) {
   options.solve.tolerance = in_range(all, "Tolerance", 0.0, 1.0);
   options.solve.max_refinement_steps = in_range(all, "MaxRefinementSteps", 0, kAny);
   options.solve.row_floor = in_range(all, "RowFloor", 0.0, 1.0);
+  options.solve.solve_singular = all.get<bool>("SolveSingular");
   options.dump_prefix = all.get<std::string>("DumpPrefix");
   options.verbosity = in_range(all, "Verbosity", 0, 2);
   if (options.verbosity > 0)

@@ -68,6 +68,7 @@ PetscErrorCode read_options(Mat F, Options* options) {
   };
   AnalysisOptions& analysis = options->analysis;
   PetscBool scaling = analysis.scaling ? PETSC_TRUE : PETSC_FALSE;
+  PetscBool solve_singular = options->solve.solve_singular ? PETSC_TRUE : PETSC_FALSE;
   char dump_prefix[PETSC_MAX_PATH_LEN] = "";
   PetscCall(choice("-mat_mfs_backend", "Where the numeric phases run", kBackends, &options->backend));
   PetscCall(number("-mat_mfs_threads", "Threads; 0: this rank's share of its node, or MFS_NUM_THREADS", 0,
@@ -93,9 +94,13 @@ PetscErrorCode read_options(Mat F, Options* options) {
                    &options->solve.max_refinement_steps));
   PetscCall(
       fraction("-mat_mfs_row_floor", "What rows of rounding count at least", &options->solve.row_floor));
+  PetscCall(PetscOptionsBool("-mat_mfs_solve_singular",
+                             "Whether a matrix that is singular to working precision is solved all the same",
+                             "Mat", solve_singular, &solve_singular, nullptr));
   PetscCall(PetscOptionsString("-mat_mfs_dump_prefix", "Where a system that fails is left", "Mat",
                                dump_prefix, dump_prefix, sizeof dump_prefix, nullptr));
   analysis.scaling = scaling == PETSC_TRUE;
+  options->solve.solve_singular = solve_singular == PETSC_TRUE;
   const Failure failure = attempt([&] { options->dump_prefix = dump_prefix; });
   PetscCheck(!failure.happened, PETSC_COMM_SELF, failure.code, "MFS: %s", failure.text);
   PetscOptionsEnd();

@@ -251,6 +251,7 @@ TEST(Amesos2Parameters, EveryNameOfTheDocumentation) {
     list.set("Tolerance", 1e-13);
     list.set("MaxRefinementSteps", 5);
     list.set("RowFloor", 0.5);
+    list.set("SolveSingular", true);
     list.set("DumpPrefix", "");
     list.set("Verbosity", 0);
   };
@@ -281,6 +282,8 @@ TEST(Amesos2Parameters, WrongOnesAreRefused) {
   refused([](auto& list) { list.set("Tolerance", std::nan("")); });
   refused([](auto& list) { list.set("PivotTolerance", 2.0); });
   refused([](auto& list) { list.set("RowFloor", 2.0); });
+  refused([](auto& list) { list.set("SolveSingular", 1); });
+  refused([](auto& list) { list.set("SolveSingular", "yes"); });
   refused([](auto& list) { list.set("Threads", -1); });
   refused([](auto& list) { list.set("Threads", 2.0); });
   refused([](auto& list) { list.set("DefaultThreads", -1); });

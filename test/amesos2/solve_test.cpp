@@ -423,6 +423,29 @@ TEST(Amesos2Errors, NumericallySingularNamesTheRow) {
   EXPECT_THAT(e->what(), HasSubstr("global ids: row " + std::to_string(e->row())));
 }
 
+/// Rows 8 and 21 are equal, and so are their right-hand sides.
+TEST(Amesos2Solve, SingularOnRequest) {
+  Entries entries;
+  for (const auto& [place, value] : grid_entries(6, 5)) {
+    if (place.first == 21) continue;
+    entries[place] = value;
+    if (place.first == 8) entries[{21, place.second}] = value;
+  }
+  const auto a = assemble(entries, even_map(30));
+  const auto solver = make(a);
+  EXPECT_THROW(solve_error(*solver, *a), mfs::SingularMatrix);
+  solver->setParameters(amesos2_parameters([](auto& list) { list.set("SolveSingular", true); }));
+  Vector x(a->getDomainMap(), 1), b(a->getRangeMap(), 1), residual(a->getRangeMap(), 1);
+  x.putScalar(1.0);
+  a->apply(x, b);
+  solver->solve(&x, &b);
+  a->apply(x, residual);
+  residual.update(1.0, b, -1.0);
+  EXPECT_LT(residual.getVector(0)->normInf(), 1e-12);
+  solver->setParameters(amesos2_parameters([](auto& list) { list.set("SolveSingular", false); }));
+  EXPECT_THROW(solve_error(*solver, *a), mfs::SingularMatrix);
+}
+
 TEST(Amesos2Errors, StructurallySingularNamesTheColumn) {
   Entries entries = grid_entries(6, 5);
   for (Ordinal row = 0; row < 30; ++row) entries.erase({row, 13});

@@ -95,6 +95,16 @@ TEST(PetscFailure, MatrixThatCannotBeFactored) {
   }
 }
 
+TEST(PetscFailure, SingularIsSolvedOnRequest) {
+  const Option option("-mat_mfs_solve_singular", "yes");
+  const Sparse a = with_equal_rows(0);
+  const Krylov ksp = direct_solver();
+  const Matrix m = petsc_matrix(a);
+  good(KSPSetOperators(ksp, m, m));
+  expect_solved(ksp, a);
+  EXPECT_EQ(factor_error(factors_of(ksp)), MAT_FACTOR_NOERROR);
+}
+
 /// An empty column can be seen in the pattern.
 TEST(PetscFailure, StructurallySingular) {
   std::vector<BasicEntry<PetscScalar>> entries;

@@ -38,6 +38,7 @@ TEST(PetscOptions, EachIsTaken) {
              {"tolerance", "1e-13", "tolerance 1e-13"},
              {"max_refinement_steps", "7", "max refinement steps 7"},
              {"row_floor", "0.25", "row floor 0.25"},
+             {"solve_singular", "yes", "solve singular yes"},
              {"dump_prefix", "/tmp/none", "dump prefix /tmp/none"}};
   const std::string without = view_with_options();
   for (const auto& option : all) {
@@ -78,7 +79,8 @@ TEST(PetscOptions, WrongValuesAreRefused) {
       {"pivot_tolerance", "1"}, {"max_reanalyses", "-1"},
       {"tolerance", "-1e-12"},  {"tolerance", "2"},
       {"tolerance", "nan"},     {"tolerance", "small"},
-      {"row_floor", "1.5"},     {"max_refinement_steps", "-1"}};
+      {"row_floor", "1.5"},     {"max_refinement_steps", "-1"},
+      {"solve_singular", "maybe"}};
   for (const auto& [name, value] : wrong) {
     const Option option(std::string("-mat_mfs_") + name, value);
     EXPECT_NE(set_up(), 0) << name << " " << value;

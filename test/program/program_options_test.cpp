@@ -183,6 +183,25 @@ TEST_F(Program, TheTableTellsWhatTheAccuracyTook) {
   EXPECT_THAT(run_program({"bench", "poisson2d:20"}).out, Not(HasSubstr("accuracy by")));
 }
 
+// ---- singular matrices ----
+
+TEST_F(Program, SingularIsSolvedOnRequest) {
+  const std::string a = file("s.mtx", kReal + "2 2 4\n1 1 1\n1 2 1\n2 1 1\n2 2 1\n");
+  const std::string b = file("b.mtx", kArray + "2 1\n3\n3\n"), x = path("x.mtx");
+  EXPECT_THAT(complaint({"solve", a, "--rhs", b, "-o", x}, 4), StartsWith("s: numerically singular"));
+  EXPECT_FALSE(std::filesystem::exists(x));
+  const auto json = json_of({"solve", a, "--rhs", b, "--singular", "-o", x, "--json", "-"});
+  EXPECT_EQ(json["status"], "solved");
+  EXPECT_EQ(json["dependent_rows"], 1);
+  EXPECT_LE(json["backward_error"], 1e-12);
+  const std::vector<double> found = solution(x);
+  EXPECT_NEAR(found[0] + found[1], 3, 1e-12);
+  EXPECT_THAT(run_program({"solve", a, "--rhs", b, "--singular"}).out, HasSubstr("\nsingular        to working"));
+  // A row without entries has no factorization.
+  const std::string empty = file("e.mtx", kReal + "2 2 2\n1 1 1\n1 2 1\n");
+  EXPECT_THAT(complaint({"solve", empty, "--singular"}, 4), StartsWith("e: structurally singular"));
+}
+
 // ---- dump ----
 
 TEST_F(Program, DumpLeavesTheFailingSystem) {

@@ -29,17 +29,17 @@ using Array = nb::ndarray<const T, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 template <class T>
 using Columns = nb::ndarray<T, nb::ndim<2>, nb::f_contig, nb::device::cpu>;
 
-/// Ctrl-C ends a phase.
-void raise_signals(const Progress&) {
-  const nb::gil_scoped_acquire held;
-  if (PyErr_CheckSignals() != 0) throw nb::python_error();
-}
-
+/// `progress` is called with the name of the phase and the fraction of it that is done, unless it is None. What
+/// it raises ends a phase, and so does Ctrl-C.
 template <class Scalar>
-BasicSolver<Scalar> make_solver(const std::map<std::string, std::string>& texts) {
+BasicSolver<Scalar> make_solver(const std::map<std::string, std::string>& texts, const nb::object& progress) {
   Options options;
   for (const auto& [name, text] : texts) set_option(options, name, text);
-  options.progress = raise_signals;
+  options.progress = [progress](const Progress& at) {
+    const nb::gil_scoped_acquire held;
+    if (PyErr_CheckSignals() != 0) throw nb::python_error();
+    if (!progress.is_none()) progress(at.phase, at.fraction);
+  };
   return BasicSolver<Scalar>(std::move(options));
 }
 
@@ -111,10 +111,10 @@ void bind_solver(nb::module_& m, const char* name) {
   solver
       .def(
           "__init__",
-          [](Solver* s, const std::map<std::string, std::string>& options) {
-            new (s) Solver(make_solver<Scalar>(options));
+          [](Solver* s, const std::map<std::string, std::string>& options, const nb::object& progress) {
+            new (s) Solver(make_solver<Scalar>(options, progress));
           },
-          nb::arg("options"))
+          nb::arg("options"), nb::arg("progress").none())
       .def(
           "refactor",
           [](Solver& s, Array<Scalar> values, std::uint64_t entries) {
@@ -152,27 +152,32 @@ void bind_solver(nb::module_& m, const char* name) {
              for (const Figure& figure : figures(s.report())) by_name[figure.name] = figure.value;
              return by_name;
            })
+      .def("depths",
+           [](const Solver& s) {
+             std::vector<std::vector<double>> rows;
+             for (const DepthSummary& d : s.depths())
+               rows.push_back({double(d.depth), double(d.fronts), double(d.pivots), double(d.max_front),
+                               double(d.factor_entries), double(d.contribution_entries), d.flops.total()});
+             return rows;
+           })
       .def("backend_name", [](const Solver& s) { return backend_name(s.report().backend); })
       .def("rung_name", [](const Solver& s) { return rung_name(s.report().rung); });
   bind_matrix<Scalar, std::int32_t>(solver);
   bind_matrix<Scalar, std::int64_t>(solver);
 }
 
-/// Where an array of DLPack lies, and what it is: (address, device type, kind, bits, shape, strides in
-/// elements).
-std::tuple<std::uintptr_t, int, int, int, std::vector<std::int64_t>, std::vector<std::int64_t>> describe(
-    const nb::ndarray<nb::ro>& array) {
+/// Where an array of DLPack lies, and what it is: (address, kind, bits, shape, strides in elements, writable,
+/// owner). It stays there as long as the owner lives.
+template <class Array, bool writable>
+nb::tuple describe(const Array& array) {
   std::vector<std::int64_t> shape, strides;
   for (std::size_t i = 0; i < array.ndim(); ++i) {
     shape.push_back(static_cast<std::int64_t>(array.shape(i)));
     strides.push_back(array.stride(i));
   }
-  return {reinterpret_cast<std::uintptr_t>(array.data()),
-          array.device_type(),
-          array.dtype().code,
-          array.dtype().bits,
-          shape,
-          strides};
+  const nb::capsule owner(new Array(array), [](void* p) noexcept { delete static_cast<Array*>(p); });
+  return nb::make_tuple(reinterpret_cast<std::uintptr_t>(array.data()), int{array.dtype().code},
+                        int{array.dtype().bits}, shape, strides, writable, owner);
 }
 
 }  // namespace
@@ -187,7 +192,9 @@ NB_MODULE(_mfs, m) {
   py::bind_solver<double>(m, "SolverDouble");
   py::bind_solver<std::complex<float>>(m, "SolverComplexFloat");
   py::bind_solver<std::complex<double>>(m, "SolverComplexDouble");
-  m.def("describe", py::describe, nanobind::arg("array"), "Where an array of DLPack lies, and what it is.");
+  const char* described = "Where an array of DLPack (or its capsule) lies, and what it is.";
+  m.def("describe", py::describe<nanobind::ndarray<>, true>, nanobind::arg("array"), described);
+  m.def("describe", py::describe<nanobind::ndarray<nanobind::ro>, false>, nanobind::arg("array"), described);
   m.def("option_names", mfs::option_names);
   m.def("version", mfs::version);
   m.def("set_default_threads", mfs::set_default_threads, nanobind::arg("threads"));

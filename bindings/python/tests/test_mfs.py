@@ -1,9 +1,16 @@
 """The package mfs beside scipy: right and wrong inputs of each call."""
 
+import ctypes
 import doctest
+import importlib
+import os
+import pathlib
 import signal
+import sys
+import tempfile
 import threading
 import unittest
+from unittest import mock
 
 import numpy as np
 import scipy.sparse as sparse
@@ -11,6 +18,7 @@ import scipy.sparse.linalg
 
 import mfs
 import mfs._arrays
+import mfs._library
 import mfs._lu
 
 TYPES = [np.float32, np.float64, np.complex64, np.complex128]
@@ -110,6 +118,35 @@ class BesideScipy(unittest.TestCase):
         self.assertLess(report["backward_error"], 1e-11)
         self.assertEqual(lu.nnz, report["nnz_factor"])
         self.assertEqual((lu.shape, lu.dtype), ((60, 60), np.float64))
+
+    def test_depths(self):
+        a = unsymmetric(600)
+        lu = mfs.splu(a)
+        depths, report = lu.depths, lu.report
+        self.assertEqual(list(depths["depth"]), list(range(report["depths"])))
+        for name, whole in (("pivots", 600), ("fronts", report["fronts"]), ("factor_entries", lu.nnz)):
+            self.assertEqual(depths[name].sum(), whole)
+        self.assertEqual(depths["max_front"].max(), report["max_front"])
+        self.assertAlmostEqual(depths["flops"].sum() / report["flops"], 1, 9)
+
+    def test_progress(self):
+        seen = []
+        lu = mfs.splu(unsymmetric(300), progress=lambda *now: seen.append(now))
+        lu.solve(vectors(300))
+        self.assertEqual(seen[-1][0], "solve")
+        self.assertIn("factor", [phase for phase, _ in seen])
+        self.assertTrue(all(0 <= fraction <= 1 for _, fraction in seen))
+
+        class Enough(Exception):
+            pass
+
+        def end(phase, fraction):
+            if phase == "solve":
+                raise Enough("so far")
+
+        lu = mfs.splu(unsymmetric(300), progress=end)
+        self.assertRaisesRegex(Enough, "so far", lu.solve, vectors(300))
+        self.assertRaisesRegex(mfs.InvalidInput, "progress", mfs.splu, unsymmetric(10), progress=7)
 
     def test_linear_operator(self):
         a = unsymmetric(70)
@@ -229,52 +266,244 @@ class Refused(unittest.TestCase):
 class OnDevice:
     """An array that says it lies on a device."""
 
-    def __init__(self, shape, strides=None, typestr="<f8", read_only=False, address=4096):
+    def __init__(self, shape, strides=None, typestr="<f8", read_only=False, address=4096, **more):
         interface = {"shape": shape, "strides": strides, "typestr": typestr, "version": 3, "stream": 1}
-        self.__cuda_array_interface__ = {**interface, "data": (address, read_only)}
+        self.__cuda_array_interface__ = {**interface, "data": (address, read_only), **more}
+
+
+class Managed(ctypes.Structure):
+    """DLManagedTensor of DLPack, and DLManagedTensorVersioned with its leading and trailing members."""
+
+
+class Tensor(ctypes.Structure):
+    _fields_ = [
+        ("data", ctypes.c_void_p), ("device_type", ctypes.c_int32), ("device", ctypes.c_int32), ("ndim", ctypes.c_int32),
+        ("code", ctypes.c_uint8), ("bits", ctypes.c_uint8), ("lanes", ctypes.c_uint16),
+        ("shape", ctypes.POINTER(ctypes.c_int64)), ("strides", ctypes.POINTER(ctypes.c_int64)), ("offset", ctypes.c_uint64),
+    ]  # fmt: skip
+
+
+DELETER = ctypes.CFUNCTYPE(None, ctypes.c_void_p)
+Managed._fields_ = [("tensor", Tensor), ("context", ctypes.c_void_p), ("deleter", DELETER)]
+
+
+class Versioned(ctypes.Structure):
+    _fields_ = [
+        ("major", ctypes.c_uint32), ("minor", ctypes.c_uint32), ("context", ctypes.c_void_p), ("deleter", DELETER),
+        ("flags", ctypes.c_uint64), ("tensor", Tensor),
+    ]  # fmt: skip
+
+
+class ByDLPack:
+    """The same by DLPack; `given_back` once nobody uses it, `streams` are those that it was asked for."""
+
+    def __init__(self, shape, strides=None, kind=2, device=0, code=2, bits=64, address=4096, versioned=True, read_only=False):
+        self.place, self.versioned, self.streams, self.given_back = (kind, device), versioned, [], 0
+        self.shape = (ctypes.c_int64 * len(shape))(*shape)
+        self.strides = (ctypes.c_int64 * len(shape))(*strides) if strides else None
+        self.deleter = DELETER(self.delete)
+        tensor = Tensor(address, kind, device, len(shape), code, bits, 1, self.shape, self.strides, 0)
+        if versioned:
+            self.managed = Versioned(1, 0, None, self.deleter, 1 if read_only else 0, tensor)
+        else:
+            self.managed = Managed(tensor, None, self.deleter)
+
+    def delete(self, _):
+        self.given_back += 1
+
+    def __dlpack_device__(self):
+        return self.place
+
+    def __dlpack__(self, **asked):
+        if "max_version" in asked and not self.versioned:
+            raise TypeError("__dlpack__() got an unexpected keyword argument 'max_version'")
+        self.streams.append(asked["stream"])
+        new = ctypes.pythonapi.PyCapsule_New
+        new.restype, new.argtypes = ctypes.py_object, [ctypes.c_void_p, ctypes.c_char_p, ctypes.c_void_p]
+        return new(ctypes.addressof(self.managed), b"dltensor_versioned" if self.versioned else b"dltensor", None)
+
+
+class SolverOnDevice:
+    """In place of the solver of an LU: notes what it is called with, and that arrays are there meanwhile."""
+
+    def __init__(self, *arrays):
+        self.arrays, self.calls = arrays, []
+
+    def solve_device(self, *arguments):
+        self.calls.append(arguments)
+        assert all(array.given_back == 0 for array in self.arrays)
+
+    refactor_device = solve_device
+
+
+def find(array):
+    return mfs._arrays.device_arrays(array).arrays[0]
 
 
 class DeviceArrays(unittest.TestCase):
     """What is found out about them without a device; test_device.py goes on with one."""
 
+    def setUp(self):
+        self.lu = mfs.splu(unsymmetric(10))
+
+    def on_device(self, *arrays):
+        self.lu._solver = SolverOnDevice(*arrays)
+        return self.lu._solver.calls
+
     def test_arrays_are_described(self):
-        found = mfs._arrays.device_array(OnDevice((3, 2), (8, 32)))
-        self.assertEqual((found.shape, found.strides, found.address, found.stream), ((3, 2), (1, 4), 4096, 0))
-        self.assertEqual(mfs._arrays.device_array(OnDevice((3, 2))).strides, (2, 1))
-        self.assertIsNone(mfs._arrays.device_array(np.ones(3)))
-        self.assertIsNone(mfs._arrays.device_array([1.0]))
+        found = find(OnDevice((3, 2), (8, 32)))
+        self.assertEqual((found.shape, found.strides, found.address, found.writable), ((3, 2), (1, 4), 4096, True))
+        self.assertEqual(find(OnDevice((3, 2))).strides, (2, 1))
+        self.assertFalse(find(OnDevice((3, 2), read_only=True)).writable)
+        for host in (np.ones(3), [1.0], None, ByDLPack((3,), kind=1), ByDLPack((3,), kind=3)):
+            self.assertFalse(mfs._arrays.is_on_device(host))
         columns = mfs._arrays.columns_on_device
-        self.assertEqual(columns(found, "b", np.dtype(float), 3), (2, 4))
-        for wrong in (OnDevice((3, 2)), OnDevice((4, 2), (8, 32)), OnDevice((3,), typestr="<f4"), OnDevice((3,), (16,))):
+        self.assertEqual(columns(find(OnDevice((3, 2), (8, 32))), "b", np.dtype(float), 3), (2, 4))
+        for wrong in (OnDevice((3, 2)), OnDevice((4, 2), (8, 32)), OnDevice((3,), typestr="<f4"), OnDevice((3,), (16,)),
+                      OnDevice((3,), typestr=">f8"), OnDevice((3,), typestr="<i8")):  # fmt: skip
             with self.assertRaises(mfs.InvalidInput):
-                columns(mfs._arrays.device_array(wrong), "b", np.dtype(float), 3)
+                columns(find(wrong), "b", np.dtype(float), 3)
+        for wrong, part in ((OnDevice((3,), (4,)), "multiples"), (OnDevice((3,), mask=OnDevice((3,))), "mask")):
+            with self.assertRaisesRegex(mfs.InvalidInput, part):
+                find(wrong)
 
     def test_arrays_of_dlpack_are_described(self):
+        for versioned in (True, False):
+            array = ByDLPack((3, 2), (1, 4), code=5, bits=64, device=1, versioned=versioned)
+            found = find(array)
+            self.assertEqual((found.address, found.dtype, found.shape), (4096, np.complex64, (3, 2)))
+            self.assertEqual((found.strides, found.device, found.writable), ((1, 4), 1, True))
+            self.assertEqual((array.given_back, array.streams), (0, [1]))
+            del found
+            self.assertEqual(array.given_back, 1)
+        self.assertFalse(find(ByDLPack((3,), read_only=True)).writable)
+        self.assertEqual(find(ByDLPack((3, 2))).strides, (2, 1))
+        self.assertEqual(find(ByDLPack((3,), kind=13)).shape, (3,))
         a = np.asfortranarray(np.ones((3, 2), np.complex64))
-        address, device, kind, bits, shape, strides = mfs._mfs.describe(a)
-        self.assertEqual((address, device, shape, strides), (a.ctypes.data, 1, [3, 2], [1, 3]))
-        self.assertEqual(np.dtype(f"{mfs._arrays._KINDS[kind]}{bits // 8}"), np.complex64)
+        self.assertEqual(mfs._mfs.describe(a)[:6], (a.ctypes.data, 5, 64, [3, 2], [1, 3], True))
+        a.flags.writeable = False
+        self.assertFalse(mfs._mfs.describe(a)[5])
+
+    def test_arrays_of_jax_are_not_written_to(self):
+        array = ByDLPack((10,), versioned=False)
+        with mock.patch.object(ByDLPack, "__module__", "jaxlib.xla_extension"):
+            self.assertFalse(find(array).writable)
+
+    def test_solutions_go_where_arrays_lie(self):
+        b, x = ByDLPack((10, 2), (1, 12)), ByDLPack((10, 2), (1, 10), address=8192)
+        calls = self.on_device(b, x)
+        self.assertIs(self.lu.solve(b, out=x), x)
+        self.assertEqual(calls.pop(), (4096, 8192, 2, 12, 10, 0, False))
+        self.assertEqual((b.given_back, x.given_back), (1, 1))
+        calls = self.on_device()
+        self.lu.solve(OnDevice((10,)), "T", out=OnDevice((10,), address=8192))
+        self.assertEqual(calls.pop(), (4096, 8192, 1, 10, 10, 0, True))
+        values = ByDLPack((self.lu._entries,))
+        self.on_device(values)
+        self.lu.refactor(values)
+        self.assertEqual(self.lu._solver.calls, [(4096, 0)])
+
+    def test_streams(self):
+        calls = self.on_device()
+        for of_b, of_x, stream in ((1, 1, 0), (2, 2, 2), (77, 77, 77), (77, None, 77), (None, 77, 77), (None, None, 0)):
+            self.lu.solve(OnDevice((10,), stream=of_b), out=OnDevice((10,), stream=of_x))
+            self.assertEqual(calls.pop()[5], stream)
+        # An array of DLPack is made ready for the stream of the other.
+        x = ByDLPack((10,))
+        self.lu.solve(OnDevice((10,), stream=77), out=x)
+        self.assertEqual((calls.pop()[5], x.streams), (77, [77]))
+        for of_b, of_x, part in ((1, 2, "different streams"), (77, 78, "0x4d, 0x4e"), (0, None, "ambiguous")):
+            with self.assertRaisesRegex(mfs.InvalidInput, part):
+                self.lu.solve(OnDevice((10,), stream=of_b), out=OnDevice((10,), stream=of_x))
+        # An interface that knows no streams, of an array that DLPack would make ready: as of torch.
+        both = ByDLPack((10,), address=12288)
+        both.__cuda_array_interface__ = {"shape": (10,), "typestr": "<f8", "data": (4096, False), "version": 2}
+        self.lu.solve(both, out=both)
+        self.assertEqual((calls.pop()[:2], both.streams), ((12288, 12288), [1, 1]))
+        self.assertEqual(calls, [])
+
+    def test_wrong_arrays_are_refused(self):
+        calls, good = self.on_device(), ByDLPack((10,))
+        for b, x, part in (
+            (ByDLPack((10,), kind=10), good, "type 10, not on the host or on a CUDA device"),
+            (good, ByDLPack((10,), kind=8), "type 8"),
+            (good, ByDLPack((10,), device=1), "different devices: 0, 1"),
+            (good, np.ones(10), "some arrays lie on the host"),
+            (np.ones(10), good, "some arrays lie on the host"),
+            (ByDLPack((9,)), ByDLPack((9,)), "shape"),
+            (good, ByDLPack((9,)), "shape"),
+            (ByDLPack((10,), bits=32), good, "float32"),
+            (ByDLPack((10,), code=0), good, "type"),
+            (good, ByDLPack((10,), code=5, bits=128), "complex128"),
+            (ByDLPack((10, 2)), ByDLPack((10, 2), (1, 10)), "b is not column-major"),
+            (ByDLPack((10, 2), (1, 10)), ByDLPack((10, 2)), "out is not column-major"),
+            (good, ByDLPack((10,), read_only=True), "not writable"),
+            (good, OnDevice((10,), read_only=True), "not writable"),
+        ):
+            with self.assertRaisesRegex(mfs.InvalidInput, part):
+                self.lu.solve(b, out=x)
+        with self.assertRaisesRegex(TypeError, "out=x"):
+            self.lu.solve(good)
+        for data, part in (
+            (ByDLPack((self.lu._entries - 1,)), "gaps"), (ByDLPack((self.lu._entries,), (2,)), "gaps"),
+            (ByDLPack((self.lu._entries,), bits=32), "type"), (ByDLPack((self.lu._entries,), kind=10), "type 10"),
+        ):  # fmt: skip
+            with self.assertRaisesRegex(mfs.InvalidInput, part):
+                self.lu.refactor(data)
+        self.assertEqual(calls, [])
 
     def test_factors_of_the_host_refuse_them(self):
-        a = unsymmetric(10)
-        lu = mfs.splu(a)
-        with self.assertRaises(mfs.StateError):
-            lu.solve(OnDevice((10,)), out=OnDevice((10,)))
-        with self.assertRaises(mfs.StateError):
-            lu.refactor(OnDevice((a.nnz,)))
-        for b, out in (((9,), (9,)), ((10,), (9,))):
-            with self.assertRaisesRegex(mfs.InvalidInput, "shape"):
-                lu.solve(OnDevice(b), out=OnDevice(out))
-        with self.assertRaisesRegex(mfs.InvalidInput, "writable"):
-            lu.solve(OnDevice((10,)), out=np.ones(10))
-        with self.assertRaisesRegex(mfs.InvalidInput, "writable"):
-            lu.solve(OnDevice((10,)), out=OnDevice((10,), read_only=True))
-        with self.assertRaisesRegex(TypeError, "out=x"):
-            lu.solve(OnDevice((10,)))
-        with self.assertRaisesRegex(mfs.InvalidInput, "gaps"):
-            lu.refactor(OnDevice((a.nnz - 1,)))
-        with self.assertRaisesRegex(mfs.InvalidInput, "type"):
-            lu.refactor(OnDevice((a.nnz,), typestr="<f4"))
+        for wanted in (OnDevice, ByDLPack):
+            with self.assertRaises(mfs.StateError):
+                self.lu.solve(wanted((10,)), out=wanted((10,)))
+            with self.assertRaises(mfs.StateError):
+                self.lu.refactor(wanted((self.lu._entries,)))
+
+
+class LibrariesOfCuda(unittest.TestCase):
+    """The loader of a wheel with CUDA, with a module that wants what is not there."""
+
+    ENDING = "cannot open shared object file: No such file or directory"
+
+    def load(self, missing, there):
+        """Imports a module that needs the libraries `missing`; NVIDIA's wheels have those that are `there`."""
+        missing, loaded = list(missing), []
+
+        def import_module(name):
+            if missing:
+                raise ImportError(f"{missing[0]}: {self.ENDING}")
+            return name
+
+        def take(path):
+            loaded.append(path)
+            if os.path.basename(path) in missing:
+                missing.remove(os.path.basename(path))
+
+        with tempfile.TemporaryDirectory() as folder:
+            for name in there:
+                path = pathlib.Path(folder) / "nvidia" / name
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.touch()
+            with mock.patch.object(sys, "path", ["/none", folder]), mock.patch.object(ctypes, "CDLL", take):
+                with mock.patch.object(importlib, "import_module", import_module):
+                    self.assertEqual(mfs._library.load("mfs._mfs"), "mfs._mfs")
+            return [os.path.relpath(path, folder) for path in loaded]
+
+    def test_those_of_the_wheels_are_taken(self):
+        self.assertEqual(self.load([], []), [])
+        there = ["cu13/lib/libcublas.so.13", "cu13/lib/libcudart.so.13", "cusolver/lib/libcusolver.so.12", "cu13/lib/libcufft.so.12"]
+        found = self.load(["libcudart.so.13", "libcublas.so.13", "libcusolver.so.12"], there)
+        self.assertEqual(found, [f"nvidia/{name}" for name in (there[1], there[0], there[2])])
+
+    def test_what_is_not_there_is_named(self):
+        with self.assertRaisesRegex(ImportError, "one with CUDA, and libcublas.so.13 is not there: pip install"):
+            self.load(["libcublas.so.13"], ["cu13/lib/libcublas.so.12"])
+        with self.assertRaisesRegex(ImportError, "^libother.so.1: cannot"):
+            self.load(["libother.so.1"], ["cu13/lib/libother.so.1"])
+        # One that loads and does not help is not tried for ever.
+        with mock.patch.object(mfs._library, "in_wheels", lambda name: "/none/" + name + ".other"):
+            with self.assertRaisesRegex(ImportError, "libcudart"):
+                self.load(["libcudart.so.13"], [])
 
 
 class Threads(unittest.TestCase):

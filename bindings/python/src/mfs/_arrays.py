@@ -4,7 +4,8 @@ from typing import Any, NamedTuple, Optional
 
 import numpy as np
 
-from . import _mfs, errors
+from . import errors
+from ._library import _mfs
 from .errors import InvalidInput
 
 _mfs.raise_classes_of(errors)
@@ -15,7 +16,7 @@ SOLVERS = {
     np.dtype(np.complex64): _mfs.SolverComplexFloat,
     np.dtype(np.complex128): _mfs.SolverComplexDouble,
 }
-_CUDA = {2: "cuda", 13: "cuda managed"}  # device types of DLPack
+_CUDA, _HOST = (2, 13), (1, 3)  # device types of DLPack: memory of CUDA, also managed; of the host, also page-locked
 _KINDS = {2: "f", 5: "c"}  # kinds of DLPack
 
 
@@ -62,31 +63,80 @@ class DeviceArray(NamedTuple):
     dtype: np.dtype
     shape: tuple
     strides: tuple
-    stream: int
     writable: bool
+    device: Optional[int] = None  # its number; None: not told
+    owner: Any = None  # what keeps the array where it is
 
 
-def device_array(array: Any) -> Optional[DeviceArray]:
-    """None for what does not lie on a CUDA device. The array must outlive the result."""
+class DeviceArrays(NamedTuple):
+    """Arrays on one device, which are ready for what is put into `stream`: a cudaStream_t, 0 the legacy default one."""
+
+    arrays: list
+    stream: int
+
+
+def is_on_device(array: Any) -> bool:
+    """Whether an array lies on a CUDA device. Raises InvalidInput for devices of other kinds."""
     if isinstance(array, np.ndarray):
-        return None
+        return False
+    if _interface(array) is not None:
+        return True
+    if not hasattr(array, "__dlpack_device__"):
+        return False
+    kind = array.__dlpack_device__()[0]
+    if kind not in _CUDA and kind not in _HOST:
+        raise InvalidInput(f"an array lies on a device of DLPack's type {int(kind)}, not on the host or on a CUDA device")
+    return kind in _CUDA
+
+
+def _interface(array: Any) -> Optional[dict]:
+    """The array's interface of CUDA. One that knows no streams (before version 3) does not serve beside DLPack."""
     interface = getattr(array, "__cuda_array_interface__", None)
-    if interface is not None:
-        dtype, shape = np.dtype(interface["typestr"]), tuple(interface["shape"])
-        strides = interface.get("strides")
-        if strides is None:
-            strides = [dtype.itemsize * int(np.prod(shape[k + 1 :], dtype=np.int64)) for k in range(len(shape))]
-        address, read_only = interface["data"]
-        stream = interface.get("stream") or 0
-        # 1 is CUDA's legacy default stream, which is that of address 0, too.
-        return DeviceArray(
-            address, dtype, shape, tuple(s // dtype.itemsize for s in strides), 0 if stream == 1 else stream, not read_only
-        )
-    if hasattr(array, "__dlpack_device__") and array.__dlpack_device__()[0] in _CUDA:
-        address, _, kind, bits, shape, strides = _mfs.describe(array)
-        dtype = np.dtype(f"{_KINDS.get(kind, 'V')}{bits // 8}")
-        return DeviceArray(address, dtype, tuple(shape), tuple(strides), 0, True)
-    return None
+    return None if interface is not None and "stream" not in interface and hasattr(array, "__dlpack__") else interface
+
+
+def device_arrays(*arrays: Any) -> DeviceArrays:
+    """Where they lie. Raises InvalidInput unless all lie on one CUDA device, and where they belong to several streams."""
+    for array in arrays:
+        if not is_on_device(array):
+            raise InvalidInput("some arrays lie on the host, and some on a device")
+    streams = {i["stream"] for i in map(_interface, arrays) if i is not None and i.get("stream") is not None}
+    if 0 in streams:
+        raise InvalidInput("an array's __cuda_array_interface__ has the stream 0, which is ambiguous: it is to be 1 or 2")
+    if len(streams) > 1:
+        raise InvalidInput(f"arrays belong to different streams ({', '.join(map(hex, sorted(streams)))}): synchronize them")
+    stream = streams.pop() if streams else 1
+    found = [_by_dlpack(a, stream) if _interface(a) is None else _by_interface(_interface(a)) for a in arrays]
+    devices = {a.device for a in found if a.device is not None}
+    if len(devices) > 1:
+        raise InvalidInput(f"arrays lie on different devices: {', '.join(map(str, sorted(devices)))}")
+    return DeviceArrays(found, 0 if stream == 1 else stream)
+
+
+def _by_interface(interface: dict) -> DeviceArray:
+    if interface.get("mask") is not None:
+        raise InvalidInput("an array on the device has a mask")
+    dtype, shape = np.dtype(interface["typestr"]), tuple(interface["shape"])
+    strides = interface.get("strides")
+    if strides is None:
+        strides = [dtype.itemsize * int(np.prod(shape[k + 1 :], dtype=np.int64)) for k in range(len(shape))]
+    if any(s % dtype.itemsize for s in strides):
+        raise InvalidInput("an array on the device has strides that are no multiples of its entries' size")
+    address, read_only = interface["data"]
+    return DeviceArray(address, dtype, shape, tuple(s // dtype.itemsize for s in strides), not read_only)
+
+
+def _by_dlpack(array: Any, stream: int) -> DeviceArray:
+    try:
+        capsule = array.__dlpack__(stream=stream, max_version=(1, 0))
+    except TypeError:  # from before version 1
+        capsule = array.__dlpack__(stream=stream)
+    address, kind, bits, shape, strides, writable, owner = _mfs.describe(capsule)
+    # Arrays of JAX must not be written to, which DLPack could not say before version 1.
+    writable = writable and not type(array).__module__.startswith("jax")
+    dtype = np.dtype(f"{_KINDS.get(kind, 'V')}{bits // 8}")
+    device = int(array.__dlpack_device__()[1])
+    return DeviceArray(address, dtype, tuple(shape), tuple(strides), writable, device, owner)
 
 
 def columns_on_device(array: DeviceArray, name: str, dtype: np.dtype, n: int) -> tuple:

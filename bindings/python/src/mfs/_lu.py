@@ -6,8 +6,8 @@ from typing import Any, Optional
 
 import numpy as np
 
-from . import _mfs
-from ._arrays import SOLVERS, Matrix, columns_on_device, compressed, device_array, empty_like, number_type
+from ._library import _mfs
+from ._arrays import SOLVERS, Matrix, columns_on_device, compressed, device_arrays, empty_like, is_on_device, number_type
 from .errors import Error, InvalidInput, StateError
 
 _TEXT = {"backend", "rung"}
@@ -42,7 +42,11 @@ class LU:
         self._transposed = matrix.transposed
         self._dtype = matrix.values.dtype
         self._n = matrix.n
-        self._solver = SOLVERS[self._dtype]({name: option_text(value) for name, value in options.items()})
+        texts = {name: option_text(value) for name, value in options.items() if name != "progress"}
+        progress = options.get("progress")
+        if progress is not None and not callable(progress):
+            raise InvalidInput(f"progress is {progress!r}, which cannot be called")
+        self._solver = SOLVERS[self._dtype](texts, progress)
         self._take(self._solver.factor if factor else self._solver.analyze, matrix)
 
     @contextmanager
@@ -87,18 +91,18 @@ class LU:
         if hasattr(a_or_data, "indptr"):
             self.factorize(a_or_data)
             return
-        on_device = device_array(a_or_data)
-        if on_device is None:
+        if not is_on_device(a_or_data):
             values = np.ascontiguousarray(a_or_data, dtype=self._cast(a_or_data, "data"))
             with self._computing():
                 self._solver.refactor(values, self._entries)
             return
+        (on_device,), stream = device_arrays(a_or_data)
         if on_device.dtype != self._dtype:
             raise InvalidInput(f"data is of type {on_device.dtype}, the matrix of {self._dtype}")
         if on_device.shape != (self._entries,) or (self._entries > 1 and on_device.strides != (1,)):
             raise InvalidInput(f"data is not an array of {self._entries} numbers without gaps")
         with self._computing():
-            self._solver.refactor_device(on_device.address, on_device.stream)
+            self._solver.refactor_device(on_device.address, stream)
 
     def solve(self, b: Any, trans: str = "N", out: Any = None) -> Any:
         """The solution of A x = b, of A^T x = b (trans="T") or of A^H x = b (trans="H").
@@ -115,9 +119,8 @@ class LU:
         """
         if trans not in ("N", "T", "H"):
             raise InvalidInput(f"trans is {trans!r}, not 'N', 'T' or 'H'")
-        on_device = device_array(b)
-        if on_device is not None:
-            return self._solve_on_device(b, on_device, trans, out)
+        if is_on_device(b) or is_on_device(out):
+            return self._solve_on_device(b, trans, out)
         b = np.asarray(b)
         if b.ndim not in (1, 2) or b.shape[0] != self._n:
             raise InvalidInput(f"b has the shape {b.shape}, and the matrix {self._n} rows")
@@ -149,20 +152,20 @@ class LU:
             self._solver.solve(b, x, self._transposed == (trans == "N"))
         return np.conj(x, out=x) if conjugated else x
 
-    def _solve_on_device(self, b: Any, from_: Any, trans: str, out: Any) -> Any:
+    def _solve_on_device(self, b: Any, trans: str, out: Any) -> Any:
         if trans == "H" and self._dtype.kind == "c":
             raise InvalidInput("trans='H' is not there for complex arrays on a device: conjugate them, and take 'T'")
-        many, ldb = columns_on_device(from_, "b", self._dtype, self._n)
         out = empty_like(b) if out is None else out
-        to = device_array(out)
-        if to is None or not to.writable:
-            raise InvalidInput("out is not a writable array on the device")
+        (from_, to), stream = device_arrays(b, out)
+        many, ldb = columns_on_device(from_, "b", self._dtype, self._n)
+        if not to.writable:
+            raise InvalidInput("out is not writable")
         if to.shape != from_.shape:
             raise InvalidInput(f"out has the shape {to.shape}, and b {from_.shape}")
         _, ldx = columns_on_device(to, "out", self._dtype, self._n)
         with self._computing():
             self._solver.solve_device(
-                from_.address, to.address, many, ldb, ldx, from_.stream, self._transposed == (trans == "N")
+                from_.address, to.address, many, ldb, ldx, stream, self._transposed == (trans == "N")
             )
         return out
 
@@ -195,6 +198,21 @@ class LU:
         figures["backend"], figures["rung"] = self._solver.backend_name(), self._solver.rung_name()
         return figures
 
+    @property
+    def depths(self) -> np.ndarray:
+        """The fronts by their depth in the tree, a record for each: depth (0: the roots), fronts, pivots, max_front (rows),
+        factor_entries (of L and U), contribution_entries and flops.
+
+        >>> import scipy.sparse, mfs
+        >>> lu = mfs.splu(scipy.sparse.eye_array(3, format="csr"))
+        >>> int(lu.depths["pivots"].sum())
+        3
+        """
+        whole = ("depth", "fronts", "pivots", "max_front", "factor_entries", "contribution_entries")
+        return np.array(
+            [tuple(row) for row in self._solver.depths()], [(name, np.int64) for name in whole] + [("flops", float)]
+        )
+
     def logdet(self) -> tuple:
         """(sign, logarithm of the absolute value) of the determinant, as numpy.linalg.slogdet has them."""
         with self._computing():
@@ -226,7 +244,9 @@ def splu(A: Any, **options: Any) -> LU:
     `A` is a matrix or array of scipy.sparse; csr and csc are taken as they lie, with any type of indices, others are
     converted. Numbers of type float32, float64, complex64 and complex128 are kept, integers become float64.
 
-    `options` are those of mfs/options.hpp and mfs/analysis_options.hpp by name; mfs.option_names() lists them.
+    `options` are those of mfs/options.hpp and mfs/analysis_options.hpp by name; mfs.option_names() lists them. Besides,
+    `progress` is a function that is called now and then with the name of the phase that runs ("matching", "ordering",
+    "symbolic", "factor", "solve") and the fraction of it that is done; what it raises ends the phase.
 
     Raises InvalidInput, SingularMatrix, OutOfMemory, BackendError.
 

@@ -1,0 +1,267 @@
+"""mfs.dae: the program mfs-dae (MFS_DAE_PROGRAM) with right and wrong models, and programs that only say they are it."""
+
+import copy
+import doctest
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+import textwrap
+import threading
+import time
+import unittest
+from unittest import mock
+
+import numpy as np
+
+import mfs
+import mfs.dae
+
+FALLING = {
+    "name": "falling", "end": 1, "outputs": 4, "gravity": [0, 0, -10], "parameters": {"m": 2},
+    "bodies": {"block": {"type": "rigid", "mass": "m", "inertia": [1, 1, 1]}},
+    "points": {"corner": {"body": "block", "point": [1, 0, 0]}},
+}  # fmt: skip
+
+
+class InOneFolder(unittest.TestCase):
+    """Temporary folders of a test lie in a folder of its own, which is empty afterwards."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+        self.temporary = self.folder / "temporary"
+        self.temporary.mkdir()
+        patched = mock.patch.object(tempfile, "tempdir", str(self.temporary))
+        patched.start()
+        self.addCleanup(patched.stop)
+
+    def tearDown(self):
+        self.assertEqual(list(self.temporary.iterdir()), [])
+
+    def raises(self, kind, part, call, *arguments, **options):
+        with self.assertRaisesRegex(kind, part) as caught:
+            call(*arguments, **options)
+        return caught.exception
+
+
+class Runs(InOneFolder):
+    def test_a_block_falls(self):
+        given = copy.deepcopy(FALLING)
+        result = mfs.dae.run(FALLING, threads=1)
+        self.assertEqual(FALLING, given)
+        np.testing.assert_allclose(result.t, [0, 0.25, 0.5, 0.75, 1])
+        place = result["bodies.block.position"]
+        self.assertEqual((place.shape, place.dtype), ((5, 3), np.float64))
+        np.testing.assert_allclose(place[:, 2], -5 * result.t**2, atol=1e-6)
+        np.testing.assert_allclose(result["energy.kinetic"], 100 * result.t**2, atol=1e-4)
+        self.assertEqual(list(result.overview), ["acceleration corner [m/s2]"])
+        np.testing.assert_allclose(result.overview["acceleration corner [m/s2]"], 10, atol=1e-6)
+        self.assertIn("energy.balance", result)
+        self.assertEqual(len(result), len(list(result)))
+        self.assertNotIn("t", list(result))
+        self.assertRaises(KeyError, lambda: result["bodies.block.posture"])
+        self.assertTrue(np.all(np.diff(result.steps["t"]) > 0))
+        self.assertEqual(len(result.steps), result.report["steps"])
+        self.assertEqual((result.report["name"], result.report["threads"], result.folder), ("falling", 1, None))
+        self.assertRegex(repr(result), "falling.*5 outputs")
+
+    def test_models_of_numpy(self):
+        model = {**FALLING, "gravity": np.array([0.0, 0, -1]), "outputs": np.int64(2), "end": np.float64(2)}
+        model["record"] = np.array(["bodies.block.velocity"])
+        result = mfs.dae.run(model)
+        self.assertEqual(list(result), ["bodies.block.velocity"])
+        np.testing.assert_allclose(result["bodies.block.velocity"][:, 2], [0, -1, -2], atol=1e-6)
+        self.assertEqual(len(result.overview), 1)
+
+    def test_more_numbers_than_the_series_has(self):
+        model = copy.deepcopy(FALLING)
+        model["bodies"] = {f"block{k}": FALLING["bodies"]["block"] for k in range(50)}
+        model["points"] = {}
+        result = mfs.dae.run(model)
+        self.assertGreater(sum(int(np.prod(result[name].shape[1:])) for name in result), 1000)
+        self.assertEqual(result.overview, {})
+        np.testing.assert_allclose(result["bodies.block49.position"][-1], [0, 0, -5], atol=1e-6)
+
+    def test_folders_files_names_and_parameters(self):
+        result = mfs.dae.run(FALLING, folder=self.folder / "out", parameters={"m": 3}, backend="serial")
+        self.assertEqual(result.folder, str(self.folder / "out"))
+        self.assertTrue((self.folder / "out" / "result.pvd").exists())
+        self.assertEqual(list((self.folder / "out").glob("*.png")), [])
+        self.assertAlmostEqual(result["energy.kinetic"][-1], 150, 3)
+        doubled = mfs.dae.run(FALLING, parameters={"m": "2 * 2"})
+        self.assertAlmostEqual(doubled["energy.kinetic"][-1], 200, 3)
+        self.assertIn("simple_pendulum: 0 flexible and 1 rigid", mfs.dae.check("simple_pendulum"))
+        path = self.folder / "-falling.json"
+        path.write_text(mfs.dae._dumped(FALLING), encoding="utf-8")
+        before = os.getcwd()
+        os.chdir(self.folder)
+        try:
+            for name in (path, "-falling.json"):
+                self.assertRegex(mfs.dae.check(name), "^falling: ")
+        finally:
+            os.chdir(before)
+
+    def test_models_of_the_library(self):
+        names = mfs.dae.models()
+        self.assertRegex(names["suspension"], "^Double wishbone")
+        model = mfs.dae.model("suspension")
+        self.assertEqual(model["name"], "suspension")
+        self.assertNotEqual(mfs.dae.check(model), mfs.dae.check(model, refine=2))
+        self.raises(KeyError, "perpetuum", mfs.dae.model, "perpetuum")
+
+    def test_equilibrium_and_modes(self):
+        rest = mfs.dae.static("simple_pendulum")
+        self.assertEqual(rest["bodies.bob.position"].shape, (1, 3))
+        self.assertEqual(len(rest.steps), 0)
+        found = mfs.dae.modes("simple_pendulum", 1)
+        self.assertAlmostEqual(found["frequency"][0], np.sqrt(9.81) / 2 / np.pi, 6)
+        self.assertAlmostEqual(abs(found["s"][0]), 2 * np.pi * found["frequency"][0], 6)
+        at = mfs.dae.modes("simple_pendulum", 1, at=0.0, undamped=True)
+        self.assertLess(at["frequency"][0], found["frequency"][0])  # it begins where it is not at rest
+
+
+class Refused(InOneFolder):
+    def test_models(self):
+        for change, part in (
+            ({"ende": 1}, "ende"),
+            ({"end": -1}, "^end: "),
+            ({"gravity": [0, 0]}, "gravity: must have three numbers, not 2"),
+            ({"gravity": [0, 0, np.nan]}, "JSON"),
+            ({"bodies": {"block": {"type": "rigid"}}}, "bodies.block.mass"),
+            ({"joints": {"pin": {"type": "revolute", "a": "ground", "b": "rod"}}}, "joints.pin"),
+        ):
+            self.raises(mfs.InvalidInput, part, mfs.dae.run, {**FALLING, **change})
+        self.raises(TypeError, "model", mfs.dae.run, 7)
+        self.raises(TypeError, "complex", mfs.dae.run, {**FALLING, "end": 1j})
+        self.raises(mfs.InvalidInput, "perpetuum: cannot be read", mfs.dae.run, "perpetuum")
+        self.raises(mfs.InvalidInput, "--perpetuum: cannot be read", mfs.dae.run, "--perpetuum")
+
+    def test_mesh_files_are_seen_from_here(self):
+        mesh = {"type": "flexible", "material": "steel", "mesh": {"gmsh": "none.msh"}}
+        steel = {"law": "neo_hookean", "young": 2e11, "poisson": 0.3, "density": 8000}
+        model = {**FALLING, "materials": {"steel": steel}, "bodies": {"bar": mesh}, "points": {}}
+        self.raises(mfs.InvalidInput, os.path.join(os.getcwd(), "none.msh"), mfs.dae.check, model)
+        self.assertEqual(mesh["mesh"]["gmsh"], "none.msh")
+
+    def test_options(self):
+        self.raises(mfs.InvalidInput, "backend", mfs.dae.run, FALLING, backend="abacus")
+        self.raises(mfs.InvalidInput, "no parameter 'k'", mfs.dae.run, FALLING, parameters={"k": 1})
+        self.raises(mfs.InvalidInput, "refine", mfs.dae.run, FALLING, refine=-1)
+        self.raises(ValueError, "threads", mfs.dae.run, FALLING, threads=-1)
+        blocked = self.folder / "blocked"
+        blocked.write_text("")
+        self.raises(mfs.InvalidInput, "blocked", mfs.dae.run, FALLING, folder=blocked)
+
+    def test_a_run_that_fails(self):
+        model = {**FALLING, "integrator": {"min_step": 0.1, "initial_step": 0.1, "rtol": 1e-12}, "parameters": {"m": 2}}
+        model["forces"] = {"push": {"type": "point", "side": "block", "point": [0, 0, 0], "x": "1 / (0.5 - t)^3"}}
+        error = self.raises(mfs.dae.Failed, "", mfs.dae.run, model)
+        self.assertIsInstance(error, mfs.Error)
+        self.assertNotIn("mfs-dae: ", str(error))
+
+
+class OtherPrograms(InOneFolder):
+    def program(self, text):
+        path = self.folder / "mfs-dae"
+        path.write_text("#!/bin/sh\n" + textwrap.dedent(text), encoding="utf-8")
+        path.chmod(0o755)
+        patched = mock.patch.dict(os.environ, MFS_DAE_PROGRAM=str(path))
+        patched.start()
+        self.addCleanup(patched.stop)
+
+    def test_exit_codes(self):
+        for code, kind in (
+            (2, mfs.InvalidInput), (3, mfs.InvalidInput), (4, mfs.SingularMatrix), (5, MemoryError),
+            (6, mfs.AccuracyNotReached), (7, mfs.dae.Failed), (130, mfs.Error),
+        ):  # fmt: skip
+            self.program(f"echo a note >&2; echo 'mfs-dae: what happened' >&2; exit {code}")
+            self.assertEqual(str(self.raises(kind, "", mfs.dae.run, FALLING)), "what happened")
+        self.program("exit 99")
+        self.raises(mfs.Error, "exit code 99", mfs.dae.run, FALLING)
+        self.program("kill -9 $$")
+        self.raises(mfs.Error, "ended by signal 9", mfs.dae.run, FALLING)
+
+    def test_no_results(self):
+        self.program("exit 0")
+        self.raises(mfs.Error, "no results", mfs.dae.run, FALLING)
+
+    def test_none(self):
+        with mock.patch.dict(os.environ, MFS_DAE_PROGRAM=str(self.folder / "none")):
+            error = self.raises(mfs.BackendError, "none, which is no program", mfs.dae.run, FALLING)
+            self.assertEqual(error.library, "mfs-dae")
+        with mock.patch.dict(os.environ, PATH=str(self.folder)), mock.patch.object(sys, "executable", "/none/python"):
+            os.environ.pop("MFS_DAE_PROGRAM", None)
+            self.raises(mfs.BackendError, "not on the PATH", mfs.dae.run, FALLING)
+        self.program("echo falling")
+        found = os.environ["MFS_DAE_PROGRAM"]
+        with mock.patch.dict(os.environ, PATH=os.path.dirname(found) + ":" + os.environ["PATH"]):
+            os.environ.pop("MFS_DAE_PROGRAM", None)
+            self.assertEqual(mfs.dae.check(FALLING), "falling\n")
+
+    def interrupted(self, text):
+        """Has Ctrl-C come while the program sleeps; what it has written to the file `mark` by the time run() is left."""
+        mark = self.folder / "mark"
+        self.program(text.format(mark=mark))
+
+        def when_it_runs():
+            while not mark.exists() or "runs" not in mark.read_text():
+                time.sleep(0.01)
+            os.kill(os.getpid(), signal.SIGINT)
+
+        waiting = threading.Thread(target=when_it_runs)
+        waiting.start()
+        try:
+            self.assertRaises(KeyboardInterrupt, mfs.dae.run, FALLING)
+        finally:
+            waiting.join()
+        return mark.read_text().split()
+
+    def test_interrupted(self):
+        words = self.interrupted("trap 'echo ends >>{mark}; exit 143' TERM\necho $$ runs >>{mark}\nsleep 60 & wait")
+        self.assertEqual(words[1:], ["runs", "ends"])
+        self.assertRaises(ProcessLookupError, os.kill, int(words[0]), 0)
+
+    def test_interrupted_and_will_not_end(self):
+        with mock.patch.object(mfs.dae, "_SECONDS_TO_END", 0.1):
+            words = self.interrupted("trap '' TERM\necho $$ runs >>{mark}\nexec sleep 60")
+        self.assertEqual(words[1:], ["runs"])
+        self.assertRaises(ProcessLookupError, os.kill, int(words[0]), 0)
+
+    def test_an_interrupted_run_leaves_what_it_had(self):
+        script = """
+            import os, pathlib, signal, threading, time, mfs.dae
+            def when_there_are_results():
+                path = pathlib.Path("out/results.npy")
+                while not path.exists() or path.stat().st_size < 8192:
+                    time.sleep(0.01)
+                os.kill(os.getpid(), signal.SIGINT)
+            threading.Thread(target=when_there_are_results).start()
+            model = mfs.dae.model("simple_pendulum")
+            model.update(end=1000, outputs=10**5, record=["bodies.bob.position"])
+            mfs.dae.run(model, folder="out", threads=1)
+        """
+        ended = subprocess.run(
+            [sys.executable, "-c", textwrap.dedent(script)],
+            cwd=self.folder,
+            env={**os.environ, "TMPDIR": str(self.temporary)},
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        self.assertNotEqual(ended.returncode, 0)
+        self.assertIn("KeyboardInterrupt", ended.stderr)
+        records = mfs.dae._records(str(self.folder / "out" / "results.npy"))
+        self.assertGreater(len(records), 10)
+        np.testing.assert_allclose(np.linalg.norm(records["bodies.bob.position"], axis=1), 1, rtol=1e-6)
+
+
+def load_tests(loader, tests, pattern):
+    tests.addTests(doctest.DocTestSuite(mfs.dae, optionflags=doctest.ELLIPSIS))
+    return tests
+
+
+if __name__ == "__main__":
+    unittest.main()

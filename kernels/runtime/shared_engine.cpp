@@ -98,7 +98,7 @@ struct Engine::State {
 
 Engine::Engine() : state_(new State) {}
 
-void Engine::run(int threads, const std::function<void()>& work, const std::function<void()>& idle) {
+void Engine::run(int threads, const std::function<void()>& work, const std::function<void()>& idle, Needs) {
   check_process(state_->process);
   const std::lock_guard<std::mutex> one_caller(state_->caller);
   check_kokkos();
@@ -106,6 +106,10 @@ void Engine::run(int threads, const std::function<void()>& work, const std::func
   Beside beside(idle);
   work();
   beside.finish();
+}
+
+void Engine::run_here(const std::function<void()>& work) {
+  run(1, work);
 }
 
 #ifdef MFS_CUDA

@@ -377,10 +377,9 @@ bool MatrixFactors<Scalar>::merge_failed_fronts(double allowed_flops) {
   bool fits = false;
   phases_.run("symbolic", [&] {
     const SeparatorTree tree = merge_into_parents(*analysis_->plan, numeric_->failed_fronts());
-    plan = std::make_shared<SymbolicPlan>(
-        make_symbolic_plan(*analysis_->pattern, analysis_->matched.row_order, tree,
-                           options_.analysis.max_block_size, phases_.threads_at_work(),
-                           backend_.assembly_turns()));
+    plan = std::make_shared<SymbolicPlan>(make_symbolic_plan(
+        *analysis_->pattern, analysis_->matched.row_order, tree, options_.analysis.max_block_size,
+        phases_.threads_at_work(), backend_.assembly_turns()));
     const bool cheap =
         plan->num_fronts != analysis_->plan->num_fronts && plan->flops.total() <= allowed_flops;
     if (!cheap) return;

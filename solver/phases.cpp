@@ -25,7 +25,8 @@ void Phases::run_in_engine(const char* phase, int threads, const std::function<v
   log(1, phase);
   try {
     if (options_.progress) {
-      Engine::instance().run(threads, work, [this] { report_progress(); }, needs);
+      Engine::instance().run(
+          threads, work, [this] { report_progress(); }, needs);
       report_progress();
     } else {
       Engine::instance().run(threads, work, {}, needs);

@@ -1,5 +1,6 @@
 // Phases of the solver: work that runs in the engine while the progress callback is told where the work is.
-// Work of one thread runs in the thread that calls, unless there is such a callback. Its errors come out as classes of mfs/error.hpp. The log goes through here, too.
+// Work of one thread runs in the thread that calls, unless there is such a callback. Its errors come out as
+// classes of mfs/error.hpp. The log goes through here, too.
 #pragma once
 
 #include <atomic>
@@ -32,17 +33,23 @@ class Phases {
   /// Runs `work` with threads_at_work(). Throws what it throws, OutOfMemory for std::bad_alloc.
   template <class Work>
   void run(const char* phase, Work&& work) {
-    // References: nothing is allocated.
-    if (one_thread_ && !options_.progress) {
-      run_here(phase, std::ref(work));
-    } else {
-      run_in_engine(phase, threads_at_work(), std::ref(work));
-    }
+    run_threads(phase, threads_at_work(), work);
   }
   /// The same with the threads of the analysis. It has a stack of the usual size, as the caller may not.
   template <class Work>
   void run_analysis(const char* phase, Work&& work) {
     run_in_engine(phase, analysis_threads_, std::ref(work));
+  }
+
+  /// The same with so many threads, whatever the factors are worth.
+  template <class Work>
+  void run_threads(const char* phase, int threads, Work&& work) {
+    // References: nothing is allocated.
+    if (threads == 1 && !uses_kokkos_ && !options_.progress) {
+      run_here(phase, std::ref(work));
+    } else {
+      run_in_engine(phase, threads, std::ref(work));
+    }
   }
 
   /// Where the running phase is; from any thread.

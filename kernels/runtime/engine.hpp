@@ -24,10 +24,11 @@ class Engine {
 
   /// Runs `work` with `threads` OpenMP threads (a shared Kokkos: with as many as it has) and returns when it
   /// is done; what it throws is thrown here. Meanwhile `idle` (if any) is called about ten times per second,
-  /// in the calling thread unless that is at work (a shared Kokkos); what it throws is thrown here once `work`
-  /// is done. Waits for calls of other threads that leave too few processors. Must not be called by work.
-  /// Throws StateError in a process that was forked from the engine's, or where a shared Kokkos takes no
-  /// calls, std::system_error where the system refuses threads.
+  /// in the calling thread unless that is at work (a shared Kokkos); what it throws is thrown here once
+  /// `work` is done. Waits for calls of other threads that leave too few processors. Work that calls this for
+  /// other work, which needs no Kokkos, has it done in its own thread. Throws StateError in a process that
+  /// was forked from the engine's, or where a shared Kokkos takes no calls, std::system_error where the
+  /// system refuses threads.
   void run(int threads, const std::function<void()>& work, const std::function<void()>& idle = {},
            Needs needs = Needs::kokkos);
 
@@ -35,6 +36,9 @@ class Engine {
   /// OpenMP and of floating point are put back at its end. Waits for nobody (a shared Kokkos: as run). Throws
   /// StateError as run.
   void run_here(const std::function<void()>& work);
+
+  /// Whether the calling thread is at work for some call.
+  static bool at_work();
 
 #ifdef MFS_CUDA
   /// Inside run: starts Kokkos' CUDA space on the current device, unless it has been. Throws BackendError
@@ -53,6 +57,13 @@ class Engine {
   struct State;
   State* state_;  // lives as long as the engine's threads: as long as the process
 };
+
+/// Whether several threads may have factors of one thread each at work at the same time.
+#ifdef MFS_SHARED_KOKKOS
+constexpr bool kManyAtWork = false;  // Kokkos' Serial has one scratch memory for a process
+#else
+constexpr bool kManyAtWork = true;
+#endif
 
 /// Kokkos' OpenMP space has room for no more.
 constexpr int kMostThreads = 512;

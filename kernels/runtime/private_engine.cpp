@@ -141,12 +141,13 @@ struct Engine::State {
     return kokkos;
   }
 
-  void give_back(Team* team) {
+  // `team`: null where none was to be had.
+  void give_back(Team* team, Needs needs) {
     const std::lock_guard<std::mutex> lock(mutex);
-    if (team && team != kokkos) {
-      idle.push_back(team);  // there is room
-    } else {
+    if (needs == Needs::kokkos) {
       kokkos_taken = false;
+    } else if (team) {
+      idle.push_back(team);  // there is room
     }
     changed.notify_all();
   }
@@ -174,19 +175,21 @@ void Engine::use_cuda() {
 
 void Engine::run(int threads, const std::function<void()>& work, const std::function<void()>& idle,
                  Needs needs) {
+  if (needs == Needs::threads && at_work()) return run_here(work);
   check_process(state_->process);
   state_->admit(threads, needs);
   // Processors are left when the work is done, the team when the caller has seen that.
   struct Lease {
     State& state;
     const int threads;
+    const Needs needs;
     bool working = true;
     Team* team = nullptr;
     ~Lease() {
       if (working) state.leave(threads);
-      state.give_back(team);
+      state.give_back(team, needs);
     }
-  } lease{*state_, threads};
+  } lease{*state_, threads, needs};
   lease.team = needs == Needs::kokkos ? state_->take_kokkos() : state_->take_team(threads);
   lease.team->run(threads, work, idle, [&lease] {
     lease.state.leave(lease.threads);

@@ -2,6 +2,7 @@
 
 #include <omp.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <memory>
@@ -10,11 +11,13 @@
 #include <utility>
 #include <vector>
 
+#include "kernels/runtime/engine.hpp"
+
 namespace mfs {
 
 namespace {
 
-thread_local int threads_here = 1;
+thread_local int threads_here = 0;  // 0: not at work
 
 // Kokkos and OpenMP's library take some KiB for each thread when they start, and some hundred for all.
 constexpr std::size_t kThreadMemory = 1 << 20;
@@ -59,7 +62,10 @@ void ask_for_threads(int count) {
 }  // namespace
 
 int team_threads() {
-  return threads_here;
+  return std::max(threads_here, 1);
+}
+bool Engine::at_work() {
+  return threads_here > 0;
 }
 TeamScope::TeamScope(int threads) : before_(std::exchange(threads_here, threads)) {}
 TeamScope::~TeamScope() {

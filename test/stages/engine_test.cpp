@@ -74,9 +74,8 @@ TEST(Engine, CallsThatWantMoreWait) {
 TEST(Engine, ALoopHasTheThreadsOfItsTeam) {
   for (const int threads : {1, 3, 2, 5, 1}) {
     std::vector<int> by(64, -1);
-    run(threads, [&] {
-      for_each_index(HostThreads(), "test", 64, [&](Offset i) { by[i] = omp_get_thread_num(); });
-    });
+    run(threads,
+        [&] { for_each_index(HostThreads(), "test", 64, [&](Offset i) { by[i] = omp_get_thread_num(); }); });
     EXPECT_EQ(std::set<int>(by.begin(), by.end()).size(), static_cast<std::size_t>(threads));
     EXPECT_EQ(team_threads(), 1) << "outside";
   }
@@ -119,8 +118,7 @@ TEST(Engine, CallsFromAnIdleCallerFindTheirTeam) {
   auto done = inner_done.get_future();
   bool called = false;
   run(
-      1,
-      [&] { EXPECT_EQ(done.wait_for(std::chrono::seconds(60)), std::future_status::ready); },
+      1, [&] { EXPECT_EQ(done.wait_for(std::chrono::seconds(60)), std::future_status::ready); },
       [&] {
         if (std::exchange(called, true)) return;
         run(1, [] {});

@@ -17,7 +17,8 @@ class Team {
   using Prepare = void (*)(Team& team, int threads);
 
   /// Starts its thread, which lives as long as the process, and so does the team. `beside_device`: who waits
-  /// looks for up to 2 ms before it sleeps, once a device is in use. Throws std::system_error, std::bad_alloc.
+  /// looks for up to 2 ms before it sleeps, once a device is in use. Throws std::system_error,
+  /// std::bad_alloc.
   static Team* start(Prepare prepare, bool beside_device);
 
   /// As Engine::run, for one caller at a time; `released` is called in the team's thread when the work is
@@ -45,7 +46,7 @@ class Team {
 
   const Prepare prepare_;
   const bool beside_device_;
-  int granted_ = 0;  // threads that there are; only the team's thread looks
+  int granted_ = 0;   // threads that there are; only the team's thread looks
   std::mutex mutex_;  // guards what follows
   std::condition_variable changed_;
   std::atomic<const std::function<void()>*> work_{nullptr};

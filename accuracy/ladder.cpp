@@ -20,7 +20,7 @@ std::unique_ptr<Factorization<Value>> make_factorization(HostSpace space,
                                                          std::shared_ptr<const SymbolicPlan> plan,
                                                          std::shared_ptr<const Pattern> pattern) {
   if (space == HostSpace::serial)
-    return std::make_unique<AccuracyLadder<Kokkos::Serial, Value>>(std::move(factors), std::move(plan),
+    return std::make_unique<AccuracyLadder<OneThread, Value>>(std::move(factors), std::move(plan),
                                                                    std::move(pattern));
   return std::make_unique<AccuracyLadder<HostThreads, Value>>(std::move(factors), std::move(plan),
                                                               std::move(pattern));

@@ -46,6 +46,7 @@ struct Planned {
   std::function<std::unique_ptr<Product>()> make;
   /// The operations by step of the plan; empty where they are those of its blocks.
   std::vector<BlockFlops> step_flops{};
+  bool one_thread = false;  // does all work of the product, in whatever thread that is
 };
 
 /// What factor() did, and the largest scaled entry of the matrix.

@@ -48,6 +48,13 @@ class Dissection {
     return std::move(order_);
   }
 
+  std::vector<Vertex> run_by_degree() {
+    order_dense_last(1);
+    const SubGraph rest = whole_graph(graph_, dense_, 1);
+    if (rest.size() > 0) order_leaf(rest, 0, 0);
+    return std::move(order_);
+  }
+
  private:
   /// The dense vertices take the last positions, the densest the very last.
   void order_dense_last(int threads) {
@@ -181,6 +188,11 @@ class Dissection {
 std::vector<Vertex> nested_dissection(const Graph& graph, const AnalysisOptions& options, int threads,
                                       const OrderingProgress& progress) {
   return Dissection(graph, options, progress).run(threads);
+}
+
+std::vector<Vertex> minimum_degree_order(const Graph& graph, const AnalysisOptions& options) {
+  const OrderingProgress nobody;
+  return Dissection(graph, options, nobody).run_by_degree();
 }
 
 }  // namespace mfs

@@ -1,5 +1,6 @@
 #include "ordering/order_matrix.hpp"
 
+#include <numeric>
 #include <utility>
 
 #include <mfs/error.hpp>
@@ -36,14 +37,43 @@ struct OrderedGraph {
   std::vector<Vertex> order;
 };
 
-double elimination_flops(const OrderedGraph& ordered, int threads) {
-  const EliminationTree tree = elimination_tree(ordered.compressed.graph, ordered.order, threads);
+double elimination_flops(const Graph& graph, const std::vector<Vertex>& order, int threads) {
+  const EliminationTree tree = elimination_tree(graph, order, threads);
   double flops = 0;
   for (std::size_t p = 0; p < tree.order.size(); ++p) {
-    const double weight = ordered.compressed.graph.weight[tree.order[p]], count = tree.count[p];
+    const double weight = graph.weight[tree.order[p]], count = tree.count[p];
     flops += 2 * weight * count * (count - weight);
   }
   return flops;
+}
+
+/// Whether minimum degree is tried before dissection: it is a small part of its time for graphs of at most so
+/// many vertices and so many neighbours of each, and below so few the time is little. Where the caller says
+/// what a leaf is, the graph is dissected.
+bool tries_minimum_degree(const Graph& graph, const AnalysisOptions& options) {
+  constexpr Vertex kFewVertices = 1000, kManyVertices = 20000;
+  constexpr Offset kFewNeighbors = 10;
+  return options.leaf_size == AnalysisOptions().leaf_size && graph.n >= kFewVertices &&
+         graph.n <= kManyVertices && static_cast<Offset>(graph.neighbors.size()) <= kFewNeighbors * graph.n;
+}
+
+/// The order of minimum degree is kept where it makes at most so many operations for each unknown.
+/// Dissection takes 20 to 50 us for one, as long as some 10 factorizations that make no more, and saves a
+/// part of their operations at best (2026-11: circuits and grids of 500 to 1500 unknowns,
+/// docs/experiments/ordering.md).
+constexpr double kFewFlops = 3000;
+
+std::vector<Vertex> order_graph(const Graph& graph, const AnalysisOptions& options, int threads,
+                                const OrderingProgress& progress) {
+  if (tries_minimum_degree(graph, options)) {
+    std::vector<Vertex> order = minimum_degree_order(graph, options);
+    const double unknowns = std::accumulate(graph.weight.begin(), graph.weight.end(), 0.0);
+    if (elimination_flops(graph, order, threads) <= kFewFlops * unknowns) {
+      if (progress) progress(1.0);
+      return order;
+    }
+  }
+  return nested_dissection(graph, options, threads, progress);
 }
 
 /// What the ordering reads of `matched`, with only those pairs in which both diagonals are weak.
@@ -65,7 +95,7 @@ OrderedGraph dissect(const Pattern& pattern, const MatchedScaling& matched, cons
   const auto dissected = [&](const MatchedScaling& joined, const OrderingProgress& heard) {
     OrderedGraph result;
     result.compressed = compressed_graph(pattern, joined, threads);
-    result.order = nested_dissection(result.compressed.graph, options, threads, heard);
+    result.order = order_graph(result.compressed.graph, options, threads, heard);
     return result;
   };
   if (matched.weak.unknown.empty()) return dissected(matched, progress);
@@ -75,7 +105,10 @@ OrderedGraph dissect(const Pattern& pattern, const MatchedScaling& matched, cons
   parted.order = std::move(deferral.order);
   if (deferral.moved <= kManyMoved * parted.compressed.graph.n) return parted;
   OrderedGraph paired = dissected(matched, {});
-  return elimination_flops(paired, threads) < elimination_flops(parted, threads) ? paired : parted;
+  const auto flops_of = [&](const OrderedGraph& ordered) {
+    return elimination_flops(ordered.compressed.graph, ordered.order, threads);
+  };
+  return flops_of(paired) < flops_of(parted) ? paired : parted;
 }
 
 }  // namespace

@@ -15,10 +15,11 @@ using OrderingProgress = std::function<void(double)>;
 /// Whether the caller gives the elimination order or the tree: both are kept as they are.
 bool brings_order(const AnalysisOptions& options);
 
-/// Graph of Ahat + Ahat^T, compression, nested dissection (or the caller's permutation or tree),
-/// amalgamation. The tree is the same for any number of threads. Unknowns joined by `matched.pair` share a
-/// tree node; those in `matched.weak` may instead come later than a partner of their own. Throws InvalidInput
-/// (the name of an option: "permutation", "tree", "leaf_size", ...), OutOfMemory, BackendError (METIS, CAMD).
+/// Graph of Ahat + Ahat^T, compression, nested dissection (or minimum degree where that makes few operations,
+/// or the caller's permutation or tree), amalgamation. The tree is the same for any number of threads.
+/// Unknowns joined by `matched.pair` share a tree node; those in `matched.weak` may instead come later than a
+/// partner of their own. Throws InvalidInput (the name of an option: "permutation", "tree", "leaf_size",
+/// ...), OutOfMemory, BackendError (METIS, CAMD).
 SeparatorTree order_matrix(const Pattern& pattern, const MatchedScaling& matched,
                            const AnalysisOptions& options, int threads,
                            const OrderingProgress& progress = {});

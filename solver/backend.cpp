@@ -52,13 +52,14 @@ Planned<Factorization<Scalar>> plan_on_host(HostSpace space, bool single_precisi
                                             std::shared_ptr<const Pattern> pattern, int threads) {
   const NumericBytes bytes =
       numeric_bytes(*plan, single_precision ? sizeof(Narrow<Scalar>) : sizeof(Scalar), sizeof(Scalar));
-  return {bytes, plan->flops, {}, [=] {
-            const auto needed = static_cast<std::size_t>(bytes.total());
-            const std::size_t available = available_host_memory();
-            if (needed > available) throw OutOfMemory(MemorySpace::host, needed, available);
-            auto factors = make_host_factors<Scalar>(space, single_precision, plan, pattern, threads);
-            return make_factorization<Scalar>(space, std::move(factors), plan, pattern);
-          }};
+  const auto make = [=] {
+    const auto needed = static_cast<std::size_t>(bytes.total());
+    const std::size_t available = available_host_memory();
+    if (needed > available) throw OutOfMemory(MemorySpace::host, needed, available);
+    auto factors = make_host_factors<Scalar>(space, single_precision, plan, pattern, threads);
+    return make_factorization<Scalar>(space, std::move(factors), plan, pattern);
+  };
+  return {bytes, plan->flops, {}, make, {}, space == HostSpace::serial};
 }
 
 template <class Scalar>
@@ -84,7 +85,7 @@ class OpenMPBackend final : public BackendFor<Scalar> {
     // Below about a millisecond of work, waking other threads costs more than they save; with a BLAS that
     // only one thread may call, they would do harm.
     constexpr double kSerialFlops = 2e7;
-    const bool serial = plan->flops.total() < kSerialFlops || !blas::many_callers();
+    const bool serial = threads == 1 || plan->flops.total() < kSerialFlops || !blas::many_callers();
     return plan_on_host<Scalar>(serial ? HostSpace::serial : HostSpace::openmp, single_precision,
                                 std::move(plan), std::move(pattern), threads);
   }
@@ -107,6 +108,7 @@ class CudaBackend final : public BackendFor<Scalar> {
     cuda::require_device();
   }
   Precision automatic_precision() const override { return mfs::automatic_precision(cuda::speed_of_single()); }
+  bool uses_kokkos() const override { return true; }
   AssemblyTurns assembly_turns() const override { return kAssemblyTurns; }
   std::size_t available_memory() const override { return cuda::available_device_memory(); }
   std::future<void> load_beside(bool single_precision, const Pattern& pattern) const override {
@@ -143,6 +145,7 @@ class PortableBackend final : public BackendFor<Scalar> {
     if (!portable::on_host()) cuda::require_device();
   }
   bool one_thread() const override { return !portable::has_threads(); }
+  bool uses_kokkos() const override { return true; }
   Precision automatic_precision() const override {
     return portable::on_host() ? Precision::full : mfs::automatic_precision(cuda::speed_of_single());
   }

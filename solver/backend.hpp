@@ -25,6 +25,8 @@ class BackendRules {
   virtual void check(const Options& options) const;
   /// Whether every phase has one thread, whatever is asked for.
   virtual bool one_thread() const { return false; }
+  /// Whether its work starts kernels of Kokkos.
+  virtual bool uses_kokkos() const { return false; }
   /// What Precision::automatic is.
   virtual Precision automatic_precision() const { return Precision::full; }
   /// How its plans assemble contribution blocks.

@@ -96,7 +96,7 @@ void MatrixFactors<Scalar>::refactor_device(const Scalar* values, void* stream) 
 
 template <class Scalar>
 const TransposedPattern& MatrixFactors<Scalar>::transposed_pattern() {
-  if (!transposed_pattern_) transposed_pattern_ = transpose(*analysis_->pattern, phases_.threads());
+  if (!transposed_pattern_) transposed_pattern_ = transpose(*analysis_->pattern, phases_.threads_at_work());
   return *transposed_pattern_;
 }
 
@@ -203,12 +203,15 @@ void MatrixFactors<Scalar>::plan_numeric(Analysis& analysis) {
 template <class Scalar>
 void MatrixFactors<Scalar>::make_numeric() {
   std::unique_ptr<Factorization<Scalar>> made;
+  bool one_thread = false;
   phases_.run("factor", [&] {
     if (!planned_.make) planned_ = planned_for(analysis_->plan, analysis_->pattern);
     const auto planned = std::exchange(planned_, {});  // good once
+    one_thread = planned.one_thread;
     made = planned.make();
   });
   numeric_ = std::move(made);
+  phases_.work_with_one_thread(one_thread);
   report_movement(numeric_->factors().movement());  // of a plan for less memory, perhaps
   use_scales(analysis_->matched.row_scale, analysis_->matched.column_scale);
 }
@@ -224,7 +227,7 @@ void MatrixFactors<Scalar>::rescale(const Scalar* b, bool transposed) {
   report_.rung = Rung::rescaling;
   phases_.run("factor", [&] {
     const PowerScaling scaling = scaling_by_size(*analysis_->pattern, numeric_->factors().matrix().values, b,
-                                                 transposed, phases_.threads());
+                                                 transposed, phases_.threads_at_work());
     use_scales(powers_of_two(scaling.row), powers_of_two(scaling.column));
   });
   rescaled_ = true;
@@ -235,8 +238,8 @@ void MatrixFactors<Scalar>::rescale(const Scalar* b, bool transposed) {
 template <class Scalar>
 void MatrixFactors<Scalar>::check(const CsrView<Scalar>& a, bool pattern) {
   phases_.run("factor", [&] {
-    if (pattern) check_same_pattern(*analysis_->pattern, a, phases_.threads());
-    check_values(a, phases_.threads());
+    if (pattern) check_same_pattern(*analysis_->pattern, a, phases_.threads_at_work());
+    check_values(a, phases_.threads_at_work());
   });
 }
 
@@ -274,7 +277,7 @@ template <class Scalar>
 void MatrixFactors<Scalar>::take_values(const CsrView<Scalar>& a) {
   begin_values();
   phases_.run("factor", [&] {
-    sum_into_slots(*analysis_->pattern, a, numeric_->factors().matrix_values(), phases_.threads());
+    sum_into_slots(*analysis_->pattern, a, numeric_->factors().matrix_values(), phases_.threads_at_work());
   });
 }
 
@@ -374,9 +377,9 @@ bool MatrixFactors<Scalar>::merge_failed_fronts(double allowed_flops) {
   bool fits = false;
   phases_.run("symbolic", [&] {
     const SeparatorTree tree = merge_into_parents(*analysis_->plan, numeric_->failed_fronts());
-    plan = std::make_shared<SymbolicPlan>(
-        make_symbolic_plan(*analysis_->pattern, analysis_->matched.row_order, tree,
-                           options_.analysis.max_block_size, phases_.threads(), backend_.assembly_turns()));
+    plan = std::make_shared<SymbolicPlan>(make_symbolic_plan(
+        *analysis_->pattern, analysis_->matched.row_order, tree, options_.analysis.max_block_size,
+        phases_.threads_at_work(), backend_.assembly_turns()));
     const bool cheap =
         plan->num_fronts != analysis_->plan->num_fronts && plan->flops.total() <= allowed_flops;
     if (!cheap) return;

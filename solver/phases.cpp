@@ -10,15 +10,26 @@
 
 namespace mfs {
 
+void Phases::run_here(const char* phase, const std::function<void()>& work) {
+  if (logs(1)) log(1, phase);
+  try {
+    Engine::instance().run_here(work);
+  } catch (const std::bad_alloc&) {
+    throw OutOfMemory(MemorySpace::host, 0, available_host_memory());
+  }
+}
+
 void Phases::run_in_engine(const char* phase, int threads, const std::function<void()>& work) {
+  const Needs needs = uses_kokkos_ ? Needs::kokkos : Needs::threads;
   tell(phase, 0.0);
   log(1, phase);
   try {
     if (options_.progress) {
-      Engine::instance().run(threads, work, [this] { report_progress(); });
+      Engine::instance().run(
+          threads, work, [this] { report_progress(); }, needs);
       report_progress();
     } else {
-      Engine::instance().run(threads, work);
+      Engine::instance().run(threads, work, {}, needs);
     }
   } catch (const std::bad_alloc&) {
     throw OutOfMemory(MemorySpace::host, 0, available_host_memory());

@@ -4,6 +4,7 @@
 #include <limits>
 #include <new>
 
+#include "solver/backend.hpp"
 #include "solver/block_solve.hpp"
 #include "solver/depth_table.hpp"
 #include "solver/failing_system.hpp"
@@ -60,7 +61,8 @@ struct BasicSolver<Scalar>::Impl {
 
   const Options options;
   Report report;
-  Phases phases{options, threads_of(options), analysis_threads_of(options)};
+  Phases phases{options, threads_of(options), analysis_threads_of(options),
+                rules_of(options.backend).uses_kokkos()};
   MatrixFactors<Scalar> factors{options, phases, report};
   BlockSolve<Scalar> solves{options, phases, factors, report};
 };

@@ -235,12 +235,23 @@ double estimate_norm(Vertex n, const std::function<void(Scalar*)>& apply,
 
 namespace {
 
+// What the scopes of a process have in common; `guard` guards it.
+struct Scopes {
+  std::mutex guard;
+  int open = 0, callers = 0;  // scopes, and the threads that call BLAS in them
+  int threads_before = 0;     // of BLAS, when the first was opened
+  int buffers = 0;            // that OpenBLAS has
+  /// Held in every scope where only one thread may call BLAS.
+  std::recursive_mutex one_caller;
+};
+Scopes& scopes() {
+  static auto* const all = new Scopes;  // never destroyed: threads may outlive static destructors
+  return *all;
+}
+
 // A buffer that was given back stays with OpenBLAS, so `callers` of them held together are enough for good.
-void take_buffers(int callers) {
-  static std::mutex mutex;
-  static int taken = 0;
+void take_buffers(int callers, int& taken) {
   if (!blas_memory_alloc || !blas_memory_free) return;
-  const std::lock_guard<std::mutex> lock(mutex);
   if (callers <= taken) return;
   std::vector<void*> held;
   held.reserve(static_cast<std::size_t>(callers));
@@ -264,22 +275,37 @@ struct LetTheProcessEnd {
 
 }  // namespace
 
-SequentialScope::SequentialScope(int callers) {
-  take_buffers(callers);
+SequentialScope::SequentialScope(int callers) : callers_(callers) {
+  Scopes& all = scopes();
+  std::unique_lock<std::recursive_mutex> only_caller(all.one_caller, std::defer_lock);
+  if (!many_callers()) only_caller.lock();
+  const std::lock_guard<std::mutex> lock(all.guard);
+  take_buffers(all.callers + callers, all.buffers);
   if (MKL_Set_Num_Threads_Local) {
     previous_ = MKL_Set_Num_Threads_Local(1);
-  } else if (openblas_get_num_threads && openblas_set_num_threads) {
-    previous_ = openblas_get_num_threads();
-    if (previous_ != 1) openblas_set_num_threads(1);
+  } else if (openblas_get_num_threads && openblas_set_num_threads && all.open == 0) {
+    all.threads_before = openblas_get_num_threads();
+    if (all.threads_before != 1) openblas_set_num_threads(1);
   }
+  ++all.open;
+  all.callers += callers;
+  alone_ = only_caller.owns_lock();
+  only_caller.release();
 }
 
 SequentialScope::~SequentialScope() {
-  if (MKL_Set_Num_Threads_Local) {
-    MKL_Set_Num_Threads_Local(previous_);
-  } else if (previous_ > 1) {
-    openblas_set_num_threads(previous_);
+  Scopes& all = scopes();
+  {
+    const std::lock_guard<std::mutex> lock(all.guard);
+    all.callers -= callers_;
+    --all.open;
+    if (MKL_Set_Num_Threads_Local) {
+      MKL_Set_Num_Threads_Local(previous_);
+    } else if (all.open == 0 && all.threads_before > 1) {
+      openblas_set_num_threads(all.threads_before);
+    }
   }
+  if (alone_) all.one_caller.unlock();
 }
 
 namespace {

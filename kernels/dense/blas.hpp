@@ -40,8 +40,9 @@ template <class Scalar>
 double estimate_norm(Vertex n, const std::function<void(Scalar*)>& apply,
                      const std::function<void(Scalar*)>& apply_adjoint);
 
-/// While it lives, BLAS calls of this process run on their calling thread: MFS runs its own threads, and the
-/// two must not multiply. Puts back what was set before.
+/// While one lives, BLAS calls of this process run on their calling thread: MFS runs its own threads, and the
+/// two must not multiply. The last one of a process puts back what was set before the first. Where only one
+/// thread may call BLAS (many_callers), scopes of other threads wait. Scopes of one thread may be nested.
 class SequentialScope {
  public:
   /// `callers` threads call BLAS at the same time. OpenBLAS keeps a buffer of 128 MiB of address space for
@@ -53,7 +54,9 @@ class SequentialScope {
   SequentialScope& operator=(const SequentialScope&) = delete;
 
  private:
+  const int callers_;
   int previous_ = 0;
+  bool alone_ = false;
 };
 
 /// Whether several threads may call BLAS at the same time. OpenBLAS compiled without threads (Debian 12:

@@ -1,9 +1,11 @@
-// Where Kokkos runs. With its private Kokkos (private_engine.cpp), MFS owns one thread that initializes
-// Kokkos and starts all of its kernels: Kokkos 3.4's OpenMP accepts only the thread that initialized it,
-// while callers come from any thread, with any OpenMP settings of their own, which then stay as they are. A
-// call hands its work over and waits. With the program's Kokkos (shared_engine.cpp) the program starts and
-// ends it, and the calling thread starts the kernels. What Kokkos and OpenMP leave a process made by fork is
-// of no use: there the engine refuses to run.
+// Where work runs. With its private Kokkos (private_engine.cpp) MFS owns teams of threads, as many as calls
+// have been at work at the same time: a call is admitted when as many processors as it has threads are left
+// by the others, takes a team, hands its work over and waits (kernels/runtime/team.hpp). Work of one thread
+// needs none of that and runs in the thread that calls. One team, started when it is first needed, is that of
+// Kokkos: 3.4's OpenMP accepts only the thread that initialized it, so calls that start kernels of Kokkos are
+// served one after another. With the program's Kokkos (shared_engine.cpp) the program starts and ends it, the
+// calling thread starts the kernels, and all calls wait for each other. What Kokkos and OpenMP leave a
+// process made by fork is of no use: there the engine refuses to run.
 #pragma once
 
 #include <sys/types.h>
@@ -12,18 +14,31 @@
 
 namespace mfs {
 
+/// Whether work starts kernels of Kokkos.
+enum class Needs { threads, kokkos };
+
 class Engine {
  public:
   /// The engine of this process; started by the first call, alive until the process ends.
   static Engine& instance();
 
   /// Runs `work` with `threads` OpenMP threads (a shared Kokkos: with as many as it has) and returns when it
-  /// is done; what it throws is thrown here. Calls from several threads wait for each other. Meanwhile `idle`
-  /// (if any) is called about ten times per second, in the calling thread unless that is at work (a shared
-  /// Kokkos); what it throws is thrown here once `work` is done. Throws StateError in a process that was
-  /// forked from the engine's, or where a shared Kokkos takes no calls, std::system_error where the system
-  /// refuses threads.
-  void run(int threads, const std::function<void()>& work, const std::function<void()>& idle = {});
+  /// is done; what it throws is thrown here. Meanwhile `idle` (if any) is called about ten times per second,
+  /// in the calling thread unless that is at work (a shared Kokkos); what it throws is thrown here once
+  /// `work` is done. Waits for calls of other threads that leave too few processors. Work that calls this for
+  /// other work, which needs no Kokkos, has it done in its own thread. Throws StateError in a process that
+  /// was forked from the engine's, or where a shared Kokkos takes no calls, std::system_error where the
+  /// system refuses threads.
+  void run(int threads, const std::function<void()>& work, const std::function<void()>& idle = {},
+           Needs needs = Needs::kokkos);
+
+  /// Runs work of one thread that starts no kernels of Kokkos in the thread that calls, whose settings of
+  /// OpenMP and of floating point are put back at its end. Waits for nobody (a shared Kokkos: as run). Throws
+  /// StateError as run.
+  void run_here(const std::function<void()>& work);
+
+  /// Whether the calling thread is at work for some call.
+  static bool at_work();
 
 #ifdef MFS_CUDA
   /// Inside run: starts Kokkos' CUDA space on the current device, unless it has been. Throws BackendError
@@ -40,8 +55,15 @@ class Engine {
   /// Throws StateError in a process other than `process`.
   static void check_process(pid_t process);
   struct State;
-  State* state_;  // lives as long as the engine's thread: as long as the process
+  State* state_;  // lives as long as the engine's threads: as long as the process
 };
+
+/// Whether several threads may have factors of one thread each at work at the same time.
+#ifdef MFS_SHARED_KOKKOS
+constexpr bool kManyAtWork = false;  // Kokkos' Serial has one scratch memory for a process
+#else
+constexpr bool kManyAtWork = true;
+#endif
 
 /// Kokkos' OpenMP space has room for no more.
 constexpr int kMostThreads = 512;

@@ -1,170 +1,159 @@
-// The engine with a Kokkos of its own (MFS_KOKKOS=private).
+// The engine with a Kokkos of its own (MFS_KOKKOS=private): calls have teams of threads from one pool.
 #include <omp.h>
 #include <unistd.h>
 
-#include <atomic>
-#include <chrono>
 #include <condition_variable>
+#include <cstdint>
 #include <cstdlib>
 #include <exception>
-#include <memory>
 #include <mutex>
-#include <new>
-#include <system_error>
-#include <thread>
 #include <vector>
 
 #include <Kokkos_Core.hpp>
 
+#include "kernels/runtime/callers_settings.hpp"
 #include "kernels/runtime/engine.hpp"
+#include "kernels/runtime/team.hpp"
 
 namespace mfs {
 
 namespace {
 
-// Kokkos and OpenMP's library take some KiB for each thread when they start, and some hundred for all.
-constexpr std::size_t kThreadMemory = 1 << 20;
+#if KOKKOS_VERSION >= 30700
+using Settings = Kokkos::InitializationSettings;
+#else
+using Settings = Kokkos::InitArguments;
+#endif
 
-// OpenMP's library ends the process where the system refuses it a thread, and so does Kokkos where its
-// threads find no memory. So threads and memory are asked for here first, all at once, and a refusal is
-// thrown. The C library gives a thread that allocates 64 MiB of address space, which outlive it: so each
-// allocates while the stacks of all are there, as else the last of them could take the place that the first
-// ones' stacks have left.
-void ask_for_threads(int count) {
-  std::mutex mutex;
-  std::condition_variable changed;
-  int there = -1, settled = 0;  // -1: not all yet
-  bool memory_refused = false;
-  const auto settle = [&] {
-    std::unique_lock<std::mutex> lock(mutex);
-    changed.wait(lock, [&] { return there >= 0; });
-    void* const volatile taken = std::malloc(kThreadMemory);
-    if (!taken) memory_refused = true;
-    if (++settled == there + 1) changed.notify_all();
-    changed.wait(lock, [&] { return settled == there + 1; });  // with that of the caller
-    std::free(taken);
-  };
-  std::vector<std::thread> granted;
-  std::exception_ptr refusal;
-  try {
-    for (int k = 0; k < count; ++k) granted.emplace_back(settle);
-  } catch (...) {
-    refusal = std::current_exception();
+void start_kokkos(const Settings& settings) {
+#ifdef KOKKOS_ENABLE_CUDA
+  // Kokkos::initialize would want a device now, also where none is asked for or there.
+  Kokkos::Impl::pre_initialize(settings);
+#if KOKKOS_VERSION >= 30700
+  Kokkos::Serial::impl_initialize(settings);
+  Kokkos::OpenMP::impl_initialize(settings);
+#else
+  Kokkos::Serial::impl_initialize();
+  Kokkos::OpenMP::impl_initialize(settings.num_threads);
+#endif
+  Kokkos::Impl::post_initialize(settings);
+#else
+  Kokkos::initialize(settings);
+#endif
+}
+
+// In the one team that uses Kokkos. Another number of threads: only the OpenMP space starts anew.
+// Kokkos::finalize would end all spaces, and Serial does not survive that in 3.4 (its scratch memory comes
+// back too small, and is overrun).
+void prepare_kokkos(Team& team, int wanted) {
+  static bool started = false;
+  static int kokkos_threads = 0;  // 0: OpenMP space not initialized
+  if (kokkos_threads == wanted) return;
+  team.have_threads(wanted);
+  kokkos_threads = 0;
+  omp_set_num_threads(wanted);  // Kokkos 3.4 counts threads by a region of as many as it may have
+#if KOKKOS_VERSION >= 30700
+  const auto settings = Settings().set_num_threads(wanted).set_disable_warnings(true);
+#else
+  Settings settings;
+  settings.num_threads = wanted;
+  settings.disable_warnings = true;
+#endif
+  if (!started) {
+    start_kokkos(settings);
+    started = true;
+  } else {
+    Kokkos::OpenMP::impl_finalize();
+#if KOKKOS_VERSION >= 30700
+    Kokkos::OpenMP::impl_initialize(settings);
+#else
+    Kokkos::OpenMP::impl_initialize(wanted);
+#endif
   }
-  {
-    const std::lock_guard<std::mutex> lock(mutex);
-    there = static_cast<int>(granted.size());
-  }
-  changed.notify_all();
-  settle();
-  for (std::thread& thread : granted) thread.join();
-  if (refusal) std::rethrow_exception(refusal);
-  if (memory_refused) throw std::bad_alloc();
+  kokkos_threads = wanted;
+}
+
+void prepare_threads(Team& team, int wanted) {
+  team.have_threads(wanted);
 }
 
 }  // namespace
 
+// Who may work at a time, and the teams that there are.
 struct Engine::State {
   const pid_t process = getpid();
-  std::mutex caller;  // one caller at a time
-  std::mutex mutex;   // guards what follows
+  const int processors = available_threads();
+  std::mutex mutex;  // guards what follows
   std::condition_variable changed;
-  std::atomic<const std::function<void()>*> work{nullptr};
-  int threads = 0;
-  std::atomic<bool> done{false};
-  std::exception_ptr error;
+  std::uint64_t arrived = 0, admitted = 0;  // calls; they are admitted in the order in which they arrive
+  int busy = 0;                             // threads at work
+  bool kokkos_taken = false;
+  Team* kokkos = nullptr;
+  std::vector<Team*> idle;
+  std::size_t teams = 0;  // without that of Kokkos
 
-  int kokkos_threads = 0;  // 0: OpenMP space not initialized; only the engine's thread looks
-
-#if KOKKOS_VERSION >= 30700
-  using Settings = Kokkos::InitializationSettings;
-#else
-  using Settings = Kokkos::InitArguments;
-#endif
-  bool started = false;
-
-  static void start(const Settings& settings) {
-#ifdef KOKKOS_ENABLE_CUDA
-    // Kokkos::initialize would want a device now, also where none is asked for or there.
-    Kokkos::Impl::pre_initialize(settings);
-#if KOKKOS_VERSION >= 30700
-    Kokkos::Serial::impl_initialize(settings);
-    Kokkos::OpenMP::impl_initialize(settings);
-#else
-    Kokkos::Serial::impl_initialize();
-    Kokkos::OpenMP::impl_initialize(settings.num_threads);
-#endif
-    Kokkos::Impl::post_initialize(settings);
-#else
-    Kokkos::initialize(settings);
-#endif
+  // Waits until so many processors are left by others, or all of them.
+  void admit(int threads, Needs needs) {
+    std::unique_lock<std::mutex> lock(mutex);
+    const std::uint64_t mine = arrived++;
+    changed.wait(lock, [&] {
+      const bool room = busy == 0 || busy + threads <= processors;
+      return mine == admitted && room && !(needs == Needs::kokkos && kokkos_taken);
+    });
+    ++admitted;
+    busy += threads;
+    if (needs == Needs::kokkos) kokkos_taken = true;
+    changed.notify_all();
   }
 
-  // Another number of threads: only the OpenMP space starts anew. Kokkos::finalize would end all spaces, and
-  // Serial does not survive that in 3.4 (its scratch memory comes back too small, and is overrun).
-  void use_threads(int wanted) {
-    if (kokkos_threads == wanted) return;
-    ask_for_threads(wanted - 1);
-    kokkos_threads = 0;
-    omp_set_num_threads(wanted);  // Kokkos 3.4 counts threads by a region of as many as it may have
-#if KOKKOS_VERSION >= 30700
-    const auto settings = Kokkos::InitializationSettings().set_num_threads(wanted).set_disable_warnings(true);
-#else
-    Kokkos::InitArguments settings;
-    settings.num_threads = wanted;
-    settings.disable_warnings = true;
-#endif
-    if (!started) {
-      start(settings);
-      started = true;
-    } else {
-      Kokkos::OpenMP::impl_finalize();
-#if KOKKOS_VERSION >= 30700
-      Kokkos::OpenMP::impl_initialize(settings);
-#else
-      Kokkos::OpenMP::impl_initialize(wanted);
-#endif
-    }
-    kokkos_threads = wanted;
+  void leave(int threads) {
+    const std::lock_guard<std::mutex> lock(mutex);
+    busy -= threads;
+    changed.notify_all();
   }
 
-  // With a device, calls of a millisecond follow each other, and being woken up for each, on both sides,
-  // takes a tenth of that. So who waits looks for a while, leaving its processor to others, before it sleeps.
-  static inline std::atomic<bool> has_device{false};
-  template <class Ready>
-  static void look_for(const Ready& ready) {
-    if (!has_device) return;
-    const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(2);
-    while (!ready() && std::chrono::steady_clock::now() < end) std::this_thread::yield();
-  }
-
-  void serve() {
-    for (;;) {
-      const auto asked = [this] { return work != nullptr; };
-      look_for(asked);
-      std::unique_lock<std::mutex> lock(mutex);
-      changed.wait(lock, asked);
-      const std::function<void()>& task = *work;
-      lock.unlock();
+  // The team that had so many threads last, if there is one. Where the system refuses a new one, that which
+  // is free next.
+  Team* take_team(int threads) {
+    std::unique_lock<std::mutex> lock(mutex);
+    if (idle.empty()) {
       try {
-        use_threads(threads);
-        task();
-      } catch (...) {
-        error = std::current_exception();
+        idle.reserve(teams + 1);
+        Team* const team = Team::start(prepare_threads, false);
+        ++teams;
+        return team;
+      } catch (const std::exception&) {
+        if (teams == 0) throw;
       }
-      lock.lock();
-      work = nullptr;
-      done = true;
-      changed.notify_all();
+      changed.wait(lock, [this] { return !idle.empty(); });
     }
+    std::size_t k = idle.size() - 1;
+    while (k > 0 && idle[k]->threads() != threads) --k;
+    Team* const team = idle[k];
+    idle[k] = idle.back();
+    idle.pop_back();
+    return team;
+  }
+
+  Team* take_kokkos() {
+    const std::lock_guard<std::mutex> lock(mutex);
+    if (!kokkos) kokkos = Team::start(prepare_kokkos, true);
+    return kokkos;
+  }
+
+  // `team`: null where none was to be had.
+  void give_back(Team* team, Needs needs) {
+    const std::lock_guard<std::mutex> lock(mutex);
+    if (needs == Needs::kokkos) {
+      kokkos_taken = false;
+    } else if (team) {
+      idle.push_back(team);  // there is room
+    }
+    changed.notify_all();
   }
 };
 
-Engine::Engine() {
-  auto state = std::make_unique<State>();
-  std::thread([state = state.get()] { state->serve(); }).detach();
-  state_ = state.release();
-}
+Engine::Engine() : state_(new State) {}
 
 #ifdef MFS_CUDA
 void Engine::use_cuda() {
@@ -179,43 +168,40 @@ void Engine::use_cuda() {
 #endif
   // Otherwise Kokkos would say at the end of the process that this was forgotten.
   std::atexit([] { Kokkos::Cuda::impl_finalize(); });
-  State::has_device = true;
+  Team::has_device = true;
   started = true;
 }
 #endif
 
-void Engine::run(int threads, const std::function<void()>& work, const std::function<void()>& idle) {
+void Engine::run(int threads, const std::function<void()>& work, const std::function<void()>& idle,
+                 Needs needs) {
+  if (needs == Needs::threads && at_work()) return run_here(work);
   check_process(state_->process);
-  const std::lock_guard<std::mutex> one_caller(state_->caller);
-  const auto done = [this] { return state_->done.load(); };
-  std::unique_lock<std::mutex> lock(state_->mutex);
-  state_->threads = threads;
-  state_->done = false;
-  state_->error = nullptr;
-  state_->work = &work;
-  state_->changed.notify_all();
-  lock.unlock();
-  State::look_for(done);
-  lock.lock();
-  std::exception_ptr
-      idle_error;  // thrown only when the work is done: until then it uses what the caller lent
-  while (!done()) {
-    if (!idle || idle_error) {
-      state_->changed.wait(lock, done);
-    } else if (!state_->changed.wait_for(lock, std::chrono::milliseconds(100), done)) {
-      lock.unlock();
-      try {
-        idle();
-      } catch (...) {
-        idle_error = std::current_exception();
-      }
-      lock.lock();
+  state_->admit(threads, needs);
+  // Processors are left when the work is done, the team when the caller has seen that.
+  struct Lease {
+    State& state;
+    const int threads;
+    const Needs needs;
+    bool working = true;
+    Team* team = nullptr;
+    ~Lease() {
+      if (working) state.leave(threads);
+      state.give_back(team, needs);
     }
-  }
-  const std::exception_ptr error = state_->error ? std::move(state_->error) : idle_error;
-  state_->error = nullptr;
-  lock.unlock();
-  if (error) std::rethrow_exception(error);
+  } lease{*state_, threads, needs};
+  lease.team = needs == Needs::kokkos ? state_->take_kokkos() : state_->take_team(threads);
+  lease.team->run(threads, work, idle, [&lease] {
+    lease.state.leave(lease.threads);
+    lease.working = false;
+  });
+}
+
+void Engine::run_here(const std::function<void()>& work) {
+  check_process(state_->process);
+  const CallersSettings kept;
+  const TeamScope one(1);
+  work();
 }
 
 }  // namespace mfs

@@ -14,6 +14,7 @@
 #include <mfs/error.hpp>
 
 #include "kernels/runtime/engine.hpp"
+#include "kernels/runtime/team.hpp"
 
 namespace mfs {
 
@@ -98,14 +99,20 @@ struct Engine::State {
 
 Engine::Engine() : state_(new State) {}
 
-void Engine::run(int threads, const std::function<void()>& work, const std::function<void()>& idle) {
+void Engine::run(int threads, const std::function<void()>& work, const std::function<void()>& idle, Needs) {
   check_process(state_->process);
+  if (at_work()) return work();
   const std::lock_guard<std::mutex> one_caller(state_->caller);
   check_kokkos();
+  const TeamScope all(threads);
   const LoopThreads loops(threads);
   Beside beside(idle);
   work();
   beside.finish();
+}
+
+void Engine::run_here(const std::function<void()>& work) {
+  run(1, work);
 }
 
 #ifdef MFS_CUDA

@@ -107,8 +107,7 @@ struct RowResidual {
 template <class Exec, class Scalar>
 void residual(const Exec& exec, Vertex n, const RowAccess<Scalar>& a, const Scalar* b, const Scalar* x,
               Scalar* r, double* worst, double* size_of_row = nullptr, const RowFloor& floor = {}) {
-  Kokkos::parallel_reduce("mfs::residual", Kokkos::RangePolicy<Exec, Kokkos::IndexType<Offset>>(exec, 0, n),
-                          RowResidual<Scalar>{a, b, x, r, size_of_row, floor}, maximum_at<Exec>(worst));
+  find_maximum(exec, "mfs::residual", n, RowResidual<Scalar>{a, b, x, r, size_of_row, floor}, worst);
 }
 
 /// A sum of doubles and of products of doubles, as if in twice the precision (Ogita, Rump and Oishi 2005).

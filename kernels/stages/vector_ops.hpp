@@ -104,11 +104,9 @@ KOKKOS_INLINE_FUNCTION Kokkos::complex<double> conjugate_product(const std::comp
 /// a^H b, summed in double precision.
 template <class Exec, class Scalar>
 Scalar dot_product(const Exec& exec, Vertex n, const Scalar* a, const Scalar* b) {
-  Kokkos::complex<double> sum(0);
-  Kokkos::parallel_reduce(
-      "mfs::dot", Kokkos::RangePolicy<Exec, Kokkos::IndexType<Offset>>(exec, 0, n),
-      KOKKOS_LAMBDA(Offset i, Kokkos::complex<double> & part) { part += conjugate_product(a[i], b[i]); },
-      sum);
+  const auto sum = find_sum<Kokkos::complex<double>>(
+      exec, "mfs::dot", n,
+      KOKKOS_LAMBDA(Offset i, Kokkos::complex<double> & part) { part += conjugate_product(a[i], b[i]); });
   return from_parts<Scalar>(sum.real(), sum.imag());
 }
 
@@ -154,13 +152,6 @@ void scatter_scaled(const Exec& exec, Vertex n, Vertex columns, const Vertex* in
                  PermuteScaled<Value, false, From, To>{columns, index, scale, from, n, to, n, add});
 }
 
-/// Takes a maximum to a place in the memory of Exec, without waiting for it.
-template <class Exec>
-auto maximum_at(double* place) {
-  using Space = typename Exec::memory_space;
-  return Kokkos::Max<double, Space>(Kokkos::View<double, Space>(place));
-}
-
 /// *largest = largest |x_i| / scale[i].
 template <class Scalar>
 struct LargestUnscaled {
@@ -173,8 +164,7 @@ struct LargestUnscaled {
 };
 template <class Exec, class Scalar>
 void largest_unscaled(const Exec& exec, Vertex n, const double* scale, const Scalar* x, double* largest) {
-  Kokkos::parallel_reduce("mfs::unscaled", Kokkos::RangePolicy<Exec, Kokkos::IndexType<Offset>>(exec, 0, n),
-                          LargestUnscaled<Scalar>{scale, x}, maximum_at<Exec>(largest));
+  find_maximum(exec, "mfs::unscaled", n, LargestUnscaled<Scalar>{scale, x}, largest);
 }
 
 /// *found = 1 if an entry is NaN or infinite, else 0 or less.
@@ -187,8 +177,7 @@ struct FindNonfinite {
 };
 template <class Exec, class Scalar>
 void find_nonfinite(const Exec& exec, Offset count, const Scalar* x, double* found) {
-  Kokkos::parallel_reduce("mfs::finite", Kokkos::RangePolicy<Exec, Kokkos::IndexType<Offset>>(exec, 0, count),
-                          FindNonfinite<Scalar>{x}, maximum_at<Exec>(found));
+  find_maximum(exec, "mfs::finite", count, FindNonfinite<Scalar>{x}, found);
 }
 
 /// *largest = largest |a_ij| row_scale[i] column_scale[j].
@@ -205,9 +194,7 @@ struct LargestScaledEntry {
 };
 template <class Exec, class Scalar, class Value>
 void largest_scaled_entry(const Exec& exec, const FrontStore<Scalar, Value>& store, double* largest) {
-  Kokkos::parallel_reduce("mfs::largest",
-                          Kokkos::RangePolicy<Exec, Kokkos::IndexType<Offset>>(exec, 0, store.n),
-                          LargestScaledEntry<Scalar, Value>{store}, maximum_at<Exec>(largest));
+  find_maximum(exec, "mfs::largest", store.n, LargestScaledEntry<Scalar, Value>{store}, largest);
 }
 
 }  // namespace mfs

@@ -190,5 +190,42 @@ TEST(OrderMatrix, ProgressIsPassedOn) {
   EXPECT_GT(last, 0.5);
 }
 
+/// A grid of m x m x m points, each joined to its six neighbours.
+Entries cube(Vertex m) {
+  std::vector<std::pair<Vertex, Vertex>> edges;
+  for (Vertex v = 0; v < m * m * m; ++v) {
+    if (v % m + 1 < m) edges.emplace_back(v, v + 1);
+    if (v / m % m + 1 < m) edges.emplace_back(v, v + m);
+    if (v / (m * m) + 1 < m) edges.emplace_back(v, v + m * m);
+  }
+  return symmetric(m * m * m, edges);
+}
+
+/// Whether the tree is that of minimum degree alone, as one leaf of the dissection has it.
+bool is_by_degree(Vertex n, const Entries& entries, const AnalysisOptions& options = {}) {
+  AnalysisOptions one_leaf;
+  one_leaf.leaf_size = n;
+  const SeparatorTree found = order(n, entries, options).tree, by_degree = order(n, entries, one_leaf).tree;
+  return found.order == by_degree.order && found.parent == by_degree.parent;
+}
+
+TEST(OrderMatrix, GraphsOfLittleFillAreNotDissected) {
+  EXPECT_TRUE(is_by_degree(1024, grid(32)));
+  EXPECT_TRUE(is_by_degree(4000, path(4000)));
+  Entries hub = grid(40);  // a row that is ordered last
+  for (Vertex v = 1; v < 1600; ++v) hub[{0, v}] = hub[{v, 0}] = 0.001;
+  EXPECT_TRUE(is_by_degree(1600, hub));
+}
+
+TEST(OrderMatrix, GraphsOfMuchFillAreDissectedAndSoAreThoseThatAreSmallOrLargeOrTheCallers) {
+  EXPECT_FALSE(is_by_degree(2744, cube(14)));        // 3000 operations for an unknown are not enough
+  EXPECT_FALSE(is_by_degree(900, grid(30)));         // few vertices
+  EXPECT_FALSE(is_by_degree(1800, grid(30, 2)));     // likewise, of two unknowns each
+  EXPECT_FALSE(is_by_degree(150 * 150, grid(150)));  // many
+  AnalysisOptions own_leaves;
+  own_leaves.leaf_size = 121;
+  EXPECT_FALSE(is_by_degree(1024, grid(32), own_leaves));
+}
+
 }  // namespace
 }  // namespace mfs::test

@@ -1,6 +1,7 @@
 // The one header a user includes.
 #pragma once
 
+#include <mfs/batch_solver.hpp>
 #include <mfs/by_name.hpp>
 #include <mfs/csr_view.hpp>
 #include <mfs/error.hpp>

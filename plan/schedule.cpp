@@ -11,8 +11,6 @@ namespace {
 constexpr double kLargeFlops = 2e6;
 // Nor is one that is less than this part of what each thread has to do in the depth: others fill the time.
 constexpr double kLargePart = 0.1;
-// What taking a front costs beside its operations, in operations.
-constexpr double kFrontFlops = 2e4;
 // A group is worth being taken when it has this many operations, and small beside a thread's part of the
 // depth.
 constexpr double kGroupFlops = 5e5;

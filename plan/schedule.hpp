@@ -8,6 +8,9 @@
 
 namespace mfs {
 
+/// What taking a front costs beside its operations, in operations.
+constexpr double kFrontFlops = 2e4;
+
 struct DepthSchedule {
   std::vector<Vertex> large;        // longest first
   std::vector<int> share;           // threads that each is worth, by its part of the depth's operations

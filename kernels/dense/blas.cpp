@@ -10,6 +10,7 @@
 
 #include <mfs/error.hpp>
 
+#include "kernels/dense/small_kernels.hpp"
 #include "kernels/runtime/openblas_buffer.hpp"
 #include "kernels/runtime/simd_clones.hpp"
 
@@ -157,6 +158,9 @@ void solve_triangle(bool upper, Vertex n, const Real* t, Offset ld, Real* x) {
   }
 }
 
+/// Up to so many rows and columns products are made without BLAS, and triangles are solved with.
+constexpr Vertex kSmallProduct = small::kMost, kSmallTriangle = 128;
+
 // One right-hand side reads the triangle once; trsm would pack it first.
 template <class Scalar>
 void solve_left(const char* uplo, const char* diag, Transpose transpose, Vertex n, Vertex columns,
@@ -165,6 +169,8 @@ void solve_left(const char* uplo, const char* diag, Transpose transpose, Vertex 
   if constexpr (std::is_floating_point_v<Scalar>) {
     if (columns == 1 && transpose == Transpose::no) return solve_triangle(*uplo == 'U', n, t, ldt, b);
   }
+  if (columns > 1 && n <= kSmallTriangle && *uplo == 'L' && transpose == Transpose::no)
+    return small::solve_unit_lower(n, columns, t, ldt, b, ldb);
   const char ta = static_cast<char>(transpose);
   if (columns == 1) {
     trsv(uplo, &ta, diag, n, t, leading(ldt), b);
@@ -183,6 +189,8 @@ void gemm_minus(Transpose transpose_a, Vertex m, Vertex n, Vertex k, const Scala
   if constexpr (std::is_floating_point_v<Scalar>) {
     if (n == 1 && plain) return subtract_product(m, k, a, lda, b, c);
   }
+  if (n > 1 && plain && std::max({m, n, k}) <= kSmallProduct)
+    return small::gemm_minus(m, n, k, a, lda, b, ldb, c, ldc);
   const char ta = static_cast<char>(transpose_a);
   if (n == 1) {
     gemv(&ta, plain ? m : k, plain ? k : m, Scalar(-1), a, leading(lda), b, Scalar(1), c);
@@ -206,6 +214,7 @@ void solve_upper(Transpose transpose, Vertex n, Vertex columns, const Scalar* t,
 template <class Scalar>
 void solve_upper_right(Vertex rows, Vertex n, const Scalar* u, Offset ldu, Scalar* b, Offset ldb) {
   if (rows == 0 || n == 0) return;
+  if (n <= kSmallTriangle && small::solve_upper_right(rows, n, u, ldu, b, ldb)) return;
   trsm("R", "U", "N", "N", rows, n, u, leading(ldu), b, leading(ldb));
 }
 

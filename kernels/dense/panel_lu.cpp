@@ -158,9 +158,20 @@ PivotTally factor_panel(const BlockColumns<Scalar>& block, Vertex first, Vertex 
 
 template <class Scalar>
 void exchange_rows(Vertex columns, Scalar* a, Offset lda, const Vertex* interchange, Vertex count) {
-  for (Vertex j = 0; j < columns; ++j, a += lda) {
-    for (Vertex k = 0; k < count; ++k) {
-      if (interchange[k] != k) std::swap(a[k], a[interchange[k]]);
+  constexpr Vertex kAtOnce = 128;
+  struct Exchange {
+    Vertex row, other;
+  } exchanges[kAtOnce];
+  // Most rows stay where they are: only the others are looked at in each column.
+  for (Vertex k = 0; k < count;) {
+    Vertex found = 0;
+    for (; k < count && found < kAtOnce; ++k) {
+      if (interchange[k] != k) exchanges[found++] = {k, interchange[k]};
+    }
+    if (found == 0) return;
+    Scalar* column = a;
+    for (Vertex j = 0; j < columns; ++j, column += lda) {
+      for (Vertex e = 0; e < found; ++e) std::swap(column[exchanges[e].row], column[exchanges[e].other]);
     }
   }
 }

@@ -15,6 +15,7 @@
 
 #include <algorithm>
 
+#include "kernels/dense/row_runs.hpp"
 #include "kernels/stages/front_store.hpp"
 
 namespace mfs {
@@ -57,39 +58,46 @@ void scatter_entries(const FrontStore<Scalar, Value>& store, Offset begin, Offse
     store.storage[store.entry_target[e]] = store.scaled_entry(e, store.entry_row[e]);
 }
 
-/// Adds what the contribution block of `child` has for columns [begin, end) of its parent's front.
-template <class Scalar, class Value>
-void extend_add(const FrontStore<Scalar, Value>& store, const Front<Scalar>& parent, Vertex child,
-                Vertex begin, Vertex end) {
-  const Vertex* map = store.border_in_parent + store.border_begin[child];
-  const Front<Scalar> source = store.front(child);
-  const Vertex b = source.border, p = parent.pivots;
-  const Vertex split = lower_bound(map, b, p);  // rows before it go to pivot rows
-  const Vertex last = lower_bound(map, b, end);
-  for (Vertex j = lower_bound(map, b, begin); j < last; ++j) {
-    const Scalar* column = source.contribution + static_cast<Offset>(j) * source.contribution_ld;
-    const Offset target = map[j];
-    if (target < p) {
-      Scalar* lower = parent.lower + target * parent.lower_ld;
-      for (Vertex i = 0; i < b; ++i) lower[map[i]] += column[i];
-    } else {
-      Scalar* upper = parent.upper + (target - p) * p;
-      Scalar* contribution = parent.contribution + (target - p) * parent.contribution_ld;
-      for (Vertex i = 0; i < split; ++i) upper[map[i]] += column[i];
-      for (Vertex i = split; i < b; ++i) contribution[map[i] - p] += column[i];
-    }
+/// Adds rows [row, rows) of columns [begin, end) of a contribution block, which lie `row_shift` and
+/// `column_shift` before map has them.
+template <class Scalar>
+void add_part(const Front<Scalar>& source, const Vertex* map, Vertex row, Vertex rows, Vertex row_shift,
+              Vertex begin, Vertex end, Vertex column_shift, Scalar* to, Offset to_ld) {
+  RowRun runs[kRunsAtOnce];
+  while (begin < end && row < rows) {
+    const Vertex count = find_runs(map, rows, row_shift, row, runs);
+    add_runs(runs, count, source.contribution, source.contribution_ld, map, begin, end, column_shift, to,
+             to_ld);
   }
 }
 
-/// Columns [begin, end) of front f.
-template <class Scalar, class Value>
-void assemble_columns(const FrontStore<Scalar, Value>& store, Vertex f, Vertex begin, Vertex end) {
-  const Front<Scalar> front = store.front(f);
+/// Adds what the contribution block of a child (`source`, whose border goes to the rows `map` of its parent's
+/// front) has for columns [begin, end) of that front.
+template <class Scalar>
+void extend_add(const Front<Scalar>& parent, const Front<Scalar>& source, const Vertex* map, Vertex begin,
+                Vertex end) {
+  const Vertex b = source.border, p = parent.pivots;
+  const Vertex split = lower_bound(map, b, p);  // rows before it go to pivot rows
+  const Vertex first = lower_bound(map, b, begin), last = lower_bound(map, b, end);
+  const Vertex middle = std::clamp(split, first, last);
+  add_part(source, map, 0, b, 0, first, middle, 0, parent.lower, parent.lower_ld);
+  add_part(source, map, 0, split, 0, middle, last, p, parent.upper, p);
+  add_part(source, map, split, b, p, middle, last, p, parent.contribution, parent.contribution_ld);
+}
+
+/// Columns [begin, end) of front f, of those that `fronts` gives.
+template <class Fronts, class Scalar, class Value>
+void assemble_columns(const FrontStore<Scalar, Value>& store, const Fronts& fronts, Vertex f, Vertex begin,
+                      Vertex end) {
+  const Front<Scalar> front = fronts(f);
+  const bool whole = begin == 0 && end == front.rows();
   clear_columns(front, begin, end);
-  scatter_entries(store, first_entry(store, f, begin),
+  scatter_entries(store, whole ? store.entry_begin[f] : first_entry(store, f, begin),
                   end == front.rows() ? store.entry_begin[f + 1] : first_entry(store, f, end));
-  for (Vertex c = store.child_begin[f]; c < store.child_begin[f + 1]; ++c)
-    extend_add(store, front, store.children[c], begin, end);
+  for (Vertex c = store.child_begin[f]; c < store.child_begin[f + 1]; ++c) {
+    const Vertex child = store.children[c];
+    extend_add(front, fronts(child), store.border_in_parent + store.border_begin[child], begin, end);
+  }
 }
 
 }  // namespace mfs

@@ -35,7 +35,9 @@ class HostFactors final : public Factors<Value> {
       : plan_(std::move(plan)),
         pattern_(std::move(pattern)),
         schedule_(make_schedule(*plan_, threads)),
-        workers_(threads, 2 * schedule_.size()),
+        subtrees_(make_subtrees(*plan_, threads)),
+        workers_(threads, 2 * tree().lists()),
+        stacks_(subtrees_.stack.size()),
         layout_(*plan_, sizeof(Scalar), sizeof(Value)),
         arena_(layout_.arena.total()),
         store_(make_front_store<Scalar, Value>(*plan_, *pattern_, layout_, arena_)) {
@@ -56,10 +58,9 @@ class HostFactors final : public Factors<Value> {
     largest_scaled_entry(exec_, store_, &largest);
     const PivotRule rule = pivot_rule<RealOf<Scalar>>(policy, largest);
     const double total = plan_->flops.total();
-    factor_depths(exec_, workers_, store_, schedule_.data(), schedule_.size(), rule, Stages(),
-                  [&](std::size_t) {
-                    if (progress && total > 0) progress(flops_done(*store_.status) / total);
-                  });
+    factor_tree(exec_, workers_, stacks_, store_, tree(), rule, Stages(), [&](std::size_t) {
+      if (progress && total > 0) progress(flops_done(*store_.status) / total);
+    });
     exec_.fence();
     return {*store_.status, largest};
   }
@@ -73,8 +74,7 @@ class HostFactors final : public Factors<Value> {
     const double* in_scale = transposed ? store_.column_scale : store_.row_scale;
     const double* out_scale = transposed ? store_.row_scale : store_.column_scale;
     gather_scaled<Value>(exec_, store_.n, columns, in, in_scale, from, store_.n, vectors.v);
-    solve_depths(exec_, workers_, store_, schedule_.data(), schedule_.size(), vectors,
-                 Substitution{true, true, transposed});
+    solve_tree(exec_, workers_, store_, tree(), vectors, Substitution{true, true, transposed});
     scatter_scaled<Value>(exec_, store_.n, columns, out, out_scale, vectors.v, to);
   }
 
@@ -106,11 +106,18 @@ class HostFactors final : public Factors<Value> {
   Offset bytes() const override { return arena_.bytes() + substitution_->bytes(); }
 
  private:
+  TreeSchedule tree() const {
+    const auto steps = static_cast<std::size_t>(subtrees_.steps);
+    return {&subtrees_, schedule_.data() + steps, schedule_.size() - steps};
+  }
+
   std::shared_ptr<const SymbolicPlan> plan_;
   std::shared_ptr<const Pattern> pattern_;
   Exec exec_;
   Schedule schedule_;
+  Subtrees subtrees_;
   Workers workers_;
+  StackPool stacks_;
   NumericLayout layout_;
   HostArena arena_;
   FrontStore<Scalar, Value> store_;

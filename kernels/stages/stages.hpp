@@ -1,15 +1,19 @@
-// The stages of all depths, for an execution space of the host: small fronts in groups, each front through
-// all chosen stages in one go while it is in cache; large fronts each by one worker, with help from those
-// that have nothing else to do (kernels/runtime/workers.hpp).
+// The stages of a tree, for an execution space of the host: subtrees first, each by one worker; then depth
+// after depth, small fronts in groups, large fronts each by one worker, with help from those that have
+// nothing else to do (kernels/runtime/workers.hpp). Each front that one worker has goes through all chosen
+// stages in one go while it is in cache.
 #pragma once
 
 #include "kernels/runtime/workers.hpp"
 #include "kernels/stages/assemble.hpp"
+#include "kernels/stages/front_views.hpp"
 #include "kernels/stages/host_ops.hpp"
 #include "kernels/stages/solve.hpp"
+#include "kernels/stages/stack_pool.hpp"
 #include "kernels/stages/variable_factor.hpp"
 #include "kernels/stages/variable_update.hpp"
 #include "plan/schedule.hpp"
+#include "plan/subtrees.hpp"
 
 namespace mfs {
 
@@ -24,6 +28,7 @@ inline Vertex block_width(Vertex pivots, Vertex max_block_size) {
   return (pivots + blocks - 1) / blocks;
 }
 
+/// What the fronts of an item did is added at once: all workers add to one place.
 inline void add_to_status(FactorStatus* status, const FrontTally& tally) {
   if (tally.perturbed)
     Kokkos::atomic_add(&status->perturbed, static_cast<unsigned long long>(tally.perturbed));
@@ -41,19 +46,16 @@ inline double flops_done(FactorStatus& status) {
 }
 
 template <class Ops, class Scalar, class Value>
-void factor_and_update(const Ops& ops, const FrontStore<Scalar, Value>& store, Vertex f,
-                       const PivotRule& rule, Stages stages) {
-  const Front<Scalar> front = store.front(f);
+void factor_and_update(const Ops& ops, const FrontStore<Scalar, Value>& store, const Front<Scalar>& front,
+                       Vertex f, const PivotRule& rule, Stages stages, FrontTally& tally) {
   const Offset first = store.pivot_begin[f];
-  FrontTally tally;
   if (stages.factor) {
     const Vertex width = block_width(front.pivots, store.max_block_size);
-    tally = factor_front(ops, front, width, rule, store.interchange + first, store.shift + first,
-                         store.work + first);
+    factor_front(ops, front, width, rule, store.interchange + first, store.shift + first, store.work + first,
+                 tally);
     follow_exchanges(front.pivots, width, store.interchange + first, store.local_row + first);
   }
   if (stages.update) tally.flops.gemm += update_front(ops, front);
-  add_to_status(store.status, tally);
 }
 
 /// The list of a depth: each large front is an item that is shared, each group of small ones one that is not.
@@ -69,59 +71,116 @@ void for_each_front(const DepthSchedule& depth, Vertex i, const Large& large, co
   for (Vertex k = depth.group_begin[group]; k < depth.group_begin[group + 1]; ++k) small(depth.small[k]);
 }
 
-/// Factors all fronts of `count` consecutive depths; done(k) is called when depths[k] is finished.
-template <class Exec, class Scalar, class Value, class Done>
-void factor_depths(const Exec& exec, Workers& workers, const FrontStore<Scalar, Value>& store,
-                   const DepthSchedule* depths, std::size_t count, const PivotRule& rule, Stages stages,
-                   const Done& done) {
-  const auto factor_small = [&](Vertex f) {
-    if (stages.assemble) assemble_columns(store, f, 0, store.front(f).rows());
-    factor_and_update(SequentialOps(), store, f, rule, stages);
-  };
-  const auto factor_large = [&](const Worker& worker, Vertex f, int share) {
+/// What a worker does to fronts in a factorization.
+template <class Scalar, class Value>
+struct FrontWork {
+  const FrontStore<Scalar, Value>& store;
+  const PivotRule& rule;
+  Stages stages;
+
+  /// A front that is this worker's alone, of those that `fronts` gives.
+  template <class Fronts>
+  void alone(const Fronts& fronts, Vertex f, FrontTally& tally) const {
+    const Front<Scalar> front = fronts(f);
+    if (stages.assemble) assemble_columns(store, fronts, f, 0, front.rows());
+    factor_and_update(SequentialOps(), store, front, f, rule, stages, tally);
+  }
+  /// A front that others help with.
+  void shared(const Worker& worker, Vertex f, int share, FrontTally& tally) const {
     constexpr Vertex kColumns = 64;
-    const Vertex rows = store.front(f).rows();
+    const PlannedFronts<Scalar, Value> fronts{store};
+    const Front<Scalar> front = fronts(f);
+    const Vertex rows = front.rows();
     if (stages.assemble) {
       worker.for_each_tile((rows + kColumns - 1) / kColumns, [&](Vertex tile) {
-        assemble_columns(store, f, tile * kColumns, std::min((tile + 1) * kColumns, rows));
+        assemble_columns(store, fronts, f, tile * kColumns, std::min((tile + 1) * kColumns, rows));
       });
     }
-    factor_and_update(TiledOps(worker, TileSizes(share)), store, f, rule, stages);
+    factor_and_update(TiledOps(worker, TileSizes(share)), store, front, f, rule, stages, tally);
+  }
+};
+
+/// The tree as the workers go through it: subtrees, where there are any, then `count` consecutive depths.
+struct TreeSchedule {
+  const Subtrees* subtrees;  // or null
+  const DepthSchedule* depths;
+  std::size_t count;
+
+  std::size_t lists() const { return count + before(); }
+  std::size_t before() const { return subtrees != nullptr && subtrees->steps > 0 ? 1 : 0; }
+  WorkList list(std::size_t k) const {
+    return k < before() ? WorkList{0, subtrees->tasks()} : work_list(depths[k - before()]);
+  }
+};
+
+/// Factors all fronts; done(k) is called when list k is finished.
+template <class Exec, class Scalar, class Value, class Done>
+void factor_tree(const Exec& exec, Workers& workers, StackPool& stacks,
+                 const FrontStore<Scalar, Value>& store, const TreeSchedule& tree, const PivotRule& rule,
+                 Stages stages, const Done& done) {
+  const FrontWork<Scalar, Value> work{store, rule, stages};
+  const auto do_subtrees = [&](Vertex task, FrontTally& tally) {
+    const Subtrees& subtrees = *tree.subtrees;
+    const StackPool::Taken stack(stacks);
+    const StackedFronts<Scalar, Value> fronts{store, subtrees.place.data(),
+                                              store.storage + subtrees.stack[stack.number()]};
+    for (Vertex k = subtrees.begin[task]; k < subtrees.begin[task + 1]; ++k)
+      work.alone(fronts, subtrees.front[k], tally);
   };
   workers.run(
-      exec, "mfs::factor", count, [&](std::size_t k) { return work_list(depths[k]); },
+      exec, "mfs::factor", tree.lists(), [&](std::size_t k) { return tree.list(k); },
       [&](const Worker& worker, std::size_t k, Vertex i) {
-        for_each_front(
-            depths[k], i, [&](Vertex f, int share) { factor_large(worker, f, share); }, factor_small);
+        FrontTally tally;
+        if (k < tree.before()) {
+          do_subtrees(i, tally);
+        } else {
+          for_each_front(
+              tree.depths[k - tree.before()], i,
+              [&](Vertex f, int share) { work.shared(worker, f, share, tally); },
+              [&](Vertex f) { work.alone(PlannedFronts<Scalar, Value>{store}, f, tally); });
+        }
+        add_to_status(store.status, tally);
       },
       done);
 }
 
-/// Forward substitution of consecutive depths, or backward substitution of the same in opposite order.
+/// Forward substitution of the tree, or backward substitution in opposite order.
 struct Substitution {
   bool forward, backward, transposed;
 };
 template <class Exec, class Scalar, class Value>
-void solve_depths(const Exec& exec, Workers& workers, const FrontStore<Scalar, Value>& store,
-                  const DepthSchedule* depths, std::size_t count, const SolveVectors<Scalar>& vectors,
-                  const Substitution& what) {
+void solve_tree(const Exec& exec, Workers& workers, const FrontStore<Scalar, Value>& store,
+                const TreeSchedule& tree, const SolveVectors<Scalar>& vectors, const Substitution& what) {
+  const std::size_t count = tree.lists();
   const std::size_t forward = what.forward ? count : 0, backward = what.backward ? count : 0;
-  const auto depth_of = [=](std::size_t k) -> const DepthSchedule& {
-    return k < forward ? depths[k] : depths[count - 1 - (k - forward)];
+  const auto list_of = [=](std::size_t k) { return k < forward ? k : count - 1 - (k - forward); };
+  const auto alone = [&](bool down, Vertex f) {
+    if (down) {
+      backward_front(SequentialSplit(), store, vectors, f, what.transposed);
+    } else {
+      forward_front(SequentialSplit(), store, vectors, f, what.transposed);
+    }
+  };
+  const auto shared = [&](const Worker& worker, bool down, Vertex f) {
+    if (down) {
+      backward_front(TiledSplit{worker}, store, vectors, f, what.transposed);
+    } else {
+      forward_front(TiledSplit{worker}, store, vectors, f, what.transposed);
+    }
+  };
+  const auto do_subtrees = [&](bool down, Vertex task) {
+    const Vertex begin = tree.subtrees->begin[task], end = tree.subtrees->begin[task + 1];
+    for (Vertex k = begin; k < end; ++k) alone(down, tree.subtrees->front[down ? begin + end - 1 - k : k]);
   };
   workers.run(
-      exec, "mfs::solve", forward + backward, [&](std::size_t k) { return work_list(depth_of(k)); },
+      exec, "mfs::solve", forward + backward, [&](std::size_t k) { return tree.list(list_of(k)); },
       [&](const Worker& worker, std::size_t k, Vertex i) {
-        const auto solve_front = [&](const auto& split, Vertex f) {
-          if (k < forward) {
-            forward_front(split, store, vectors, f, what.transposed);
-          } else {
-            backward_front(split, store, vectors, f, what.transposed);
-          }
-        };
+        const bool down = k >= forward;
+        const std::size_t list = list_of(k);
+        if (list < tree.before()) return do_subtrees(down, i);
         for_each_front(
-            depth_of(k), i, [&](Vertex f, int) { solve_front(TiledSplit{worker}, f); },
-            [&](Vertex f) { solve_front(SequentialSplit(), f); });
+            tree.depths[list - tree.before()], i, [&](Vertex f, int) { shared(worker, down, f); },
+            [&](Vertex f) { alone(down, f); });
       },
       [](std::size_t) {});
 }

@@ -19,7 +19,7 @@
 
 namespace mfs {
 
-/// What one front added to the status.
+/// What fronts add to the status.
 struct FrontTally {
   Vertex perturbed = 0;
   Vertex nonfinite = 0;
@@ -42,9 +42,8 @@ inline void follow_exchanges(Vertex pivots, Vertex width, const Vertex* intercha
 /// `interchange`, `shift` and `work` have one place per pivot; `interchange` counts from the begin of each
 /// block.
 template <class Ops, class Scalar>
-FrontTally factor_front(const Ops& ops, const Front<Scalar>& front, Vertex width, const PivotRule& rule,
-                        Vertex* interchange, Scalar* shift, Scalar* work) {
-  FrontTally tally;
+void factor_front(const Ops& ops, const Front<Scalar>& front, Vertex width, const PivotRule& rule,
+                  Vertex* interchange, Scalar* shift, Scalar* work, FrontTally& tally) {
   const Vertex p = front.pivots, b = front.border;
   const Offset ld = front.lower_ld;
   for (Vertex k = 0; k < p; k += width) {
@@ -71,7 +70,6 @@ FrontTally factor_front(const Ops& ops, const Front<Scalar>& front, Vertex width
     tally.flops.trsm += done.trsm;
     tally.flops.gemm += done.gemm - 2.0 * s * static_cast<double>(b) * b;
   }
-  return tally;
 }
 
 }  // namespace mfs

@@ -99,7 +99,22 @@ class StageBench {
   FactorStatus status() const { return *store_.status; }
 
   void factor_depth(const DepthSchedule& schedule, const PivotRule& rule, Stages stages) {
-    factor_depths(exec_, workers_, store_, &schedule, 1, rule, stages, [](std::size_t) {});
+    StackPool none(0);
+    factor_tree(exec_, workers_, none, store_, TreeSchedule{nullptr, &schedule, 1}, rule, stages,
+                [](std::size_t) {});
+    exec_.fence();
+  }
+
+  /// All depths, with subtrees or without.
+  void factor_all(const TreeSchedule& tree, std::size_t stacks, const PivotRule& rule) {
+    StackPool pool(stacks);
+    factor_tree(exec_, workers_, pool, store_, tree, rule, Stages(), [](std::size_t) {});
+    exec_.fence();
+  }
+  void solve_all(const TreeSchedule& tree, bool transposed) {
+    solve_tree(exec_, workers_, store_, tree,
+               SolveVectors<Scalar>{columns_, v_.data(), y_.data(), border_.data()},
+               Substitution{true, true, transposed});
     exec_.fence();
   }
 
@@ -115,9 +130,9 @@ class StageBench {
   const std::vector<Scalar>& y() const { return y_; }
 
   void solve_depth(const DepthSchedule& schedule, bool forward, bool transposed) {
-    solve_depths(exec_, workers_, store_, &schedule, 1,
-                 SolveVectors<Scalar>{columns_, v_.data(), y_.data(), border_.data()},
-                 Substitution{forward, !forward, transposed});
+    solve_tree(exec_, workers_, store_, TreeSchedule{nullptr, &schedule, 1},
+               SolveVectors<Scalar>{columns_, v_.data(), y_.data(), border_.data()},
+               Substitution{forward, !forward, transposed});
     exec_.fence();
   }
 
@@ -131,7 +146,7 @@ class StageBench {
   Vertex columns_ = 0;
   std::vector<Scalar> v_, y_, border_;
   Exec exec_;
-  Workers workers_{Exec().concurrency(), 1};
+  Workers workers_{Exec().concurrency(), 128};
   blas::SequentialScope sequential_;
 };
 

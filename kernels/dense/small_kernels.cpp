@@ -1,0 +1,85 @@
+#include "kernels/dense/small_kernels.hpp"
+
+#include <cmath>
+
+#include "kernels/dense/small_tiles.hpp"
+#include "kernels/runtime/simd_clones.hpp"
+
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic ignored "-Wpsabi"  // vectors are passed between inlined functions only
+#endif
+
+namespace mfs::small {
+
+namespace {
+
+// Each kernel for registers of one kind: 32 of 64 bytes, 16 of 32, 16 of 16. A tile takes three quarters of
+// them, and the column of A and the factor from B find room beside it.
+#define MFS_KERNELS_FOR(TARGET, S, BYTES, HIGH, WIDE)                                                      \
+  TARGET void subtract_product_of(Vertex m, Vertex n, Vertex k, const S* a, Offset lda, const S* b,        \
+                                  Offset ldb, S* c, Offset ldc) {                                          \
+    using T = Tiles<S, BYTES, HIGH, WIDE>;                                                                 \
+    using R = typename T::Real;                                                                            \
+    T::gemm_minus(m, n, k, reinterpret_cast<const R*>(a), lda, reinterpret_cast<const R*>(b), ldb,         \
+                  reinterpret_cast<R*>(c), ldc);                                                           \
+  }                                                                                                        \
+  TARGET void solve_left_of(Vertex n, Vertex columns, const S* t, Offset ldt, S* b, Offset ldb) {          \
+    using T = Tiles<S, BYTES, HIGH, WIDE>;                                                                 \
+    using R = typename T::Real;                                                                            \
+    T::solve_unit_lower(n, columns, reinterpret_cast<const R*>(t), ldt, reinterpret_cast<R*>(b), ldb);     \
+  }                                                                                                        \
+  TARGET void solve_right_of(Vertex rows, Vertex n, const S* u, Offset ldu, const S* inverse, S* b,        \
+                             Offset ldb) {                                                                 \
+    using T = Tiles<S, BYTES, HIGH, WIDE>;                                                                 \
+    using R = typename T::Real;                                                                            \
+    T::solve_upper_right(rows, n, reinterpret_cast<const R*>(u), ldu, reinterpret_cast<const R*>(inverse), \
+                         reinterpret_cast<R*>(b), ldb);                                                    \
+  }
+
+#ifdef MFS_SIMD_TARGETS
+#define MFS_KERNELS(S)                                                    \
+  MFS_KERNELS_FOR(__attribute__((target("arch=x86-64-v4"))), S, 64, 3, 8) \
+  MFS_KERNELS_FOR(__attribute__((target("arch=x86-64-v3"))), S, 32, 3, 4) \
+  MFS_KERNELS_FOR(__attribute__((target("default"))), S, 16, 2, 4)
+#else
+#define MFS_KERNELS(S) MFS_KERNELS_FOR(, S, 16, 2, 4)
+#endif
+MFS_KERNELS(float)
+MFS_KERNELS(double)
+MFS_KERNELS(std::complex<float>)
+MFS_KERNELS(std::complex<double>)
+
+}  // namespace
+
+template <class Scalar>
+void gemm_minus(Vertex m, Vertex n, Vertex k, const Scalar* a, Offset lda, const Scalar* b, Offset ldb,
+                Scalar* c, Offset ldc) {
+  subtract_product_of(m, n, k, a, lda, b, ldb, c, ldc);
+}
+
+template <class Scalar>
+void solve_unit_lower(Vertex n, Vertex columns, const Scalar* t, Offset ldt, Scalar* b, Offset ldb) {
+  solve_left_of(n, columns, t, ldt, b, ldb);
+}
+
+template <class Scalar>
+bool solve_upper_right(Vertex rows, Vertex n, const Scalar* u, Offset ldu, Scalar* b, Offset ldb) {
+  Scalar inverse[kMost];
+  for (Vertex j = 0; j < n; ++j) {
+    inverse[j] = Scalar(1) / u[j + j * ldu];
+    if (!std::isfinite(std::abs(inverse[j]))) return false;
+  }
+  solve_right_of(rows, n, u, ldu, inverse, b, ldb);
+  return true;
+}
+
+#define MFS_INSTANTIATE(S)                                                                             \
+  template void gemm_minus<S>(Vertex, Vertex, Vertex, const S*, Offset, const S*, Offset, S*, Offset); \
+  template void solve_unit_lower<S>(Vertex, Vertex, const S*, Offset, S*, Offset);                     \
+  template bool solve_upper_right<S>(Vertex, Vertex, const S*, Offset, S*, Offset);
+MFS_INSTANTIATE(float)
+MFS_INSTANTIATE(double)
+MFS_INSTANTIATE(std::complex<float>)
+MFS_INSTANTIATE(std::complex<double>)
+
+}  // namespace mfs::small

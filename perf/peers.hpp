@@ -1,0 +1,22 @@
+// Other direct solvers of the host as perf_host measures them: UMFPACK and KLU, which it is linked with, and
+// oneMKL's PARDISO, which it loads.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "perf/measure.hpp"
+
+namespace mfs::perf {
+
+/// Of the solvers that this program was built with: "umfpack", "klu".
+std::vector<std::string> linked_peers();
+
+/// What makes a solver of linked_peers(). Their threads are those of the BLAS. Throws std::invalid_argument.
+MakeCandidate linked_peer(const std::string& name);
+
+/// PARDISO from `library`, a libmkl_rt.so or another library with the functions pardiso and
+/// MKL_Set_Num_Threads. Throws std::runtime_error where it cannot be loaded.
+MakeCandidate load_pardiso(const std::string& library, int threads);
+
+}  // namespace mfs::perf

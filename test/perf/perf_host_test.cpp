@@ -1,0 +1,101 @@
+// perf_host, with a library that stands in for PARDISO's: what it prints, and what it refuses.
+#include <gmock/gmock.h>
+
+#include <map>
+
+#include "test/perf/shell.hpp"
+
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+const std::string kHost = MFS_BUILD "/bin/perf_host ";
+const std::string kStub = "--pardiso " MFS_STUB_PARDISO " ";
+
+std::vector<std::string> solvers(const std::vector<nlohmann::json>& lines) {
+  std::vector<std::string> names;
+  for (const nlohmann::json& line : lines) {
+    if (line.contains("solver")) names.push_back(line["solver"]);
+  }
+  return names;
+}
+
+TEST(PerfHost, SolversTakeTurnsAndRatiosHaveTheirSpread) {
+  const ProgramRun run = shell(kHost + kStub + "--peers umfpack,klu --repeat 1 --rounds 3 poisson2d:6");
+  ASSERT_EQ(run.code, 0) << run.err;
+  const std::vector<nlohmann::json> lines = json_lines(run.out);
+  ASSERT_EQ(lines.size(), 3u * 4 + 3);
+  for (std::size_t i = 0; i < 12; ++i) {
+    EXPECT_EQ(lines[i]["solver"], (std::vector<std::string>{"mfs", "umfpack", "klu", "pardiso"})[i % 4]);
+    EXPECT_EQ(lines[i]["round"], i / 4 + 1);
+    EXPECT_EQ(lines[i]["status"], "solved") << lines[i]["message"];
+    EXPECT_EQ(lines[i]["accurate"], true) << lines[i]["solver"];
+    EXPECT_GT(lines[i]["factor_entries"], 0) << lines[i]["solver"];
+  }
+  for (std::size_t i = 12; i < 15; ++i) {
+    const nlohmann::json& line = lines[i];
+    EXPECT_EQ(line["ratio"], "mfs/" + lines[i - 11]["solver"].get<std::string>());
+    EXPECT_EQ(line["rounds"], 3);
+    for (const std::string phase : {"analysis", "first_factor", "refactor", "solve_1", "solve_16"}) {
+      std::vector<double> expected;
+      for (std::size_t round = 0; round < 3; ++round)
+        expected.push_back(lines[4 * round][phase + "_s"].get<double>() /
+                           lines[4 * round + i - 11][phase + "_s"].get<double>());
+      std::sort(expected.begin(), expected.end());
+      EXPECT_THAT((std::vector<double>{line[phase + "_least"], line[phase], line[phase + "_most"]}),
+                  testing::Pointwise(testing::DoubleNear(1e-9 * expected[2]), expected))
+          << phase;
+    }
+  }
+}
+
+TEST(PerfHost, SolversThatNeedItAreRefined) {
+  const ProgramRun run =
+      shell("STUB_PARDISO=wrong " + kHost + kStub + "--peers klu --repeat 1 --rounds 1 kkt:2");
+  ASSERT_EQ(run.code, 0) << run.err;
+  const std::vector<nlohmann::json> lines = json_lines(run.out);
+  EXPECT_THAT(solvers(lines), ElementsAre("mfs", "klu", "pardiso"));
+  EXPECT_EQ(lines[2]["refinement_steps"], 2);
+  EXPECT_EQ(lines[2]["accurate"], true);
+}
+
+TEST(PerfHost, ASolverThatFailsHasNoRatio) {
+  const ProgramRun run =
+      shell("STUB_PARDISO=fails " + kHost + kStub + "--peers klu --repeat 1 --rounds 1 poisson2d:5");
+  EXPECT_EQ(run.code, 1);
+  const std::vector<nlohmann::json> lines = json_lines(run.out);
+  ASSERT_EQ(lines.size(), 4u);
+  EXPECT_EQ(lines[2]["status"], "failed");
+  EXPECT_EQ(lines[2]["message"], "PARDISO: error -4 in phase 22");
+  EXPECT_EQ(lines[3]["ratio"], "mfs/klu");
+}
+
+TEST(PerfHost, RefusesWhatItCannotRun) {
+  ProgramRun run = shell(kHost + "--pardiso /no/such/library.so poisson2d:5");
+  EXPECT_EQ(run.code, 2);
+  EXPECT_THAT(run.err, HasSubstr("/no/such/library.so"));
+  run = shell(kHost + "poisson2d:5 poisson2d:ten");
+  EXPECT_EQ(run.code, 2);
+  EXPECT_EQ(run.out, "");  // before any work
+  EXPECT_THAT(run.err, HasSubstr("poisson2d:ten"));
+  run = shell(kHost + "--peers another poisson2d:5");
+  EXPECT_NE(run.code, 0);
+  EXPECT_EQ(run.out, "");
+}
+
+TEST(PerfHost, TheScriptFindsWhatItIsToldOf) {
+  const std::string script = "PERF_HOST=" MFS_BUILD "/bin/perf_host ";
+  ProgramRun run = shell(script + "MKL_RT=" MFS_STUB_PARDISO " " MFS_SCRIPTS
+                                  "/host --peers klu --repeat 1 --rounds 1 poisson2d:5");
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(solvers(json_lines(run.out)), ElementsAre("mfs", "klu", "pardiso"));
+  run = shell(script + "MKL_RT= " MFS_SCRIPTS "/host --peers klu --repeat 1 --rounds 1 poisson2d:5");
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(solvers(json_lines(run.out)), ElementsAre("mfs", "klu"));
+  EXPECT_THAT(run.err, HasSubstr("PARDISO is not measured"));
+  run = shell("PERF_HOST=/no/such/program " MFS_SCRIPTS "/host");
+  EXPECT_EQ(run.code, 2);
+}
+
+}  // namespace

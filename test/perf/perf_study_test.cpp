@@ -1,4 +1,5 @@
 // perf/study: what it measures, that it sees solutions which differ, and what it tells a device's backend.
+#include <cmath>
 #include <filesystem>
 
 #include <gmock/gmock.h>
@@ -95,6 +96,37 @@ TEST(Study, ADeviceHasLimitsInsteadOfBlocks) {
                            Not(HasSubstr("--max-block"))));
 }
 
+// Every product is in one of the bins, and rates of the machine go along.
+TEST(Study, SizesOfProducts) {
+  const TemporaryFolder folder;
+  const std::string kept = folder.path("sizes.jsonl");
+  const std::string rates = folder.write(
+      "rates.json",
+      R"({"format": 1, "rates": [{"processor": "p", "blas": "b", "backend": "openmp", "threads": 2, )"
+      R"("date": "2026-11-25", "fronts": [{"size": 8, "flops_per_second": 1e9, "entries_per_second": 1e8}]}]})");
+  ProgramRun run = shell(kStudy + "sizes --sizes 3 elas3d:5 --rates " + rates + " --json " + kept);
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("| elas3d:5 | 375 | 3 |"));
+  const std::vector<nlohmann::json> lines = json_lines(text_of(kept));
+  ASSERT_EQ(lines.size(), 2u);
+  EXPECT_EQ(lines[1]["rates"]["fronts"][0]["size"], 8);
+  const nlohmann::json solved =
+      json_lines(shell(kPrograms + "/mfs bench elas3d:5 --max-block 3 --json -").out).at(0);
+  double flops = 0, last = 0;
+  for (const nlohmann::json& bin : lines[0]["products"]) {
+    EXPECT_GT(bin[0].get<double>(), last);
+    last = bin[0];
+    flops += bin[1].get<double>();
+  }
+  EXPECT_EQ(flops, solved["flops_gemm"].get<double>());
+  // A product of width 3 and the largest rest behind it is in the last bin.
+  const double rest = solved["max_front"].get<double>() - 3, largest = std::cbrt(3 * rest * rest);
+  EXPECT_LE(last, largest * (1 + 1e-9));
+  EXPECT_GT(last * 1.7, largest);  // a step of the bins, and a width of 2
+  run = shell(kStudy + "sizes elas3d:4 --rates " + folder.path("none.json"));
+  EXPECT_EQ(run.code, 0) << run.err;
+}
+
 TEST(Study, BackendsAgree) {
   const ProgramRun run = shell(kStudy + "backends --refactor 1 --threads 2 elas3d:5 kkt:4");
   ASSERT_EQ(run.code, 0) << run.err;
@@ -155,6 +187,7 @@ TEST(Study, Pictures) {
   draw("flops", "");
   draw("blocks", "--sizes 8,64 --refactor 1 --peers umfpack");
   draw("backends", "--refactor 1 --backend serial,openmp");
+  draw("sizes", "");
 }
 
 // 1 / step^2 of the mass and the constraints on both sides make a system that is solved.

@@ -11,6 +11,7 @@
 #include <mfs/report.hpp>
 
 #include "parts/exit_code.hpp"
+#include "solver/program/rates.hpp"
 
 namespace mfs::program {
 
@@ -36,7 +37,10 @@ struct CaseResult {
   std::optional<Determinant<std::complex<double>>> determinant;
   /// Those that were asked for in vain, since more pivots were perturbed than can be taken back.
   std::vector<std::string> not_known;
-  std::vector<DepthSummary> depths;  ///< where only the analysis was asked for
+  std::vector<DepthSummary> depths;  ///< of the tree in use, once the matrix was analysed
+  /// From the rates of this machine, or else why there is none.
+  std::optional<Prediction> prediction;
+  std::string no_prediction;
 
   ExitCode code = ExitCode::solved;
   std::string message;

@@ -10,6 +10,7 @@
 #include "solver/program/bench_case.hpp"
 #include "solver/program/json_report.hpp"
 #include "solver/program/matrix_market.hpp"
+#include "solver/program/measure_rates.hpp"
 #include "solver/program/summary.hpp"
 
 namespace mfs::program {
@@ -48,6 +49,28 @@ class Results {
   bool x_on_output_, separate_ = false;
 };
 
+// Rates are those of real numbers in double precision.
+void predict(CaseResult& result) {
+  if (!result.report) return;
+  const Report& report = *result.report;
+  if (result.complex || report.single_precision || report.partial) {
+    result.no_prediction = result.complex            ? "rates are those of real matrices"
+                           : report.single_precision ? "rates are those of double precision factors"
+                                                     : "rates are those of factors that fit the device";
+    return;
+  }
+  const std::string path = rates_path();
+  const RatesFile file = read_rates(path);
+  const RatesKey key = rates_key(report.backend, report.threads);
+  for (const MachineRates& rates : file.rates)
+    if (rates.key == key) result.prediction = predict(rates, report.nnz, result.depths);
+  if (!result.prediction)
+    result.no_prediction = file.damaged
+                               ? path + " is damaged; 'mfs info --measure' makes it anew"
+                               : "'mfs info --measure' measures the rates of this machine, once for each "
+                                 "backend and number of threads";
+}
+
 template <class Scalar>
 void analyze(const io::CsrMatrix<Scalar>& a, const Options& options, CaseResult& result) {
   result.n = a.rows;
@@ -67,6 +90,7 @@ void analyze(const Command& command, ProgressDisplay& display, CaseResult& resul
   options.progress = display.callback();
   std::visit([&](const auto& a) { analyze(a, options, result); }, matrix);
   display.clear();
+  predict(result);
   if (command.json.empty()) {
     io::print(analysis_summary(result));
   } else {
@@ -80,7 +104,8 @@ ExitCode run_solve(const Command& command) {
   Results results(command);
   ProgressDisplay display;
   const auto load = [&] { return io::read_square_matrix(command.matrix, command.request.options.threads); };
-  const CaseResult result = solve_case(io::bench_case_name(command.matrix), load, command.request, display);
+  CaseResult result = solve_case(io::bench_case_name(command.matrix), load, command.request, display);
+  predict(result);
   results.put(result);
   return result.code;
 }
@@ -91,7 +116,8 @@ ExitCode run_bench(const Command& command) {
   ExitCode code = ExitCode::solved;
   for (const std::string& text : command.cases) {
     const auto load = [&] { return io::load_bench_case(text, command.request.options.threads); };
-    const CaseResult result = solve_case(io::bench_case_name(text), load, command.request, display);
+    CaseResult result = solve_case(io::bench_case_name(text), load, command.request, display);
+    predict(result);
     results.put(result);
     if (code == ExitCode::solved) code = result.code;
   }
@@ -115,8 +141,19 @@ ExitCode run_analyze(const Command& command) {
   return result.code;
 }
 
-ExitCode run_info() {
-  io::print(library_summary());
+ExitCode run_info(const Command& command) {
+  if (!command.measure) {
+    io::print(library_summary());
+    return ExitCode::solved;
+  }
+  const std::string path = rates_path();
+  make_rates_folder(path);
+  ProgressDisplay display;
+  const MachineRates rates = measure_rates(command.request.options, kMeasuredEntries,
+                                           [&](double done) { display.show("measure", done); });
+  display.clear();
+  keep_rates(path, rates);
+  io::print(rates_summary(rates, path));
   return ExitCode::solved;
 }
 

@@ -13,6 +13,7 @@ struct Command {
   SolveRequest request;
   std::string matrix;              ///< solve, analyze: the file
   std::vector<std::string> cases;  ///< bench: FAMILY:SIZE or a file
+  bool measure = false;            ///< info: the rates of this machine, instead
   std::string json;                ///< file or "-"; empty: a summary instead
 };
 
@@ -21,6 +22,6 @@ struct Command {
 ExitCode run_solve(const Command& command);
 ExitCode run_bench(const Command& command);  ///< goes on after a case that failed; the first fault counts
 ExitCode run_analyze(const Command& command);
-ExitCode run_info();
+ExitCode run_info(const Command& command);
 
 }  // namespace mfs::program

@@ -35,6 +35,12 @@ std::string json_line(const CaseResult& result) {
   json["time_factor"] = report.time_factor;
   json["time_refactor"] = result.time_refactor;
   json["time_solve"] = report.time_solve;
+  json["predicted_refactor"] = nullptr;
+  json["predicted_solve"] = nullptr;
+  if (result.prediction) {
+    json["predicted_refactor"] = result.prediction->refactor;
+    json["predicted_solve"] = result.prediction->solve;
+  }
   json["refinement_steps"] = report.refinement_steps;
   json["perturbed_pivots"] = report.perturbed_pivots;
   json["krylov_steps"] = report.krylov_steps;

@@ -111,6 +111,18 @@ void check_streams(const Command& command) {
     throw CLI::ValidationError("-o", "standard output cannot be both X and JSON");
 }
 
+void add_info(CLI::App& app, Command& command) {
+  CLI::App* info = app.add_subcommand("info", "Show version, backends and libraries, or measure the machine");
+  CLI::Option* measure = info->add_flag(
+      "--measure", command.measure,
+      "measure how fast fronts are factored and solved by their size, and keep that for predictions in\n"
+      "$XDG_CACHE_HOME/mfs/rates.json (~/.cache/mfs/rates.json); leave the machine alone meanwhile");
+  mfs::program::add_threads(*info, command.request.options.threads);
+  mfs::program::add_backend(*info, command.request.options.backend,
+                            "serial, openmp (default), cuda or kokkos");
+  for (const char* of_measure : {"--threads", "--backend"}) info->get_option(of_measure)->needs(measure);
+}
+
 void add_commands(CLI::App& app, Command& command) {
   app.description("MFS: sparse direct solver, multifrontal LU over breadth-first nested dissection");
   app.footer(kExitCodes);
@@ -149,14 +161,14 @@ void add_commands(CLI::App& app, Command& command) {
       throw CLI::ValidationError("-o", "takes the X of one case only");
   });
 
-  app.add_subcommand("info", "Show version, backends and libraries");
+  add_info(app, command);
 }
 
 ExitCode run(const CLI::App& app, const Command& command) {
   if (app.got_subcommand("solve")) return mfs::program::run_solve(command);
   if (app.got_subcommand("bench")) return mfs::program::run_bench(command);
   if (app.got_subcommand("analyze")) return mfs::program::run_analyze(command);
-  return mfs::program::run_info();
+  return mfs::program::run_info(command);
 }
 
 }  // namespace

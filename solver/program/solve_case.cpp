@@ -152,7 +152,9 @@ class CaseRun {
     Keeper(CaseRun& run, const BasicSolver<Scalar>& solver) : run_(run), solver_(solver) {}
     ~Keeper() {
       run_.display_.clear();
-      if (solver_.analyzed()) run_.result_.report = solver_.report();
+      if (!solver_.analyzed()) return;
+      run_.result_.report = solver_.report();
+      run_.result_.depths = solver_.depths();
     }
     Keeper(const Keeper&) = delete;
     Keeper& operator=(const Keeper&) = delete;

@@ -55,6 +55,23 @@ void matrix_lines(Text& text, const CaseResult& r) {
   version_line(text, r);
 }
 
+// What happened stands beside what was foreseen, once it has.
+void prediction_line(Text& text, const CaseResult& r) {
+  if (!r.prediction) {
+    if (!r.no_prediction.empty()) line(text, "prediction", "none: {}", r.no_prediction);
+    return;
+  }
+  const auto with_taken = [](double predicted, double taken) {
+    return fmt::format("{:.3g} s{}", predicted,
+                       taken > 0 ? fmt::format(" (took {:.3g} s)", taken) : std::string());
+  };
+  const double factor = r.time_refactor > 0 ? r.time_refactor : r.report->time_factor;
+  const double solve = r.right_hand_sides == 1 && r.backward_error ? r.report->time_solve : 0;
+  line(text, "prediction", "refactor {}, solve of one right-hand side {}, by rates of {}",
+       with_taken(r.prediction->refactor, factor), with_taken(r.prediction->solve, solve),
+       r.prediction->date);
+}
+
 void flop_lines(Text& text, const Flops& flops) {
   const auto share = [&](double part) { return flops.total() > 0 ? 100 * part / flops.total() : 0.0; };
   line(text, "flops", "{}", with_unit(flops.total(), "flop"));
@@ -122,6 +139,7 @@ std::string solve_summary(const CaseResult& r) {
        count(report.refinement_steps, "refinement step", "refinement steps"));
   ladder_line(text, report);
   line(text, "backward error", "{:.2e} (componentwise, asked {:.0e})", *r.backward_error, r.tolerance);
+  if (r.prediction) prediction_line(text, r);
   return fmt::to_string(text);
 }
 
@@ -129,7 +147,21 @@ std::string analysis_summary(const CaseResult& r) {
   Text text;
   matrix_lines(text, r);
   flop_lines(text, r.report->flops);
+  prediction_line(text, r);
   depth_table(text, r.depths, r.report->partial);
+  return fmt::to_string(text);
+}
+
+std::string rates_summary(const MachineRates& rates, const std::string& path) {
+  Text text;
+  line(text, "processor", "{}", rates.key.processor);
+  line(text, "backend", "{}, {}", rates.key.backend, count(rates.key.threads, "thread", "threads"));
+  line(text, "kept in", "{}", path);
+  auto out = std::back_inserter(text);
+  fmt::format_to(out, "\n{:>10} {:>15} {:>15}\n", "front size", "refactor", "solve");
+  for (const FrontRate& rate : rates.fronts)
+    fmt::format_to(out, "{:>10.0f} {:>15} {:>15}\n", rate.size, with_unit(rate.flops_per_second, "flop/s"),
+                   with_unit(rate.entries_per_second * sizeof(double), "B/s"));
   return fmt::to_string(text);
 }
 

@@ -24,5 +24,7 @@ std::string device_summary(const DeviceInfo& device);
 
 /// What `mfs info` prints.
 std::string library_summary();
+/// Rates by size, and the file that keeps them.
+std::string rates_summary(const MachineRates& rates, const std::string& path);
 
 }  // namespace mfs::program

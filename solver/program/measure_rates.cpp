@@ -1,0 +1,159 @@
+#include "solver/program/measure_rates.hpp"
+
+#include <algorithm>
+#include <ctime>
+#include <iterator>
+#include <numeric>
+#include <string>
+
+#include <mfs/solver.hpp>
+
+#include "ordering/stopwatch.hpp"
+#include "solver/program/matrix_market.hpp"
+
+namespace mfs::program {
+namespace {
+
+constexpr std::int64_t kPivots[] = {4, 8, 16, 32, 64, 128, 256, 512};
+constexpr std::int64_t kLevels = 4;
+
+/// `count` chains of `levels` fronts with `pivots` pivots each, whose borders are the pivots of the next two:
+///
+///   D F F .
+///   F D F F      D: pivot block, F: block beside it
+///   F F D F
+///   . F F D
+///
+/// Where the matrix is not `full`, only the first row and column of each block, and the diagonal, have
+/// entries: eliminating the first unknown of a front fills it all, so the matrix is small beside its factors.
+struct Chains {
+  std::int64_t pivots, count, levels;
+
+  std::int64_t rows() const { return pivots * count * levels; }
+  /// Of level k of a chain, beginning with its first unknown; levels of all chains lie together.
+  std::int64_t begin(std::int64_t level, std::int64_t chain) const {
+    return (level * count + chain) * pivots;
+  }
+
+  io::CsrMatrix<double> matrix(bool full) const {
+    io::CsrMatrix<double> a{rows(), rows(), {0}, {}, {}};
+    for (std::int64_t level = 0; level < levels; ++level)
+      for (std::int64_t chain = 0; chain < count; ++chain)
+        for (std::int64_t i = 0; i < pivots; ++i) add_row(level, chain, i, full, a);
+    return a;
+  }
+
+  void add_row(std::int64_t level, std::int64_t chain, std::int64_t i, bool full,
+               io::CsrMatrix<double>& a) const {
+    const double small = 1 / (8.0 * static_cast<double>(pivots));
+    const std::int64_t first = std::max<std::int64_t>(level - 2, 0), last = std::min(level + 2, levels - 1);
+    for (std::int64_t block = first; block <= last; ++block) {
+      for (std::int64_t j = 0; j < pivots; ++j) {
+        const bool diagonal = block == level && j == i;
+        const bool there = full || diagonal || (j == 0 && block <= level) || (i == 0 && block >= level);
+        if (!there) continue;
+        a.column_indices.push_back(static_cast<std::int32_t>(begin(block, chain) + j));
+        a.values.push_back(diagonal ? 4 : small);
+      }
+    }
+    a.offsets.push_back(static_cast<std::int64_t>(a.values.size()));
+  }
+
+  void put_order(AnalysisOptions& options) const {
+    options.permutation.resize(static_cast<std::size_t>(rows()));
+    std::iota(options.permutation.begin(), options.permutation.end(), 0);
+    options.tree.offsets = {0};
+    for (std::int64_t node = 0; node < count * levels; ++node) {
+      options.tree.offsets.push_back((node + 1) * pivots);
+      options.tree.parent.push_back(node + count < count * levels ? node + count : -1);
+    }
+  }
+};
+
+Chains chains_of(std::int64_t pivots, std::int64_t factor_entries) {
+  const std::int64_t fronts = factor_entries / (5 * pivots * pivots) + 1;
+  return {pivots, (fronts + kLevels - 1) / kLevels, kLevels};
+}
+
+// Of at least three, and of as many as a fifth of a second holds.
+template <class Call>
+double least_time(const Call& call) {
+  const Stopwatch all;
+  double least = 0;
+  for (int done = 0; done < 3 || (done < 100 && all.seconds() < 0.2); ++done) {
+    const Stopwatch one;
+    call();
+    least = done == 0 ? one.seconds() : std::min(least, one.seconds());
+  }
+  return least;
+}
+
+std::string today() {
+  const std::time_t now = std::time(nullptr);
+  char text[16];
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  std::strftime(text, sizeof text, "%Y-%m-%d", &utc);
+  return text;
+}
+
+struct Measured {
+  FrontRate rate;
+  double refactor = 0, solve = 0;  // s
+  Report report;
+};
+
+Measured measure(const Chains& chains, bool full, Options options) {
+  options.analysis.matching = Matching::never;
+  chains.put_order(options.analysis);
+  const io::CsrMatrix<double> a = chains.matrix(full);
+  const std::vector<double> b(static_cast<std::size_t>(a.rows), 1.0);
+  std::vector<double> x(b.size());
+  Solver solver(options);
+  solver.factor(a.view());
+  Measured found;
+  found.refactor = least_time([&] { solver.refactor(a.view()); });
+  found.solve = least_time([&] { solver.solve(b.data(), x.data()); });
+  found.report = solver.report();
+  double flops = 0, weighted = 0;
+  for (const DepthSummary& depth : solver.depths()) {
+    flops += depth.flops.total();
+    weighted += depth.flops.total() * equivalent_size(depth);
+  }
+  found.rate = {weighted / flops, flops / found.refactor,
+                static_cast<double>(found.report.nnz_factor) / found.solve};
+  return found;
+}
+
+// What an entry of the matrix costs beside the factors, from two matrices with the same fronts.
+void measure_entries(const Options& options, std::int64_t factor_entries, MachineRates& rates) {
+  constexpr std::int64_t kPivotsOfEntries = 32;
+  const Chains chains = chains_of(kPivotsOfEntries, factor_entries / 2);
+  const Measured few = measure(chains, false, options), many = measure(chains, true, options);
+  const auto entries = static_cast<double>(many.report.nnz - few.report.nnz);
+  rates.refactor_seconds_per_entry = std::max(0.0, (many.refactor - few.refactor) / entries);
+  rates.solve_seconds_per_entry = std::max(0.0, (many.solve - few.solve) / entries);
+}
+
+}  // namespace
+
+MachineRates measure_rates(const Options& options, std::int64_t factor_entries,
+                           const std::function<void(double)>& progress) {
+  Options own;
+  own.backend = options.backend;
+  own.threads = options.threads;
+  own.factor.precision = Precision::full;
+  MachineRates rates;
+  double done = 0;
+  for (const std::int64_t pivots : kPivots) {
+    progress(done++ / static_cast<double>(std::size(kPivots)));
+    const Measured measured = measure(chains_of(pivots, factor_entries), false, own);
+    rates.fronts.push_back(measured.rate);
+    rates.key = rates_key(own.backend, measured.report.threads);
+  }
+  measure_entries(own, factor_entries, rates);
+  rates.date = today();
+  return rates;
+}
+
+}  // namespace mfs::program

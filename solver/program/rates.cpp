@@ -1,0 +1,174 @@
+#include "solver/program/rates.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <tuple>
+
+#include <nlohmann/json.hpp>
+
+#include <mfs/error.hpp>
+#include <mfs/version.hpp>
+
+#include "parts/output_file.hpp"
+
+namespace mfs::program {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int kFormat = 1;
+
+std::string host_processor() {
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);) {
+    const std::size_t colon = line.find(": ");
+    if (line.rfind("model name", 0) == 0 && colon != std::string::npos) return line.substr(colon + 2);
+  }
+  return "unknown";
+}
+
+std::string library_version(const std::string& name) {
+  for (const LibraryInfo& library : libraries())
+    if (library.name == name) return library.version;
+  return "";
+}
+
+double interpolated(const std::vector<FrontRate>& rates, double FrontRate::*rate, double size) {
+  const auto above =
+      std::find_if(rates.begin(), rates.end(), [&](const FrontRate& r) { return r.size >= size; });
+  if (above == rates.begin()) return rates.front().*rate;
+  if (above == rates.end()) return rates.back().*rate;
+  const FrontRate &low = *std::prev(above), &high = *above;
+  const double part = std::log(size / low.size) / std::log(high.size / low.size);
+  return std::exp((1 - part) * std::log(low.*rate) + part * std::log(high.*rate));
+}
+
+Json to_json(const MachineRates& rates) {
+  Json fronts = Json::array();
+  for (const FrontRate& rate : rates.fronts)
+    fronts.push_back({{"size", rate.size},
+                      {"flops_per_second", rate.flops_per_second},
+                      {"entries_per_second", rate.entries_per_second}});
+  return {{"processor", rates.key.processor},
+          {"blas", rates.key.blas},
+          {"backend", rates.key.backend},
+          {"threads", rates.key.threads},
+          {"date", rates.date},
+          {"fronts", fronts},
+          {"refactor_seconds_per_entry", rates.refactor_seconds_per_entry},
+          {"solve_seconds_per_entry", rates.solve_seconds_per_entry}};
+}
+
+// Throws what the library of JSON throws, and std::domain_error.
+MachineRates from_json(const Json& json) {
+  MachineRates rates{{json.at("processor"), json.at("blas"), json.at("backend"), json.at("threads")},
+                     json.at("date"),
+                     {},
+                     json.at("refactor_seconds_per_entry"),
+                     json.at("solve_seconds_per_entry")};
+  for (const double seconds : {rates.refactor_seconds_per_entry, rates.solve_seconds_per_entry})
+    if (!(seconds >= 0) || !std::isfinite(seconds)) throw std::domain_error("seconds that cannot be");
+  double last = 0;
+  for (const Json& front : json.at("fronts")) {
+    const FrontRate rate{front.at("size"), front.at("flops_per_second"), front.at("entries_per_second")};
+    const bool sensible = rate.size > last && std::isfinite(rate.size) && rate.flops_per_second > 0 &&
+                          std::isfinite(rate.flops_per_second) && rate.entries_per_second > 0 &&
+                          std::isfinite(rate.entries_per_second);
+    if (!sensible) throw std::domain_error("a rate that none can be");
+    last = rate.size;
+    rates.fronts.push_back(rate);
+  }
+  if (rates.fronts.empty()) throw std::domain_error("no rates");
+  return rates;
+}
+
+}  // namespace
+
+bool RatesKey::operator==(const RatesKey& other) const {
+  return std::tie(processor, blas, backend, threads) ==
+         std::tie(other.processor, other.blas, other.backend, other.threads);
+}
+
+// Of sums over fronts of p pivots and b border rows: those of 2 p b^2 over those of 2 b^2 are a mean of p in
+// which the large fronts count most, and over those of 2 p b a mean of b of the same kind. Products inside
+// divided pivot blocks make them too large, and many small fronts the rest, so the largest front bounds both.
+double equivalent_size(const DepthSummary& d) {
+  const auto pivots = static_cast<double>(d.pivots), entries = static_cast<double>(d.factor_entries);
+  if (!(pivots > 0)) return 0;
+  const auto largest = static_cast<double>(d.max_front);
+  double p = std::min(entries / pivots, largest), b = 0;
+  if (d.contribution_entries > 0) {
+    p = std::min(d.flops.gemm / (2 * static_cast<double>(d.contribution_entries)), largest);
+    const double beside = entries - p * pivots;
+    b = std::min(beside > 0 ? d.flops.gemm / beside : largest, largest - p);
+  }
+  return std::cbrt(p * p * p / 3 + p * p * b + p * b * b);
+}
+
+Prediction predict(const MachineRates& rates, std::int64_t entries, const std::vector<DepthSummary>& depths) {
+  Prediction sum{static_cast<double>(entries) * rates.refactor_seconds_per_entry,
+                 static_cast<double>(entries) * rates.solve_seconds_per_entry, rates.date};
+  for (const DepthSummary& depth : depths) {
+    const double size = equivalent_size(depth);
+    sum.refactor += depth.flops.total() / interpolated(rates.fronts, &FrontRate::flops_per_second, size);
+    sum.solve += static_cast<double>(depth.factor_entries) /
+                 interpolated(rates.fronts, &FrontRate::entries_per_second, size);
+  }
+  return sum;
+}
+
+RatesKey rates_key(Backend backend, int threads) {
+  const bool on_device = backend_info(backend).memory == MemorySpace::device && !devices().empty();
+  return {on_device ? devices().front().name : host_processor(), library_version("BLAS"),
+          backend_name(backend), threads};
+}
+
+std::string rates_path() {
+  const char* cache = std::getenv("XDG_CACHE_HOME");
+  if (cache != nullptr && cache[0] == '/') return std::string(cache) + "/mfs/rates.json";
+  const char* home = std::getenv("HOME");
+  if (home != nullptr && home[0] == '/') return std::string(home) + "/.cache/mfs/rates.json";
+  return "";
+}
+
+RatesFile read_rates(const std::string& path) {
+  RatesFile found;
+  std::ifstream file(path, std::ios::binary);
+  if (path.empty() || !file) return found;
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  try {
+    const Json json = Json::parse(text);
+    if (json.at("format") != kFormat) throw std::domain_error("another format");
+    for (const Json& rates : json.at("rates")) found.rates.push_back(from_json(rates));
+  } catch (const std::exception&) {
+    found.rates.clear();
+    found.damaged = true;
+  }
+  return found;
+}
+
+void make_rates_folder(const std::string& path) {
+  if (path.empty()) throw InvalidInput("XDG_CACHE_HOME", "neither it nor HOME names a folder for the rates");
+  std::error_code error;
+  std::filesystem::create_directories(std::filesystem::path(path).parent_path(), error);
+  if (error) throw InvalidInput(path, "the folder cannot be made: " + error.message());
+  io::check_writable(path);
+}
+
+void keep_rates(const std::string& path, const MachineRates& rates) {
+  make_rates_folder(path);
+  std::vector<MachineRates> all = read_rates(path).rates;
+  all.erase(
+      std::remove_if(all.begin(), all.end(), [&](const MachineRates& old) { return old.key == rates.key; }),
+      all.end());
+  all.push_back(rates);
+  Json json{{"format", kFormat}, {"rates", Json::array()}};
+  for (const MachineRates& one : all) json["rates"].push_back(to_json(one));
+  io::write_file(path, json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+}
+
+}  // namespace mfs::program

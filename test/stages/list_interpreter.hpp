@@ -199,11 +199,13 @@ class ListInterpreter {
     const Offset p = plan.pivots(f);
     if (j < p) return self.storage_[plan.lower_begin[f] + i + static_cast<Offset>(j) * plan.lower_ld(f)];
     Offset upper = plan.upper_begin[f], contribution = plan.contribution_begin[f];
-    auto [columns, end] = self.lists_.segments.columns_of(f);
-    for (; columns != end && !self.whole_fronts_; ++columns) {
-      if (j < columns->begin || j >= columns->end) continue;
-      upper = columns->upper;
-      contribution = columns->contribution;
+    if (self.lists_.segments.has_divided() && !self.whole_fronts_) {
+      auto [columns, end] = self.lists_.segments.columns_of(f);
+      for (; columns != end; ++columns) {
+        if (j < columns->begin || j >= columns->end) continue;
+        upper = columns->upper;
+        contribution = columns->contribution;
+      }
     }
     if (i < p) return self.storage_[upper + i + (j - p) * p];
     return self.storage_[contribution + i - p + (j - p) * plan.contribution_ld(f)];

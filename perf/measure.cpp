@@ -150,6 +150,7 @@ class Measurement {
     json_["device_bytes_1"] = bytes_one_ - caller + caller_one;
     json_["device_bytes_1_caller"] = caller_one;
     json_["device_bytes_said"] = facts.device_bytes;
+    json_["device_bytes_held"] = device_bytes_in_use() - caller;  // with the context
     json_["segments"] = facts.segments;
     json_["bytes_out"] = facts.bytes_out;
     json_["bytes_in"] = facts.bytes_in;

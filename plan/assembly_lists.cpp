@@ -13,9 +13,8 @@ constexpr int kFrontsAtOnce = 64;  // of a thread
 void AssemblyLists::add_depth(const std::vector<Vertex>& large, DepthLaunches& depth) {
   depth.assemble.begin = parts_;
   for (const Vertex f : large) {
-    const Vertex p = plan_.pivots(f);
-    add_block(f, {0, plan_.rows(f)}, {0, p}, true);
-    add_block(f, {0, p}, {p, plan_.rows(f)}, true);
+    add_block(f, {0, plan_.rows(f)}, {0, plan_.pivots(f)}, true, plan_.lower_begin[f]);
+    add_border_columns(f, true);
   }
   depth.assemble.end = parts_;
   Vertex last = 0;
@@ -23,8 +22,7 @@ void AssemblyLists::add_depth(const std::vector<Vertex>& large, DepthLaunches& d
   for (Vertex turn = 0; turn <= last; ++turn) {
     const Offset begin = parts_;
     for (const Vertex f : large) {
-      const Span border{plan_.pivots(f), plan_.rows(f)};
-      if (plan_.assembly_turn[f] == turn) add_block(f, border, border, false);
+      if (plan_.assembly_turn[f] == turn) add_border_columns(f, false);
     }
     depth.assemble_contribution.push_back({begin, parts_});
   }
@@ -36,10 +34,26 @@ void AssemblyLists::finish() {
   place_entries();
 }
 
-void AssemblyLists::add_block(Vertex f, Span down, Span right, bool has_entries) {
+// U, or C; those of a divided front by its groups of columns.
+void AssemblyLists::add_border_columns(Vertex f, bool of_pivots) {
+  const Vertex p = plan_.pivots(f), rows = plan_.rows(f);
+  const auto add = [&](Span right, Offset upper, Offset contribution) {
+    if (of_pivots) {
+      add_block(f, {0, p}, right, true, upper - static_cast<Offset>(p) * p);
+    } else {
+      const Offset before = p + static_cast<Offset>(p) * plan_.contribution_ld(f);
+      add_block(f, {p, rows}, right, false, contribution - before);
+    }
+  };
+  const auto [columns, end] = made_.segments.columns_of(f);
+  if (columns == end) add({p, rows}, plan_.upper_begin[f], plan_.contribution_begin[f]);
+  for (auto own = columns; own != end; ++own) add({own->begin, own->end}, own->upper, own->contribution);
+}
+
+void AssemblyLists::add_block(Vertex f, Span down, Span right, bool has_entries, Offset place) {
   if (down.length() == 0) return;
   const Vertex columns = std::max(kAssembleColumns, kAssembleEntries / down.length());
-  blocks_.push_back({f, down, right, columns, has_entries, parts_});
+  blocks_.push_back({f, down, right, columns, has_entries, place, parts_});
   parts_ += tiles_of(right.length(), columns);
 }
 
@@ -57,7 +71,7 @@ void AssemblyLists::list_parts() {
       const Vertex end = std::min(begin + block.columns, block.right.end);
       const Offset first = entry;
       entry = first_entry_from(f, entry, end);
-      made_.assemble[part++] = {f, begin, end, block.down.begin, block.down.end, first, entry};
+      made_.assemble[part++] = {f, begin, end, block.down.begin, block.down.end, first, entry, block.place};
     }
   }
 }

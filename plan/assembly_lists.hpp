@@ -26,10 +26,12 @@ class AssemblyLists {
     Span down, right;
     Vertex columns;
     bool has_entries;  // of the matrix
+    Offset place;      // as in their parts
     Offset first_part;
   };
 
-  void add_block(Vertex f, Span down, Span right, bool has_entries);
+  void add_block(Vertex f, Span down, Span right, bool has_entries, Offset place);
+  void add_border_columns(Vertex f, bool of_pivots);
   void list_parts();
   void list_child_rows();
   void place_entries();

@@ -75,8 +75,10 @@ DevicePlan make_device_plan(const SymbolicPlan& plan, const DeviceLimits& limits
   steps.add_roots();
   assembly.finish();
   SolveLists(plan, limits, made).run();
-  if (!made.segments.empty()) SegmentLists(plan, made).run();
-  if (!made.segments.leaving.empty()) made.block_read = plan.contribution_begin;
+  if (!made.segments.empty()) SegmentLists(plan, limits, made).run();
+  if (made.segments.blocks_out() > 0) made.block_read = plan.contribution_begin;
+  if (made.segments.has_divided()) made.divided.assign(static_cast<std::size_t>(plan.num_fronts), 0);
+  for (const BorderColumns& columns : made.segments.border_columns) made.divided[columns.front] = 1;
   return made;
 }
 

@@ -46,19 +46,22 @@ struct ProductTask {
 };
 
 /// The diagonal tile of a front at its pivot k, and the strips beside it: of the block column, where `left`,
-/// and of columns [begin, end) of the block row, counted from the tile's right edge.
+/// and of columns [begin, end) of the block row, counted from the tile's right edge; those of U lie where it
+/// would begin at `upper`.
 struct StepTask {
   Vertex front, k;
   Vertex left, begin, end;
   Vertex first_strip;  // in its launch
+  Offset upper;
 };
 
 /// Rows [first_row, last_row) of columns [begin, end) of a front, all in one of its blocks, and the original
-/// entries that lie there.
+/// entries that lie there. Entry (i, j) of the front goes to place + i + j * ld, for the block's own ld.
 struct AssemblyPart {
   Vertex front, begin, end;
   Vertex first_row, last_row;
   Offset first_entry, last_entry;
+  Offset place;
 };
 
 /// A block of a front's pivot block, at (begin, column).
@@ -159,8 +162,13 @@ struct DevicePlan {
   std::vector<ProductTask> products;
   std::vector<DepthLaunches> depths;  // or segments, as `forward`; `backward` has them from the last one on
   SegmentPlan segments;               // empty where the factors fit as they are
-  std::vector<Offset> solve_lower, solve_upper;  // num_fronts, where there are segments
+  // The matrix, and where its entries go, are read in the memory of the host: once in a factorization.
+  bool matrix_on_host = false;
+  // Where there are segments, num_fronts: of SegmentPlan. The executor adds where the memory of the host
+  // begins, also to SolvePart::where, for those that a solve reads there.
+  std::vector<Offset> solve_lower, solve_upper;
   std::vector<Offset> block_read;  // num_fronts, where contribution blocks leave: for the executor to fill
+  std::vector<char> divided;       // num_fronts, where there are divided fronts
   // In place of DepthLaunches::factor of the last depth, if there are any: then the vendor's LAPACK can have
   // all roots that are not small.
   std::vector<RootTask> roots;

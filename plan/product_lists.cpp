@@ -8,7 +8,6 @@ namespace mfs {
 
 namespace {
 
-constexpr Vertex kWide = 128;  // rows of a wide tile of a product
 constexpr Vertex kDeep = 256;
 
 }  // namespace
@@ -38,13 +37,14 @@ void ProductLists::add(const std::vector<ProductTask>& products, std::vector<Lau
   const bool deep = std::any_of(products.begin(), products.end(), [&](const ProductTask& task) {
     return task.k >= kDeep && !for_vendor(task);
   });
-  const bool use_wide = limits_.wide_products && deep && tiles_with(products, kWide) >= limits_.enough_tiles;
+  const bool use_wide =
+      limits_.wide_products && deep && tiles_with(products, kWideRows) >= limits_.enough_tiles;
   Launch launch{use_wide ? Launch::Kind::wide_products : Launch::Kind::products, {}, 0, order};
   launch.tasks.begin = static_cast<Offset>(made_.products.size());
   for (ProductTask task : products) {
     if (for_vendor(task)) continue;
     task.first_tile = launch.blocks;
-    launch.blocks += static_cast<Vertex>(tiles_with(task, use_wide ? kWide : limits_.product_rows));
+    launch.blocks += static_cast<Vertex>(tiles_with(task, use_wide ? kWideRows : limits_.product_rows));
     made_.products.push_back(task);
   }
   launch.tasks.end = static_cast<Offset>(made_.products.size());

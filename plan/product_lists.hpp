@@ -8,6 +8,9 @@
 
 namespace mfs {
 
+/// Rows of a wide tile of a product.
+constexpr Vertex kWideRows = 128;
+
 /// Writes DevicePlan::products.
 class ProductLists {
  public:

@@ -4,6 +4,9 @@
 #include <map>
 #include <utility>
 
+#include "plan/product_lists.hpp"
+#include "plan/spans.hpp"
+
 namespace mfs {
 
 namespace {
@@ -27,13 +30,6 @@ void move_by_segment(const From& from, const Range& range, To& to, const Segment
         for (const Offset i : indices) to.push_back(from[i]);
         take(segment, Range{begin, static_cast<Offset>(to.size())});
       });
-}
-
-/// Blocks of task i of a launch whose tasks tell the first of theirs.
-template <class Task>
-Vertex blocks_of(const std::vector<Task>& tasks, const Launch& launch, Vertex Task::*first, Offset i) {
-  const Vertex end = i + 1 < launch.tasks.end ? tasks[i + 1].*first : launch.blocks;
-  return end - tasks[i].*first;
 }
 
 }  // namespace
@@ -69,7 +65,9 @@ void SegmentLists::divide_fronts() {
 void SegmentLists::divide_parts() {
   std::vector<AssemblyPart> parts;
   parts.reserve(made_.assemble.size());
-  const auto segment_of = [&](const AssemblyPart& part) { return made_.segments.segment[part.front]; };
+  const auto segment_of = [&](const AssemblyPart& part) {
+    return made_.segments.segment_of(part.front, part.begin);
+  };
   for (const DepthLaunches& depth : made_.depths) {
     move_by_segment(made_.assemble, depth.assemble, parts, segment_of,
                     [&](Vertex segment, const Range& range) { segments_[segment].assemble = range; });
@@ -102,24 +100,82 @@ void SegmentLists::divide_launches(std::vector<Launch> DepthLaunches::*launches)
 }
 
 // A launch that joins has something of each front that needs it (step_lists.cpp), so no segment misses one.
+// Columns of a divided front have no tiles that others could run beside: one after the other.
 template <class Task>
 void SegmentLists::divide(const Launch& launch, const std::vector<Task>& tasks, Vertex Task::*first,
                           std::vector<Task>& divided, std::vector<Launch> DepthLaunches::*launches) {
-  const bool one_block = launch.kind == Launch::Kind::diagonal || launch.kind == Launch::Kind::vendor_gemm;
-  for_each_segment(
-      launch.tasks, [&](Offset i) { return made_.segments.segment[tasks[i].front]; },
-      [&](Vertex segment, const std::vector<Offset>& indices) {
-        Launch own = launch;
-        own.tasks.begin = static_cast<Offset>(divided.size());
-        own.blocks = 0;
-        for (const Offset i : indices) {
-          divided.push_back(tasks[i]);
-          divided.back().*first = own.blocks;
-          own.blocks += one_block ? 1 : blocks_of(tasks, launch, first, i);
-        }
-        own.tasks.end = static_cast<Offset>(divided.size());
-        (segments_[segment].*launches).push_back(own);
-      });
+  std::map<Vertex, std::vector<Task>> found;
+  for (Offset i = launch.tasks.begin; i < launch.tasks.end; ++i)
+    for_each_piece(tasks[i], [&](Vertex segment, const Task& piece) { found[segment].push_back(piece); });
+  for (const auto& [segment, pieces] : found) {
+    const bool has_tiles = segment == made_.segments.segment[pieces.front().front];
+    if (!has_tiles && launch.kind == Launch::Kind::diagonal) continue;
+    Launch own = launch;
+    own.tasks.begin = static_cast<Offset>(divided.size());
+    own.blocks = 0;
+    for (Task piece : pieces) {
+      piece.*first = own.blocks;
+      own.blocks += blocks_of(piece, launch);
+      divided.push_back(piece);
+    }
+    own.tasks.end = static_cast<Offset>(divided.size());
+    if (!has_tiles) own.order = Order::sequential;
+    (segments_[segment].*launches).push_back(own);
+  }
+}
+
+Vertex SegmentLists::blocks_of(const StepTask& task, const Launch& launch) const {
+  if (launch.kind == Launch::Kind::diagonal) return 1;
+  const Vertex next = std::min(task.k + limits_.tile, plan_.pivots(task.front));
+  return (task.left ? tiles_of(plan_.rows(task.front) - next, limits_.strip) : 0) +
+         tiles_of(task.end - task.begin, limits_.strip);
+}
+Vertex SegmentLists::blocks_of(const ProductTask& task, const Launch& launch) const {
+  if (launch.kind == Launch::Kind::vendor_gemm) return 1;
+  const Vertex rows = launch.kind == Launch::Kind::wide_products ? kWideRows : limits_.product_rows;
+  return tiles_of(task.m, rows) * tiles_of(task.n, limits_.product_columns);
+}
+
+// take(segment, what of the task is its)
+template <class Take>
+void SegmentLists::for_each_piece(const StepTask& task, const Take& take) const {
+  const Vertex f = task.front, p = plan_.pivots(f), next = std::min(task.k + limits_.tile, p);
+  const auto [columns, end] = made_.segments.columns_of(f);
+  if (columns == end) return take(made_.segments.segment[f], task);
+  StepTask own = task;
+  own.end = std::min(task.end, p - next);
+  own.begin = std::min(task.begin, own.end);
+  if (task.left || own.begin < own.end) take(made_.segments.segment[f], own);
+  own.left = 0;
+  for (auto right = columns; right != end; ++right) {
+    own.begin = std::max(task.begin, right->begin - next);
+    own.end = std::min(task.end, right->end - next);
+    own.upper = right->upper;
+    if (own.begin < own.end) take(right->segment, own);
+  }
+}
+
+// What a product makes is part of P, L, U or C, of which only U and C are divided.
+template <class Take>
+void SegmentLists::for_each_piece(const ProductTask& task, const Take& take) const {
+  const Vertex f = task.front, p = plan_.pivots(f);
+  const auto [columns, end] = made_.segments.columns_of(f);
+  if (columns == end || task.ldb != p) return take(made_.segments.segment[f], task);
+  const Offset b = task.b - plan_.upper_begin[f];
+  const Vertex first = p + static_cast<Vertex>(b / p), last = first + task.n;
+  const bool of_contribution = (task.a - plan_.lower_begin[f]) % task.lda >= p;
+  for (auto own = columns; own != end; ++own) {
+    const Vertex left = std::max(first, own->begin), right = std::min(last, own->end);
+    if (left >= right) continue;
+    ProductTask piece = task;
+    piece.n = right - left;
+    const Offset before = left - first;
+    piece.b += own->upper - plan_.upper_begin[f] + before * task.ldb;
+    const Offset shift =
+        of_contribution ? own->contribution - plan_.contribution_begin[f] : own->upper - plan_.upper_begin[f];
+    piece.c += shift + before * task.ldc;
+    take(own->segment, piece);
+  }
 }
 
 void SegmentLists::divide_blocks() {
@@ -127,7 +183,7 @@ void SegmentLists::divide_blocks() {
   for (const DepthLaunches& depth : made_.depths) {
     move_by_segment(
         made_.exchange, depth.exchange, blocks,
-        [&](const FrontPart& part) { return made_.segments.segment[part.front]; },
+        [&](const FrontPart& part) { return made_.segments.last_segment_of(part.front); },
         [&](Vertex segment, const Range& range) { segments_[segment].exchange = range; });
   }
   made_.exchange = std::move(blocks);
@@ -137,7 +193,7 @@ void SegmentLists::divide_wide_tiles() {
   std::vector<FrontPart> tiles;
   move_by_segment(
       made_.wide_tiles, {0, static_cast<Offset>(made_.wide_tiles.size())}, tiles,
-      [&](const FrontPart& part) { return made_.segments.segment[part.front]; },
+      [&](const FrontPart& part) { return made_.segments.last_segment_of(part.front); },
       [&](Vertex segment, const Range& range) { segments_[segment].inverses = range; });
   made_.wide_tiles = std::move(tiles);
 }

@@ -181,10 +181,8 @@ void SolveLists::list_wide_tiles() {
 
 void SolveLists::place_factors() {
   if (!by_segments()) return;
-  for (Vertex f = 0; f < plan_.num_fronts; ++f) {
-    made_.solve_lower.push_back(plan_.lower_begin[f] + made_.segments.solve_shift(f));
-    made_.solve_upper.push_back(plan_.upper_begin[f] + made_.segments.solve_shift(f));
-  }
+  made_.solve_lower = made_.segments.solve_lower;
+  made_.solve_upper = made_.segments.solve_upper;
 }
 
 void SolveLists::number_rows() {

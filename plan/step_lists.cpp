@@ -22,7 +22,7 @@ void StepLists::list_steps() {
     for (const Vertex f : large_) {
       if (plan_.pivots(f) <= k) continue;
       const Vertex next = tile_end(f, k), right = panel_end(f, k) - next;
-      tiles.push_back({f, k, 1, 0, right, 0});
+      tiles.push_back({f, k, 1, 0, right, 0, plan_.upper_begin[f]});
       add_products(f, k, next, {next, plan_.rows(f)}, {next, next + right}, products);
     }
     place_tiles(tiles, by_panels ? Order::sequential : Order::join);
@@ -101,7 +101,7 @@ void StepLists::finish_columns(const std::vector<Vertex>& fronts, Vertex begin, 
       const Vertex next = tile_end(f, tile), end = tile_end(f, last), panel = panel_end(f, tile);
       const Span right = columns(f);
       if (right.length() == 0) continue;
-      tiles.push_back({f, tile, 0, right.begin - next, right.end - next, 0});
+      tiles.push_back({f, tile, 0, right.begin - next, right.end - next, 0, plan_.upper_begin[f]});
       add_products(f, tile, next, {next, panel}, right, products);
       if (next == panel)
         add_products(f, tile / limits_.panel * limits_.panel, panel, {panel, end}, right, below_panel);

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 #include "kernels/cuda/device_stages_def.hpp"
@@ -35,11 +36,13 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
         stages_(plan(), *pattern_, stream_, std::move(lists)) {
     const Offset n = plan().n;
     ArenaLayout layout;
-    const Offset values = layout.add(plan().nnz * sizeof(Value)), row_scale = layout.add(n * sizeof(double)),
+    const Offset on_host = stages_.matrix_on_host() ? 0 : plan().nnz;
+    const Offset values = layout.add(on_host * sizeof(Value)), row_scale = layout.add(n * sizeof(double)),
                  column_scale = layout.add(n * sizeof(double)), error = layout.add(sizeof(double)),
                  status = layout.add(sizeof(DeviceStatus));
     host_ = std::make_unique<PinnedArena>(layout.total());
-    values_ = host_->template at<Value>(values);
+    values_ = stages_.matrix_on_host() ? reinterpret_cast<Value*>(stages_.matrix_values())
+                                       : host_->template at<Value>(values);
     row_scale_ = host_->template at<double>(row_scale);
     column_scale_ = host_->template at<double>(column_scale);
     error_ = host_->template at<double>(error);
@@ -58,13 +61,9 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   static Offset spare_for(const SymbolicPlan& plan, const DevicePlan& lists, Vertex columns) {
     return VectorLayout(plan, lists, columns, kWherever).spare.total();
   }
-  /// Bytes that factors may take later, beside those of bytes_for: right-hand sides, before and after there
-  /// is room for more, and A^T.
-  static Offset bytes_later(const SymbolicPlan& plan) {
-    const Offset indices = static_cast<Offset>(sizeof(Offset)) + static_cast<Offset>(sizeof(Vertex));
-    return bytes_of(plan, 2 * kSolveColumns) + (plan.nnz + plan.n + 1) * indices +
-           (plan.n + 1) * static_cast<Offset>(sizeof(Offset));
-  }
+  /// Bytes of the device that factors in segments may take later, beside those of bytes_for: so many
+  /// right-hand sides, before and after there is room for more.
+  static Offset bytes_later(const SymbolicPlan& plan, Vertex columns) { return bytes_of(plan, 2 * columns); }
 
   Value* matrix_values() override {
     bring_values();
@@ -210,6 +209,19 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   }
   Offset bytes_of(Vertex columns) const { return bytes_of(plan(), columns); }
 
+  struct TransposedLayout {
+    ArenaLayout arena;
+    Offset offsets, columns, slots;
+    Offset total() const { return arena.total(); }
+  };
+  static TransposedLayout transposed_layout(const SymbolicPlan& plan) {
+    TransposedLayout layout;
+    layout.offsets = layout.arena.add((plan.n + Offset{1}) * static_cast<Offset>(sizeof(Offset)));
+    layout.columns = layout.arena.add(plan.nnz * static_cast<Offset>(sizeof(Vertex)));
+    layout.slots = layout.arena.add(plan.nnz * static_cast<Offset>(sizeof(Offset)));
+    return layout;
+  }
+
   void send_matrix() {
     const Offset n = plan().n;
     if (!scales_sent_) {
@@ -218,7 +230,8 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
       scales_sent_ = true;
     }
     if (!values_sent_) {
-      stream_.to_device(stages_.matrix_values(), values_, plan().nnz * sizeof(Value));
+      if (!stages_.matrix_on_host())
+        stream_.to_device(stages_.matrix_values(), values_, plan().nnz * sizeof(Value));
       values_sent_ = true;
     }
   }
@@ -226,7 +239,8 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   // The values on the host, where they came from the device.
   void bring_values() {
     if (values_here_) return;
-    stream_.to_host(values_, stages_.matrix_values(), plan().nnz * sizeof(Value));
+    if (!stages_.matrix_on_host())
+      stream_.to_host(values_, stages_.matrix_values(), plan().nnz * sizeof(Value));
     stream_.synchronize();
     values_here_ = true;
   }
@@ -459,21 +473,30 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   RowAccess<V> device_rows(const TransposedPattern* transposed) {
     const FrontStore<S, V>& at = stages_.store().fronts;
     if (!transposed) return {at.matrix_offsets, at.matrix_columns, nullptr, at.matrix_values};
-    if (!transposed_) {
+    if (!transposed_ && !transposed_on_host_) {
       const Offset n = plan().n, nnz = plan().nnz;
-      ArenaLayout layout;
-      const Offset offsets = layout.add((n + 1) * sizeof(Offset)), columns = layout.add(nnz * sizeof(Vertex)),
-                   slots = layout.add(nnz * sizeof(Offset));
-      auto arena = std::make_unique<DeviceArena>(layout.total());
-      stream_.to_device(arena->template at<Offset>(offsets), transposed->offsets.data(),
-                        (n + 1) * sizeof(Offset));
-      stream_.to_device(arena->template at<Vertex>(columns), transposed->columns.data(),
-                        nnz * sizeof(Vertex));
-      stream_.to_device(arena->template at<Offset>(slots), transposed->slots.data(), nnz * sizeof(Offset));
+      const TransposedLayout layout = transposed_layout(plan());
+      std::unique_ptr<DeviceArena> on_device;
+      std::unique_ptr<PinnedArena> on_host;
+      if (stages_.copies()) {  // a factorization needs the room more than a residual now and then
+        on_host = std::make_unique<PinnedArena>(layout.total());
+      } else {
+        on_device = std::make_unique<DeviceArena>(layout.total());
+      }
+      const RawArena& arena = on_device ? static_cast<const RawArena&>(*on_device) : *on_host;
+      const auto fill = [&](Offset place, const void* from, Offset bytes) {
+        char* const to = arena.at<char>(place);
+        if (on_device) stream_.to_device(to, from, bytes);
+        if (on_host) std::memcpy(to, from, static_cast<std::size_t>(bytes));
+      };
+      fill(layout.offsets, transposed->offsets.data(), (n + 1) * sizeof(Offset));
+      fill(layout.columns, transposed->columns.data(), nnz * sizeof(Vertex));
+      fill(layout.slots, transposed->slots.data(), nnz * sizeof(Offset));
       stream_.synchronize();
-      transposed_rows_ = {arena->template at<Offset>(offsets), arena->template at<Vertex>(columns),
-                          arena->template at<Offset>(slots), at.matrix_values};
-      transposed_ = std::move(arena);
+      transposed_rows_ = {arena.at<Offset>(layout.offsets), arena.at<Vertex>(layout.columns),
+                          arena.at<Offset>(layout.slots), at.matrix_values};
+      transposed_ = std::move(on_device);
+      transposed_on_host_ = std::move(on_host);
     }
     return transposed_rows_;
   }
@@ -503,6 +526,7 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   Graph graph_[3], solve_graph_[2][3];  // by PivotSearch; by transposed, by width
   PivotPolicy graph_policy_{0.0};
   std::unique_ptr<DeviceArena> vectors_, rhs_, transposed_;
+  std::unique_ptr<PinnedArena> transposed_on_host_;  // or there, where there are segments
   RowAccess<V> transposed_rows_{};
   Vertex width_ = 0;  // of the vectors
   Vertex columns_at_once_ = 1;

@@ -82,7 +82,9 @@ class DeviceStages {
   /// Of the memory that stages with these launches will take, the libraries' left out.
   static NumericBytes bytes_for(const SymbolicPlan& plan, const Pattern& pattern, const DevicePlan& lists);
 
+  /// For the device; for the host as well, if matrix_on_host().
   V* matrix_values() const { return store_.fronts.matrix_values; }
+  bool matrix_on_host() const { return lists_.matrix_on_host; }
   double* row_scale() const { return store_.fronts.row_scale; }
   double* column_scale() const { return store_.fronts.column_scale; }
   const DeviceStore<S, V>& store() const { return store_; }
@@ -137,13 +139,15 @@ class DeviceStages {
  private:
   struct Layout;
   void open_libraries();
-  void find_blocks_on_host();
+  void find_places_on_host();
+  Offset upload(const Pattern& pattern);
   void set_kernel_attributes();
   void launch_small_fronts(const std::vector<SmallLaunch>& launches);
   void join_small_fronts(const std::vector<SmallLaunch>& launches);
   void launch_stages(const PivotPolicy& policy, PivotSearch search, const Mark& mark);
   template <class Next>
   void launch_steps(const DepthLaunches& depth, bool look_ahead, const Next& next);
+  void follow_divided(const Segment& segment);
   void launch_roots();
   void invert(const Range& tiles);
   DeviceStore<S, V> store_for_solve() const;
@@ -168,6 +172,7 @@ class DeviceStages {
   std::optional<DeviceLapack> lapack_;           // or roots
   std::unique_ptr<SegmentCopies> copies_;
   DeviceArena arena_;
+  std::unique_ptr<PinnedArena> host_arena_;  // where the matrix lies there
   DeviceStore<S, V> store_;
   DeviceStatus* status_;
   Vertex most_columns_ = 1;

@@ -1,6 +1,11 @@
 // Definitions of device_stages.hpp, for the files that instantiate it.
 #pragma once
 
+#include <algorithm>
+#include <cstring>
+#include <iterator>
+
+#include "kernels/cuda/device_limits.hpp"
 #include "kernels/cuda/device_stages.hpp"
 #include "kernels/cuda/factor/assembly.hpp"
 #include "kernels/cuda/factor/block_lu.hpp"
@@ -15,21 +20,30 @@
 
 namespace mfs::cuda {
 
-/// Where each array lies in the arena. Visited twice in one order: to add up sizes, and to copy.
+/// Where each array lies in the arena, or in that of the host. Visited twice in one order: to add up sizes,
+/// and to copy.
 template <class S, class V>
 struct DeviceStages<S, V>::Layout {
-  ArenaLayout arena;
-  Offset copied = 0;  // bytes
+  ArenaLayout arena, host;
+  Offset copied = 0;  // bytes, to the device
 
   Layout(const SymbolicPlan& plan, const Pattern& pattern, const DevicePlan& lists) {
     DeviceStore<S, V> store{};
-    place(plan, pattern, lists, store, [this](auto*& pointer, Offset count, const void* source) {
+    place(plan, pattern, lists, store, [&](auto*& pointer, Offset count, const void* source) {
       using T = std::remove_pointer_t<std::remove_reference_t<decltype(pointer)>>;
       const Offset bytes = count * static_cast<Offset>(sizeof(T));
-      arena.add(bytes);
-      if (source) copied += bytes;
+      const bool there = on_host(store, &pointer, lists);
+      (there ? host : arena).add(bytes);
+      if (source && !there) copied += bytes;
     });
     arena.add(sizeof(DeviceStatus));
+  }
+
+  /// Whether this member of the store points to the memory of the host.
+  static bool on_host(const DeviceStore<S, V>& store, const void* member, const DevicePlan& lists) {
+    const FrontStore<S, V>& at = store.fronts;
+    const void* const there[] = {&at.matrix_values, &at.matrix_columns, &at.entry_in_row, &store.entry_place};
+    return lists.matrix_on_host && std::find(std::begin(there), std::end(there), member) != std::end(there);
   }
 
   template <class Place>
@@ -66,59 +80,10 @@ struct DeviceStages<S, V>::Layout {
     copy(store.solve_lower, lists.solve_lower);
     copy(store.solve_upper, lists.solve_upper);
     copy(store.block_read, lists.block_read);
+    copy(store.divided, lists.divided);
+    put(store.row_place, lists.divided.empty() ? 0 : n, nullptr);
   }
 };
-
-/// Roots of so many pivots go to cuSOLVER, whose handle may take this part of the factors' memory.
-constexpr Vertex kLeastRoot = 1024;
-constexpr Offset kHandleShare = 10;
-
-/// Tiles and strips as large as `memory` bytes a block allow, a wider tile before longer strips: it makes
-/// half as many passes over what is right of it.
-template <class S>
-bool cut_tiles(std::size_t memory, DeviceLimits& limits) {
-  for (const Vertex tile : {kTile<S>, kNarrowTile<S>}) {
-    for (const Vertex strip : {kStrip, kShortStrip}) {
-      limits.tile = tile;
-      limits.strip = strip;
-      if (block_lu_bytes<S>(tile) <= memory && strip_bytes<S>(tile / kInverted, strip) <= memory) return true;
-    }
-  }
-  return false;
-}
-
-/// For kernels with the numbers S on a device of so many multiprocessors, a block of which may have `memory`
-/// bytes. Throws BackendError where that is too little.
-template <class S>
-DeviceLimits device_limits(int multiprocessors, std::size_t memory, Vertex least_root) {
-  static_assert(kSmallRows<S> <= kAssemblyTurns.rows);
-  static_assert(strip_bytes<S>(kTile<S> / kInverted, kStrip) <= kMostSharedMemory);
-  static_assert(small_front_bytes<S>(kSmallRows<S>) <= kMostSharedMemory);
-  static_assert(substitution_bytes<S, kSolveColumns>() <= kMostSharedMemory);
-  static_assert(substitution_bytes<S, 1>() <= kLeastSharedMemory);
-  static_assert(sizeof(TileInverseWork<S>) <= kLeastSharedMemory);
-  static_assert(ShortShape::bytes<S>() <= kLeastSharedMemory);
-  static_assert(!kWideProducts<S> || WideShape::bytes<S>() <= kLeastSharedMemory);
-  DeviceLimits limits{kTile<S>, kSmallRows<S>, kWideProducts<S>, kStrip, multiprocessors};
-  if (memory < kLeastSharedMemory || !cut_tiles<S>(memory, limits)) {
-    throw BackendError("CUDA", 0,
-                       "a block of this device may have " + std::to_string(memory) +
-                           " bytes of shared memory; the kernels need " + std::to_string(kLeastSharedMemory));
-  }
-  while (small_front_bytes<S>(limits.small_rows) > memory) limits.small_rows -= 16;
-  limits.least_root = least_root;
-  return limits;
-}
-/// Of the current device.
-template <class S>
-DeviceLimits device_limits(Vertex least_root) {
-  return device_limits<S>(multiprocessors(), static_cast<std::size_t>(shared_memory_per_block()), least_root);
-}
-template <class S>
-Vertex least_root_for(const SymbolicPlan& plan) {
-  const Offset factors = plan.factor_entries * static_cast<Offset>(sizeof(S));
-  return DeviceLapack::kHandleBytes <= factors / kHandleShare ? kLeastRoot : kNoRoots;
-}
 
 template <class S, class V>
 DevicePlan DeviceStages<S, V>::lists_for(const SymbolicPlan& plan, SegmentPlan segments) {
@@ -176,17 +141,10 @@ DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& patter
                   : std::make_unique<SegmentCopies>(lists_.segments, static_cast<Offset>(sizeof(S)))),
       arena_(Layout(plan, pattern, lists_).arena.total()) {
   open_libraries();
-  find_blocks_on_host();
-  Upload upload(stream_, Layout(plan, pattern, lists_).copied);
-  Offset place = 0;
-  Layout::place(plan, pattern, lists_, store_, [&](auto*& pointer, Offset count, const void* source) {
-    using T = std::remove_pointer_t<std::remove_reference_t<decltype(pointer)>>;
-    pointer = arena_.at<T>(place);
-    const Offset bytes = count * static_cast<Offset>(sizeof(T));
-    if (source) upload.to_device(const_cast<std::remove_const_t<T>*>(pointer), source, bytes);
-    place += (bytes + kRegionAlignment - 1) / kRegionAlignment * kRegionAlignment;
-  });
+  find_places_on_host();
+  const Offset place = upload(pattern);
   if (lists_.block_read.empty()) store_.block_read = store_.fronts.contribution_begin;
+  if (lists_.divided.empty()) store_.divided = nullptr;
   store_.fronts.n = plan.n;
   store_.fronts.max_block_size = plan.max_block_size;
   store_.fronts.entry_target = nullptr;
@@ -205,15 +163,45 @@ DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& patter
   set_kernel_attributes();
 }
 
+// Returns what has been used of the arena.
+template <class S, class V>
+Offset DeviceStages<S, V>::upload(const Pattern& pattern) {
+  const Layout layout(plan_, pattern, lists_);
+  if (layout.host.total() > 0) host_arena_ = std::make_unique<PinnedArena>(layout.host.total());
+  Upload upload(stream_, layout.copied);
+  Offset place = 0, host_place = 0;
+  Layout::place(plan_, pattern, lists_, store_, [&](auto*& pointer, Offset count, const void* source) {
+    using T = std::remove_pointer_t<std::remove_reference_t<decltype(pointer)>>;
+    const bool there = Layout::on_host(store_, &pointer, lists_);
+    Offset& at = there ? host_place : place;
+    pointer = there ? host_arena_->template at<T>(at) : arena_.at<T>(at);
+    const Offset bytes = count * static_cast<Offset>(sizeof(T));
+    T* const to = pointer;
+    if (source && there)
+      std::memcpy(const_cast<std::remove_const_t<T>*>(to), source, static_cast<std::size_t>(bytes));
+    if (source && !there) upload.to_device(const_cast<std::remove_const_t<T>*>(to), source, bytes);
+    at += (bytes + kRegionAlignment - 1) / kRegionAlignment * kRegionAlignment;
+  });
+  return place;
+}
+
 // The device reads page-locked memory of the host as its own: one address means one place. The region comes
 // first in the arena.
 template <class S, class V>
-void DeviceStages<S, V>::find_blocks_on_host() {
-  if (lists_.block_read.empty()) return;
-  const Offset host = static_cast<const char*>(copies_->host()) - arena_.template at<char>(0);
+void DeviceStages<S, V>::find_places_on_host() {
+  if (lists_.segments.empty()) return;
+  const Offset bytes = static_cast<const char*>(copies_->host()) - arena_.template at<char>(0);
+  const Offset host = bytes / static_cast<Offset>(sizeof(S));
   for (Vertex f = 0; f < plan_.num_fronts; ++f) {
     const Offset place = lists_.segments.read_on_host[f];
-    if (place >= 0) lists_.block_read[f] = host / static_cast<Offset>(sizeof(S)) + place;
+    if (place >= 0) lists_.block_read[f] = host + place;
+    if (!lists_.segments.solved_on_host(f)) continue;
+    lists_.solve_lower[f] += host;
+    lists_.solve_upper[f] += host;
+  }
+  for (SolvePart& part : lists_.solve) {
+    part.where.lower = lists_.solve_lower[part.front];
+    part.where.upper = lists_.solve_upper[part.front];
   }
 }
 
@@ -382,6 +370,7 @@ void DeviceStages<S, V>::launch_stages(const PivotPolicy& policy, PivotSearch se
       launch_roots();
     } else {
       launch_steps(depth, look_ahead, next);
+      if (copies_) follow_divided(lists_.segments.segments[step]);
     }
     next(Kernel::exchange);
     if (depth.exchange.count() > 0) {
@@ -447,6 +436,13 @@ void DeviceStages<S, V>::launch_steps(const DepthLaunches& depth, bool look_ahea
 }
 
 template <class S, class V>
+void DeviceStages<S, V>::follow_divided(const Segment& segment) {
+  if (!segment.divided) return;
+  const Vertex f = lists_.segments.order[segment.begin];
+  follow_exchanges<<<vector_blocks(plan_.pivots(f)), kVectorThreads, 0, stream_.get()>>>(store_, f);
+}
+
+template <class S, class V>
 void DeviceStages<S, V>::launch_roots() {
   for (const RootTask& root : lists_.roots)
     lapack_->getrf(root.pivots, store_.fronts.storage + root.at, root.ld);
@@ -477,8 +473,12 @@ void DeviceStages<S, V>::assemble(const DepthLaunches& depth, bool look_ahead) {
 template <class S, class V>
 void DeviceStages<S, V>::assemble(const Range& parts, const Stream& stream) {
   if (parts.count() == 0) return;
-  assemble_fronts<<<static_cast<unsigned>(parts.count()), kAssembleThreads, 0, stream.get()>>>(store_,
-                                                                                               parts.begin);
+  const auto blocks = static_cast<unsigned>(parts.count());
+  if (lists_.divided.empty()) {
+    assemble_fronts<false><<<blocks, kAssembleThreads, 0, stream.get()>>>(store_, parts.begin);
+  } else {
+    assemble_fronts<true><<<blocks, kAssembleThreads, 0, stream.get()>>>(store_, parts.begin);
+  }
 }
 
 // Launches `side` in another stream while `main` runs, where there are both.

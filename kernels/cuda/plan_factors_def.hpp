@@ -20,7 +20,9 @@ class FactorPlanner {
 
   Planned<Factors<Value>> run() {
     take(plan_, std::make_shared<DevicePlan>(Stages::lists_for(*plan_)));
-    measure_rest();
+    small_rows_ = lists_->small_rows;
+    solve_places_ = lists_->solve_places;
+    for (const bool on_host : {true, false}) measure_rest(on_host);
     // So little is not worth a question, which would wait for the device to be there.
     constexpr Offset kLittle = Offset(1) << 28;
     const Offset needed = bytes_.total();
@@ -41,42 +43,65 @@ class FactorPlanner {
     lists_ = std::move(lists);
   }
 
-  // All but the region, at most: the lists of segments tell twice which tiles are factored.
-  void measure_rest() {
+  // All but the region and right-hand sides, at most: the lists of segments tell twice which tiles are
+  // factored.
+  void measure_rest(bool matrix_on_host) {
+    lists_->matrix_on_host = matrix_on_host;
     const auto bytes_of = [](const auto& list) {
       return static_cast<Offset>(list.size() * sizeof(*list.data()));
     };
     constexpr Offset kRounding = 4096;
-    beside_ = bytes_.other + bytes_of(lists_->steps) + bytes_of(plan_->lower_begin) +
-              bytes_of(plan_->upper_begin) + bytes_of(plan_->contribution_begin) + Made::bytes_later(*plan_) +
-              Stages::library_bytes(*lists_) + kRounding;
-    solve_places_ = lists_->solve_places;
+    const Offset row_place = plan_->n * static_cast<Offset>(sizeof(Vertex)) + plan_->num_fronts;
+    beside_[matrix_on_host] = Made::bytes_for(*plan_, *pattern_, *lists_).other + bytes_of(lists_->steps) +
+                              bytes_of(plan_->lower_begin) + bytes_of(plan_->upper_begin) +
+                              bytes_of(plan_->contribution_begin) + row_place +
+                              Stages::library_bytes(*lists_) + kRounding;
+  }
+  Offset beside(Vertex columns, bool matrix_on_host) const {
+    return beside_[matrix_on_host] + Made::bytes_later(*plan_, columns);
   }
 
   Offset available_bytes(Offset held) const {
     const Offset free = free_memory() + held;
-    return room_.limit > 0 ? std::min(free, room_.limit) : free;
+    return room_.limit > 0 ? std::min(free, room_.limit - counted_context()) : free;
   }
 
-  // For so many bytes of the device. Where no segments fit, placed_ becomes null, and bytes_ what would do.
+  // A limit is one for all that the process holds, code of kernels that have not been launched yet included.
+  Offset counted_context() const {
+    constexpr Offset kCodeToCome = Offset(64) << 20;
+    return room_.limit > 0 ? bytes_of_context() + kCodeToCome : 0;
+  }
+
+  // For so many bytes of the device: with the matrix there, if that can be. Where no segments fit, placed_
+  // becomes null, and bytes_ what would do.
   void divide(Offset available) {
     constexpr Offset kLeast = Offset(256) << 20, kShare = 64;
     constexpr Offset kPart = 8;  // of the region, which vectors of many columns may have in a solve
     if (room_.limit == 0) available -= std::max(kLeast, available / kShare);  // the driver loads more later
-    const Offset region = std::max<Offset>(available - beside_, 0) / kEntry / kAlignment * kAlignment;
     placed_ = nullptr;
     lists_ = nullptr;
-    const Offset many = spare_for(kSolveColumns), few = spare_for(kFewColumns);
-    SegmentPlan segments;
-    if (many <= region / kPart) segments = make_segments(*plan_, region, many);
-    if (segments.empty()) segments = make_segments(*plan_, region, few);
+    bool on_host = false;  // the matrix
+    const auto segments_for = [&](Vertex columns) {
+      const Offset entries = std::max<Offset>(available - beside(columns, on_host), 0) / kEntry;
+      const Offset region = entries / kAlignment * kAlignment, spare = spare_for(columns);
+      const bool too_many = columns > kFewColumns && spare > region / kPart;
+      return too_many ? SegmentPlan() : make_segments(*plan_, region, spare, small_rows_);
+    };
+    SegmentPlan segments = segments_for(kSolveColumns);
+    if (segments.empty()) segments = segments_for(kFewColumns);
+    if (segments.empty()) {
+      on_host = true;
+      segments = segments_for(kFewColumns);
+    }
     if (segments.empty()) {
       bytes_ = {};
-      bytes_.other = least_region(*plan_, few) * kEntry + beside_;
+      bytes_.other = least_region(*plan_, spare_for(kFewColumns), small_rows_) * kEntry +
+                     beside(kFewColumns, on_host) + counted_context();
       return;
     }
     auto placed = std::make_shared<SymbolicPlan>(placed_by(segments, *plan_));
     auto lists = std::make_shared<DevicePlan>(Stages::lists_for(*placed, std::move(segments)));
+    lists->matrix_on_host = on_host;
     placed->entry_target = {};
     placed->entry_row = {};
     take(std::move(placed), std::move(lists));
@@ -95,7 +120,7 @@ class FactorPlanner {
     for (bool again = true;; again = false) {
       if (!placed_)
         throw OutOfMemory(MemorySpace::device, static_cast<std::size_t>(bytes_.total()),
-                          static_cast<std::size_t>(available_bytes(0)));
+                          static_cast<std::size_t>(available_bytes(0) + counted_context()));
       try {
         return std::make_unique<Made>(placed_, pattern_, std::move(*lists_));
       } catch (const OutOfMemory& error) {
@@ -114,7 +139,9 @@ class FactorPlanner {
   NumericBytes bytes_;
   DeviceFlops flops_;
   Movement movement_;
-  Offset beside_ = 0, solve_places_ = 0;
+  Offset beside_[2] = {0, 0};  // with the matrix on the device, on the host
+  Offset solve_places_ = 0;
+  Vertex small_rows_ = 0;
 };
 
 template <class Value, class Scalar>

@@ -18,23 +18,19 @@ void SegmentCopies::begin_factor(Vertex t, const Stream& main) {
 }
 
 void SegmentCopies::end_factor(Vertex t, const Stream& main, const void* storage) {
-  const Segment& segment = plan_.segments[t];
-  const auto of_others = [](const LeavingBlocks& blocks, Vertex from) { return blocks.from < from; };
+  const auto of_others = [](const LeavingBlock& block, Vertex from) { return block.from < from; };
   const auto blocks = std::lower_bound(plan_.leaving.begin(), plan_.leaving.end(), t, of_others);
   const auto end = std::lower_bound(blocks, plan_.leaving.end(), t + 1, of_others);
-  if (segment.stays() && blocks == end) return;
+  if (blocks == end) return;
   done_[t].record(main);
   stream_.wait_for(done_[t]);
-  // A parent may wait for the blocks, nobody yet for the factors; but one event tells of both.
-  for (auto block = blocks; block != end; ++block) leave(block->place, block->host, block->entries, storage);
-  if (!segment.stays()) leave(segment.place, segment.host, segment.entries, storage);
+  for (auto block = blocks; block != end; ++block) {
+    stream_.to_host(memory_.at<char>(block->host * entry_bytes_),
+                    static_cast<const char*>(storage) + block->place * entry_bytes_,
+                    block->entries * entry_bytes_);
+  }
   moved_[t].record(stream_);
   last_ = t;
-}
-
-void SegmentCopies::leave(Offset place, Offset host, Offset entries, const void* storage) const {
-  stream_.to_host(memory_.at<char>(host * entry_bytes_),
-                  static_cast<const char*>(storage) + place * entry_bytes_, entries * entry_bytes_);
 }
 
 void SegmentCopies::end_factorization(const Stream& main) const {
@@ -47,13 +43,13 @@ void SegmentCopies::begin_solve(const Stream& main) {
 
 void SegmentCopies::begin_forward(Vertex t, const Stream& main, void* storage) {
   const Segment& segment = plan_.segments[t];
-  if (segment.stays()) return;
+  if (!segment.comes()) return;
   come(t, segment.forward_after < 0 ? begun_ : done_[segment.forward_after], main, storage);
 }
 
 void SegmentCopies::begin_backward(Vertex t, const Stream& main, void* storage) {
   const Segment& segment = plan_.segments[t];
-  if (segment.stays() || segment.backward_after < 0) return;
+  if (!segment.comes() || segment.backward_after < 0) return;
   come(t, done_[segment.backward_after], main, storage);
 }
 

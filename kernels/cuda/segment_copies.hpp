@@ -36,7 +36,6 @@ class SegmentCopies {
 
  private:
   void come(Vertex t, const Event& after, const Stream& main, void* storage);
-  void leave(Offset place, Offset host, Offset entries, const void* storage) const;
 
   const SegmentPlan& plan_;
   const Offset entry_bytes_;

@@ -121,19 +121,41 @@ TEST_F(DeviceFaults, EveryCallThatFailsIsToldAndForgotten) {
   }
 }
 
-// In segments, with copies beside the kernels.
+// Of the device, so many of which a limit must have room for beside the factors: code that comes later
+// counts.
+std::int64_t bytes_of_context() {
+  return cuda::bytes_of_context() + (Offset(65) << 20);
+}
+
+/// The least that does for a matrix, which OutOfMemory names.
+std::int64_t least_limit(Options options, const SparseMatrix& a) {
+  options.memory_limit = 1;
+  Solver solver(options);
+  try {
+    solver.factor(a.view());
+  } catch (const OutOfMemory& error) {
+    return static_cast<std::int64_t>(error.needed());
+  }
+  ADD_FAILURE() << "one byte did";
+  return 1;
+}
+
+// In segments, with copies beside the kernels; and with fronts divided and the matrix on the host.
 TEST_F(DeviceFaults, EveryCallThatFailsIsToldWhereFactorsDoNotFit) {
   const SparseMatrix a = grid_3d(12);
   Solver full(options_);
-  full.analyze(a.view());
-  options_.memory_limit = full.report().bytes_peak * 9 / 10;
-  Solver partial(options_);
-  partial.analyze(a.view());
-  ASSERT_TRUE(partial.report().partial);
-  const System system = system_of(a);
-  const long calls = count_calls(system);
-  ASSERT_GT(calls, 100);
-  for (long n = 0; n < calls && !HasFailure(); n += 5) expect_survives(options_, system, n);
+  full.factor(a.view());
+  const std::int64_t most = bytes_of_context() + full.report().bytes_peak * 9 / 10;
+  for (const std::int64_t limit : {most, least_limit(options_, a)}) {
+    options_.memory_limit = limit;
+    Solver partial(options_);
+    partial.analyze(a.view());
+    ASSERT_TRUE(partial.report().partial);
+    const System system = system_of(a);
+    const long calls = count_calls(system);
+    ASSERT_GT(calls, 100);
+    for (long n = 0; n < calls && !HasFailure(); n += 5) expect_survives(options_, system, n);
+  }
 }
 
 // By another process, say. There is no room for all factors then, but for segments.

@@ -89,6 +89,9 @@ class ListInterpreter {
 
   FrontBlocks<double> front(Vertex f) const { return blocks_in(plan_, storage_.data(), f); }
   std::vector<double>& storage() { return storage_; }
+  const std::vector<double>& storage() const { return storage_; }
+  /// Fronts lie in one piece, also those whose columns have segments of their own.
+  void take_whole_fronts() { whole_fronts_ = true; }
   /// Contribution blocks of children are read where block_at(child) says, unless that is null.
   void read_blocks_at(std::function<const double*(Vertex)> block_at) { block_at_ = std::move(block_at); }
 
@@ -195,18 +198,36 @@ class ListInterpreter {
     const SymbolicPlan& plan = self.plan_;
     const Offset p = plan.pivots(f);
     if (j < p) return self.storage_[plan.lower_begin[f] + i + static_cast<Offset>(j) * plan.lower_ld(f)];
-    if (i < p) return self.storage_[plan.upper_begin[f] + i + (j - p) * p];
-    return self.storage_[plan.contribution_begin[f] + i - p + (j - p) * plan.contribution_ld(f)];
+    Offset upper = plan.upper_begin[f], contribution = plan.contribution_begin[f];
+    if (self.lists_.segments.has_divided() && !self.whole_fronts_) {
+      auto [columns, end] = self.lists_.segments.columns_of(f);
+      for (; columns != end; ++columns) {
+        if (j < columns->begin || j >= columns->end) continue;
+        upper = columns->upper;
+        contribution = columns->contribution;
+      }
+    }
+    if (i < p) return self.storage_[upper + i + (j - p) * p];
+    return self.storage_[contribution + i - p + (j - p) * plan.contribution_ld(f)];
   }
   double& at(Vertex f, Vertex i, Vertex j) { return entry_of(*this, f, i, j); }
   double at(Vertex f, Vertex i, Vertex j) const { return entry_of(*this, f, i, j); }
 
+  // Where original entry e of front f goes.
+  double& target(Vertex f, Offset e) {
+    const Offset p = plan_.pivots(f), ld = plan_.lower_ld(f),
+                 upper = plan_.entry_target[e] - plan_.upper_begin[f],
+                 lower = plan_.entry_target[e] - plan_.lower_begin[f];
+    if (lower >= 0 && lower < p * ld)
+      return at(f, static_cast<Vertex>(lower % ld), static_cast<Vertex>(lower / ld));
+    return at(f, static_cast<Vertex>(upper % p), static_cast<Vertex>(p + upper / p));
+  }
   // `to(place)`: the entry that a place means.
   template <class To>
-  void add_entries(Offset begin, Offset end, const To& to) {
+  void add_entries(Vertex f, Offset begin, Offset end, const To& to) {
     for (Offset e = begin; e < end; ++e) {
       double& entry = to(lists_.entry_place[e]);
-      EXPECT_EQ(&entry, &storage_[plan_.entry_target[e]]);
+      EXPECT_EQ(&entry, &target(f, e));
       const Vertex row = plan_.entry_row[e];
       const Offset slot = problem_.pattern->offsets[row] + plan_.entry_in_row[e];
       const double scale = problem_.row_scale[row] * problem_.column_scale[problem_.pattern->columns[slot]];
@@ -247,7 +268,7 @@ class ListInterpreter {
           for (Vertex i = 0; i < rows(f); ++i) at(f, i, j) = 0;
         }
         const Vertex lower = plan_.pivots(f) * rows(f);
-        add_entries(plan_.entry_begin[f], plan_.entry_begin[f + 1], [&](Vertex place) -> double& {
+        add_entries(f, plan_.entry_begin[f], plan_.entry_begin[f + 1], [&](Vertex place) -> double& {
           return storage_[place < lower ? plan_.lower_begin[f] + place
                                         : plan_.upper_begin[f] + place - lower];
         });
@@ -266,18 +287,21 @@ class ListInterpreter {
   void assemble(const AssemblyPart& part) {
     const Vertex f = part.front, p = plan_.pivots(f);
     EXPECT_TRUE(part.end <= p || (part.begin >= p && (part.last_row <= p || part.first_row >= p)));
+    const Offset ld = part.begin < p ? plan_.lower_ld(f) : part.first_row < p ? p : plan_.contribution_ld(f);
     for (Vertex j = part.begin; j < part.end; ++j) {
       EXPECT_TRUE(assembled_.emplace(f, j, part.first_row).second) << "assembled twice";
+      EXPECT_EQ(&storage_[part.place + part.first_row + j * ld], &at(f, part.first_row, j));
+      double* const column = &storage_[part.place + j * ld];
       for (Vertex i = part.first_row; i < part.last_row; ++i) {
-        at(f, i, j) = 0;
+        column[i] = 0;
         for (Vertex c = plan_.child_begin[f]; c < plan_.child_begin[f + 1]; ++c) {
           const Vertex* const map = &lists_.child_row[lists_.child_row_begin[c]];
-          if (map[i] >= 0 && map[j] >= 0) at(f, i, j) += child_entry(plan_.children[c], map[i], map[j]);
+          if (map[i] >= 0 && map[j] >= 0) column[i] += child_entry(plan_.children[c], map[i], map[j]);
         }
       }
     }
-    double* const first = &at(f, 0, part.begin);
-    add_entries(part.first_entry, part.last_entry, [&](Vertex place) -> double& { return first[place]; });
+    double* const first = &storage_[part.place + part.begin * ld];
+    add_entries(f, part.first_entry, part.last_entry, [&](Vertex place) -> double& { return first[place]; });
   }
   void assemble(const Range& parts) {
     for (Offset i = parts.begin; i < parts.end; ++i) assemble(lists_.assemble[i]);
@@ -361,6 +385,10 @@ class ListInterpreter {
     const Vertex begin = task.begin + (strip - strips) * lists_.strip;
     EXPECT_LT(begin, task.end) << "a block without work";
     for (Vertex j = next + begin; j < next + std::min(begin + lists_.strip, task.end); ++j) {
+      const Offset p = plan_.pivots(f);
+      if (j >= p) {
+        EXPECT_EQ(&storage_[task.upper + k + (j - p) * p], &at(f, k, j));
+      }
       for (Vertex i = k; i < next; ++i) {
         for (Vertex t = k; t < i; ++t, flops_.trsm += 2) at(f, i, j) -= at(f, i, t) * at(f, t, j);
       }
@@ -458,6 +486,7 @@ class ListInterpreter {
   Concurrent concurrent_;
   std::map<Vertex, std::vector<double>> border_seen_;  // by the last tile of a front
   std::size_t waiting_tiles_;
+  bool whole_fronts_ = false;
   std::set<std::tuple<Vertex, Vertex, Vertex>> assembled_;  // fronts, their columns and first rows
 };
 

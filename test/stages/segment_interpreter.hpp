@@ -2,6 +2,7 @@
 // as the plan allows, and whatever it does not need any more becomes NaN at once.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <vector>
 
@@ -17,22 +18,23 @@ class SegmentInterpreter {
   SegmentInterpreter(const StageProblem<double>& problem, const SegmentPlan& segments,
                      const DeviceLimits& limits, Copies copies)
       : placed_(with_plan(problem, placed_by(segments, *problem.plan))),
-        lists_(make_device_plan(*placed_.plan, limits, segments)),
+        lists_(executable(make_device_plan(*placed_.plan, limits, segments))),
         in_solve_(with_plan(problem, solve_plan())),
         copies_(copies),
         interpreter_(placed_, lists_, copies, limits.waiting_tiles),
         solver_(in_solve_, lists_, copies, limits.waiting_tiles),
-        host_(static_cast<std::size_t>(segments.host_entries + segments.leaving_entries), kNothing) {}
+        host_(static_cast<std::size_t>(segments.host_entries + segments.leaving_entries), kNothing) {
+    solver_.take_whole_fronts();
+  }
 
-  /// Calls visit(front, its blocks) for each front when its segment is done.
+  /// Calls visit(front, its blocks) for each front when its segments are done.
   template <class Visit>
   void factor(const Visit& visit) {
     left_ = 0;
     interpreter_.read_blocks_at([&](Vertex child) { return read_on_host(child); });
     interpreter_.factor([&](Vertex t) { leave_until(segments()[t].leaves_first); },
                         [&](Vertex t) {
-                          for_fronts(t, [&](Vertex f) { visit(f, interpreter_.front(f)); });
-                          forget_children(t);
+                          visit_segment(t, visit);
                           if (copies_ == Copies::at_once) leave_until(t + 1);
                         });
     leave_until(count());
@@ -41,6 +43,9 @@ class SegmentInterpreter {
     for (const Segment& own : segments()) {
       if (own.stays()) std::copy_n(&interpreter_.storage()[own.place], own.entries, &region[own.solve_place]);
     }
+    // The memory of the host lies behind the region.
+    region.resize(static_cast<std::size_t>(lists_.segments.region_entries));
+    region.insert(region.end(), host_.begin(), host_.end());
   }
 
   /// The factors of a front as they lie in the end: [P; L], U.
@@ -48,7 +53,7 @@ class SegmentInterpreter {
     const Segment& own = segments()[lists_.segments.segment[f]];
     const SymbolicPlan& plan = *in_solve_.plan;
     const double* const from =
-        own.stays() ? solver_.storage().data() : host_.data() + own.host - own.solve_place;
+        own.comes() ? host_.data() + own.host - own.solve_place : solver_.storage().data();
     return {packed(from + plan.lower_begin[f], plan.rows(f), plan.pivots(f), plan.lower_ld(f)),
             packed(from + plan.upper_begin[f], plan.pivots(f), plan.border_rows(f), plan.pivots(f)),
             {}};
@@ -81,6 +86,20 @@ class SegmentInterpreter {
     problem.plan = std::make_shared<SymbolicPlan>(std::move(plan));
     return problem;
   }
+  // With the places of the memory of the host, behind the region.
+  static DevicePlan executable(DevicePlan lists) {
+    const SegmentPlan& all = lists.segments;
+    for (std::size_t f = 0; f < lists.solve_lower.size(); ++f) {
+      if (!all.solved_on_host(static_cast<Vertex>(f))) continue;
+      lists.solve_lower[f] += all.region_entries;
+      lists.solve_upper[f] += all.region_entries;
+    }
+    for (SolvePart& part : lists.solve) {
+      part.where.lower = lists.solve_lower[part.front];
+      part.where.upper = lists.solve_upper[part.front];
+    }
+    return lists;
+  }
   SymbolicPlan solve_plan() const {
     SymbolicPlan plan = *placed_.plan;
     plan.lower_begin = lists_.solve_lower;
@@ -94,12 +113,42 @@ class SegmentInterpreter {
     for (Vertex i = segments()[t].begin; i < segments()[t].end; ++i) visit(lists_.segments.order[i]);
   }
 
+  template <class Visit>
+  void visit_segment(Vertex t, const Visit& visit) {
+    for (const BorderColumns& columns : lists_.segments.border_columns) {
+      if (columns.segment == t) visit_columns(columns, visit);
+    }
+    for_fronts(t, [&](Vertex f) {
+      if (segments()[t].divided) {
+        const SymbolicPlan& plan = *placed_.plan;
+        const double* const from = &interpreter_.storage()[plan.lower_begin[f]];
+        done_[f] = {packed(from, plan.rows(f), plan.pivots(f), plan.lower_ld(f)), {}, {}};
+      } else {
+        visit(f, interpreter_.front(f));
+        forget_children(f);
+      }
+    });
+  }
+  template <class Visit>
+  void visit_columns(const BorderColumns& own, const Visit& visit) {
+    const SymbolicPlan& plan = *placed_.plan;
+    const Vertex f = own.front, p = plan.pivots(f), b = plan.border_rows(f), width = own.end - own.begin;
+    const Offset ld = plan.contribution_ld(f), before = own.begin - p;
+    const auto add = [](std::vector<double>& to, const std::vector<double>& from) {
+      to.insert(to.end(), from.begin(), from.end());
+    };
+    const double* const storage = interpreter_.storage().data();
+    add(done_[f].upper, packed(storage + own.upper + before * p, p, width, p));
+    add(done_[f].contribution, packed(storage + own.contribution + before * ld, b, width, ld));
+    if (own.end < plan.rows(f)) return;
+    visit(f, done_[f]);
+    forget_children(f);
+  }
+
   void leave_until(Vertex end) {
     for (; left_ < end; ++left_) {
-      const Segment& own = segments()[left_];
-      if (!own.stays()) leave(own.place, own.entries, own.host);
-      for (const LeavingBlocks& blocks : lists_.segments.leaving) {
-        if (blocks.from == left_) leave(blocks.place, blocks.entries, blocks.host);
+      for (const LeavingBlock& block : lists_.segments.leaving) {
+        if (block.from == left_) leave(block.place, block.entries, block.host);
       }
     }
   }
@@ -113,17 +162,15 @@ class SegmentInterpreter {
     const Offset place = lists_.segments.read_on_host[child];
     return place < 0 ? nullptr : host_.data() + place;
   }
-  void forget_children(Vertex t) {
+  void forget_children(Vertex f) {
     const SymbolicPlan& plan = *placed_.plan;
-    for_fronts(t, [&](Vertex f) {
-      for (Vertex c = plan.child_begin[f]; c < plan.child_begin[f + 1]; ++c) {
-        const Vertex child = plan.children[c], b = plan.border_rows(child);
-        const Offset on_host = lists_.segments.read_on_host[child];
-        double* const block = on_host < 0 ? interpreter_.storage().data() + plan.contribution_begin[child]
-                                          : host_.data() + on_host;
-        if (b > 0) std::fill_n(block, static_cast<Offset>(b) * plan.contribution_ld(child), kNothing);
-      }
-    });
+    for (Vertex c = plan.child_begin[f]; c < plan.child_begin[f + 1]; ++c) {
+      const Vertex child = plan.children[c], b = plan.border_rows(child);
+      const Offset on_host = lists_.segments.read_on_host[child];
+      double* const block = on_host < 0 ? interpreter_.storage().data() + plan.contribution_begin[child]
+                                        : host_.data() + on_host;
+      if (b > 0) std::fill_n(block, static_cast<Offset>(b) * plan.contribution_ld(child), kNothing);
+    }
   }
 
   void come(Vertex t) {
@@ -136,14 +183,14 @@ class SegmentInterpreter {
       const Segment& own = segments()[next_];
       const bool may = own.forward_after < t && (next_ <= t || copies_ == Copies::at_once);
       if (!may) break;
-      if (!own.stays()) come(next_);
+      if (own.comes()) come(next_);
     }
     EXPECT_GT(next_, t) << "a segment that does not come in time";
   }
   void come_backward(Vertex t) {
     for (; next_ >= 0; --next_) {
       const Segment& own = segments()[next_];
-      const bool is_there = own.stays() || own.backward_after < 0;
+      const bool is_there = !own.comes() || own.backward_after < 0;
       const bool may = is_there || (own.backward_after > t && (next_ >= t || copies_ == Copies::at_once));
       if (!may) break;
       if (!is_there) come(next_);
@@ -157,6 +204,7 @@ class SegmentInterpreter {
   const Copies copies_;
   ListInterpreter interpreter_, solver_;
   std::vector<double> host_;
+  std::map<Vertex, FrontBlocks<double>> done_;  // of divided fronts, as they grow
   Vertex left_ = 0, next_ = 0;
 };
 

@@ -14,6 +14,7 @@ namespace mfs::test {
 namespace {
 
 constexpr Vertex kTurnRows = 10;
+constexpr Vertex kUndivided = std::numeric_limits<Vertex>::max();  // rows of the fronts that stay whole
 constexpr double kTolerance = 4000 * std::numeric_limits<double>::epsilon();
 
 /// 2^levels - 1 fronts; those of a depth have as many pivots, and borders in their ancestors.
@@ -104,12 +105,12 @@ TEST(Segments, GiveTheFactorsOfOnePieceForAnyLimit) {
     for (const DeviceLimits& limits : all_limits()) {
       if (plan.has_turns() && limits.small_rows > kTurnRows) continue;  // small fronts have none
       const Offset spare = aligned(static_cast<Offset>(random() % static_cast<std::uint64_t>(plan.n)));
-      const Offset least = least_region(plan, spare), most = plan.storage_entries + spare;
+      const Offset least = least_region(plan, spare, limits.small_rows), most = plan.storage_entries + spare;
       for (const Offset region :
            {least, least + static_cast<Offset>(random() % static_cast<std::uint64_t>(most - least + 1))}) {
         SCOPED_TRACE("region " + std::to_string(region) + " of " + std::to_string(plan.storage_entries) +
                      ", spare " + std::to_string(spare));
-        const SegmentPlan segments = make_segments(plan, region, spare);
+        const SegmentPlan segments = make_segments(plan, region, spare, limits.small_rows);
         ASSERT_FALSE(segments.empty());
         EXPECT_LE(segments.region_entries, region);
         check(problem, limits, segments);
@@ -161,7 +162,7 @@ std::multiset<std::vector<Vertex>> tasks_of(const DevicePlan& lists) {
 TEST(Segments, HaveTheTasksOfOnePiece) {
   for (const StageProblem<double>& problem : problems()) {
     const SymbolicPlan& plan = *problem.plan;
-    const SegmentPlan segments = make_segments(plan, least_region(plan, 0), 0);
+    const SegmentPlan segments = make_segments(plan, least_region(plan, 0, kUndivided), 0, kUndivided);
     for (const DeviceLimits& limits : all_limits())
       EXPECT_EQ(tasks_of(make_device_plan(placed_by(segments, plan), limits, segments)),
                 tasks_of(make_device_plan(plan, limits)));
@@ -177,8 +178,8 @@ TEST(Segments, SolveAsThePlainReference) {
   solve_forward(reference, false, expected);
   solve_backward(reference, false, expected);
   DeviceLimits limits;
-  SegmentInterpreter interpreter(problem, make_segments(plan, least_region(plan, 0), 0), limits,
-                                 Copies::late);
+  SegmentInterpreter interpreter(
+      problem, make_segments(plan, least_region(plan, 0, kUndivided), 0, kUndivided), limits, Copies::late);
   interpreter.factor([&](Vertex f, const FrontBlocks<double>& blocks) {
     EXPECT_LT(difference(blocks.lower, blocks_of(reference[f]).lower), kTolerance);
   });
@@ -219,12 +220,12 @@ TEST(Segments, DoEveryFrontOnceAndAfterItsChildren) {
 TEST(Segments, KeepWhatFits) {
   const StageProblem<double> problem = artificial_problem(binary_tree(6, 60, 150), {41, 0.05});
   const SymbolicPlan& plan = *problem.plan;
-  const Offset least = least_region(plan, 0);
+  const Offset least = least_region(plan, 0, kUndivided);
   EXPECT_LT(least, plan.storage_entries / 2);
   Offset before = -1;
   for (const double part : {1.5, 1.0, 0.75, 0.5}) {
     const auto region = static_cast<Offset>(part * static_cast<double>(plan.storage_entries));
-    const SegmentPlan segments = make_segments(plan, region, 0);
+    const SegmentPlan segments = make_segments(plan, region, 0, kUndivided);
     ASSERT_FALSE(segments.empty());
     EXPECT_GE(segments.host_entries, before);
     before = segments.host_entries;
@@ -235,9 +236,9 @@ TEST(Segments, KeepWhatFits) {
     EXPECT_GE(segments.entries_back(), segments.host_entries);
     EXPECT_LE(segments.entries_back(), 2 * segments.host_entries);
   }
-  EXPECT_EQ(make_segments(plan, plan.storage_entries / 2, 0).blocks_out(), 0);
-  EXPECT_GT(make_segments(plan, least, 0).blocks_out(), 0);
-  EXPECT_TRUE(make_segments(plan, plan.max_front, 0).empty()) << "no front fits there";
+  EXPECT_EQ(make_segments(plan, plan.storage_entries / 2, 0, kUndivided).blocks_out(), 0);
+  EXPECT_GT(make_segments(plan, least, 0, kUndivided).blocks_out(), 0);
+  EXPECT_TRUE(make_segments(plan, plan.max_front, 0, 0).empty()) << "no front fits there";
 }
 
 }  // namespace

@@ -22,10 +22,10 @@ __device__ bool any_of(const int (&places)[N]) {
 }
 
 // Rows [begin, end) of columns [first, last) of a front, a piece at most; the entry in row i of column j goes
-// to to[i + j * ld].
-template <class S, class Value>
+// to to[i + j * ld], and is that of row row_at(i) of what the children have.
+template <class S, class Value, class RowAt>
 __device__ void sum_children(const DeviceStore<S, Value>& store, Vertex f, int first, int last, int begin,
-                             int end, S* to, Offset ld) {
+                             int end, S* to, Offset ld, const RowAt& row_at) {
   constexpr int kRows = kPieceRows / kWarp;
   const FrontStore<S, Value>& at = store.fronts;
   const int lane = threadIdx.x % kWarp;
@@ -57,7 +57,7 @@ __device__ void sum_children(const DeviceStore<S, Value>& store, Vertex f, int f
 #pragma unroll
       for (int r = 0; r < kRows; ++r) {
         const int place = begin + lane + r * kWarp;
-        row[r] = place < end ? rows[place] : -1;
+        row[r] = place < end ? rows[row_at(place)] : -1;
       }
       if (!any_of(column) || !__any_sync(0xffffffffu, any_of(row))) continue;
       S value[kPieceColumns][kRows];  // all are asked for before the first is added
@@ -84,7 +84,9 @@ __device__ void sum_children(const DeviceStore<S, Value>& store, Vertex f, int f
   }
 }
 
-template <class S, class Value>
+/// `Divided`: there are fronts whose U is assembled when their pivots are known. In strict ones its rows come
+/// exchanged, as those of [P; L] are.
+template <bool Divided, class S, class Value>
 __global__ void __launch_bounds__(kAssembleThreads)
     assemble_fronts(DeviceStore<S, Value> store, Offset first) {
   const AssemblyPart part = store.assemble[first + blockIdx.x];
@@ -92,26 +94,35 @@ __global__ void __launch_bounds__(kAssembleThreads)
   const Vertex f = part.front;
   const Front<S> front = at.front(f);
   const int p = front.pivots, columns = part.end - part.begin;
-  S* block = front.lower;
-  Offset ld = front.lower_ld;
-  if (part.begin >= p) {
-    const bool pivots = part.first_row < p;
-    ld = pivots ? p : front.contribution_ld;
-    block = (pivots ? front.upper : front.contribution) - p * ld - part.first_row;
-  }
+  const bool of_upper = part.begin >= p && part.first_row < p;
+  const Offset ld = part.begin < p ? front.lower_ld : of_upper ? p : front.contribution_ld;
+  S* const block = at.storage + part.place;
+  const bool exchanged = Divided && of_upper && store.is_divided(f) && store.is_strict(f);
+  const Vertex begin = at.pivot_begin[f];
+  const auto row_at = [&](int i) -> int { return exchanged ? at.local_row[begin + i] : i; };
   const int down = (part.last_row - part.first_row + kPieceRows - 1) / kPieceRows;
   const int pieces = down * ((columns + kPieceColumns - 1) / kPieceColumns);
   for (int piece = threadIdx.x / kWarp; piece < pieces; piece += kAssembleThreads / kWarp) {
     const int j = part.begin + piece / down * kPieceColumns, i = part.first_row + piece % down * kPieceRows;
     sum_children(store, f, j, min(j + kPieceColumns, part.end), i, min(i + kPieceRows, part.last_row), block,
-                 ld);
+                 ld, row_at);
   }
   __syncthreads();
   S* const first_column = block + part.begin * ld;
   for (Offset e = part.first_entry + threadIdx.x; e < part.last_entry; e += kAssembleThreads) {
-    const int place = store.entry_place[e];
-    first_column[place] += store.fronts.scaled_entry(e, f, place % static_cast<int>(ld), p);
+    const int place = store.entry_place[e], row = place % static_cast<int>(ld);
+    const int to = exchanged ? place - row + store.row_place[begin + row] : place;
+    first_column[to] += store.fronts.scaled_entry(e, f, row, p);
   }
+}
+
+/// Notes for a divided front where its rows are once all pivots are known.
+template <class S, class Value>
+__global__ void follow_exchanges(DeviceStore<S, Value> store, Vertex f) {
+  const FrontStore<S, Value>& at = store.fronts;
+  const Vertex begin = at.pivot_begin[f], pivots = at.pivot_begin[f + 1] - begin;
+  const int i = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
+  if (i < pivots) store.row_place[begin + at.local_row[begin + i]] = i;
 }
 
 }  // namespace mfs::cuda

@@ -32,9 +32,13 @@ struct DeviceStore {
   const Vertex* entry_place;
   const Offset *solve_lower, *solve_upper;  // where segments have other places in a solve
   const Offset* block_read;  // where the contribution block of a front is read, from `storage` on
+  const char* divided;       // by front; null where none is
+  Vertex* row_place;         // n, where some front is divided: local_row the other way round
 
   __device__ PivotRule rule() const { return pivots.times(*largest); }
   __device__ bool is_strict(Vertex f) const { return strict[f] == kStrict; }
+  /// U is made when all pivots are known, in segments of its own.
+  __device__ bool is_divided(Vertex f) const { return divided && divided[f]; }
   __device__ void make_strict(Vertex f) const {
     if (atomicCAS(strict + f, 0, kBecomesStrict) == 0) atomicAdd(found_strict, 1);
   }

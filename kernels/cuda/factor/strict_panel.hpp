@@ -87,7 +87,8 @@ class StrictPanels {
         copy_entries_(entries - kPanelColumns * kTile<S>),
         column_(column),
         work_(work),
-        begin_(store.fronts.pivot_begin[f]) {}
+        begin_(store.fronts.pivot_begin[f]),
+        columns_(store.is_divided(f) ? front.pivots : front.rows()) {}
 
   __device__ void factor() {
     const int m = front_.pivots - k_;
@@ -192,13 +193,13 @@ class StrictPanels {
     __syncthreads();
   }
 
-  // In all columns of the front but the panel's.
+  // In all columns of the front but the panel's, as far as they are there.
   __device__ void exchange_rows(int first, int width) const {
     __shared__ PanelExchange moves;
     const int warp = threadIdx.x / kWarp, warps = blockDim.x / kWarp, top = k_ + first;
     if (warp == 0) moves.combine(work_.exchange, width);
     __syncthreads();
-    for (int c = warp; c < front_.rows(); c += warps) {
+    for (int c = warp; c < columns_; c += warps) {
       if (c >= top && c < top + width) continue;
       moves.apply(top + (c < front_.pivots
                              ? front_.lower + c * ld_
@@ -245,7 +246,7 @@ class StrictPanels {
   const int copy_entries_;
   S* const column_;
   TileWork<S>& work_;
-  const Vertex begin_;
+  const Vertex begin_, columns_;
   bool copied_ = false;
   S* panel_ = nullptr;
   int panel_ld_ = 0, rows_ = 0;  // of the panel

@@ -171,7 +171,7 @@ __device__ void solve_row_strip(const DeviceStore<S, Value>& store, const StepTa
   const auto block_row = [&](int r) {
     const int c = begin + r;
     return c < rest ? front.lower + k + (next + c) * ld
-                    : front.upper + k + static_cast<Offset>(c - rest) * front.pivots;
+                    : store.fronts.storage + task.upper + k + static_cast<Offset>(c - rest) * front.pivots;
   };
   int row_at[Blocks];
   const Vertex* const local_row = store.fronts.local_row + store.fronts.pivot_begin[f] + k;

@@ -1,6 +1,7 @@
 #include "kernels/cuda/runtime/device.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cstdlib>
 #include <cstring>
 
@@ -41,6 +42,23 @@ Offset free_memory() {
   std::size_t free = 0, total = 0;
   checked("cudaMemGetInfo", [&] { return cudaMemGetInfo(&free, &total); });
   return static_cast<Offset>(free);
+}
+
+namespace {
+
+constexpr Offset kMostContext = Offset(1) << 30;  // on H100 some 0.6 GB
+std::atomic<Offset> bytes_of_arenas{0}, least_context{kMostContext};
+
+}  // namespace
+
+Offset bytes_of_context() {
+  std::size_t free = 0, total = 0;
+  checked("cudaMemGetInfo", [&] { return cudaMemGetInfo(&free, &total); });
+  const Offset now = std::max<Offset>(static_cast<Offset>(total - free) - bytes_of_arenas, 0);
+  Offset least = least_context;
+  while (now < least && !least_context.compare_exchange_weak(least, now)) {
+  }
+  return std::min(now, least);
 }
 
 int device_count() {
@@ -125,9 +143,11 @@ DeviceArena::DeviceArena(Offset bytes) : RawArena(bytes) {
                       static_cast<std::size_t>(free_memory()));
   }
   check(code, "cudaMalloc");
+  bytes_of_arenas += bytes;
 }
 DeviceArena::~DeviceArena() {
   cudaFree(data_);
+  bytes_of_arenas -= bytes();
 }
 
 constexpr Offset kPage = 4096;

@@ -19,6 +19,10 @@ void check_launch(const char* what);
 
 /// Bytes free on the current device.
 Offset free_memory();
+/// Bytes of the current device that are in use beside all DeviceArenas: this process's context with the code
+/// of kernels. What else there is, arrays of a caller or other processes, does not count: it is the least
+/// that this function has seen, and at most what a context takes.
+Offset bytes_of_context();
 /// Of the current device, as all that follows but the number of devices.
 int multiprocessors();
 /// Bytes that a kernel's block may ask for on the current device; MFS_CUDA_SHARED_MEMORY in the environment

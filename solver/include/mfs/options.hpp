@@ -94,8 +94,8 @@ struct Options {
   /// all that are free. Right after the analysis it is known whether everything fits there. Where it does
   /// not, factors that have been made lie in page-locked memory of the host, are copied beside the work on
   /// others, and come back in each solve (Report::partial). The solutions are the same bit for bit.
-  /// OutOfMemory names bytes that would do where even that does not fit. What a process takes for CUDA
-  /// itself, some hundred MB, is not counted.
+  /// OutOfMemory names bytes that would do where even that does not fit. What the process takes for CUDA
+  /// itself, some 0.6 GB, is counted, so that all that it holds of the device stays below the limit.
   std::int64_t memory_limit = 0;
   /// Threads of every phase, BLAS included, at most 512. 0 means default_threads() (mfs/threads.hpp).
   int threads = 0;

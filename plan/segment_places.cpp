@@ -1,0 +1,336 @@
+#include "plan/segment_places.hpp"
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+#include <utility>
+
+#include "plan/spans.hpp"
+
+namespace mfs {
+
+namespace {
+
+/// Gives blocks their places from `begin` on, the largest first, each in the first gap that has room for it
+/// beside those that it meets; `fixed` have theirs, and ascend by them. Returns where the last one ends.
+Offset place_blocks(std::vector<Block>& blocks, Offset begin, const std::vector<Block>& fixed) {
+  std::vector<std::size_t> by_size(blocks.size());
+  std::iota(by_size.begin(), by_size.end(), std::size_t{0});
+  std::stable_sort(by_size.begin(), by_size.end(),
+                   [&](std::size_t a, std::size_t b) { return blocks[a].entries > blocks[b].entries; });
+  std::vector<const Block*> placed;  // by place
+  for (const Block& block : fixed) placed.push_back(&block);
+  Offset most = begin;
+  for (const std::size_t i : by_size) {
+    Block& block = blocks[i];
+    block.place = begin;
+    for (const Block* other : placed) {
+      if (!other->meets(block)) continue;
+      if (block.place + block.entries <= other->place) break;
+      block.place = std::max(block.place, other->place + other->entries);
+    }
+    const auto after = std::upper_bound(placed.begin(), placed.end(), &block,
+                                        [](const Block* a, const Block* b) { return a->place < b->place; });
+    placed.insert(after, &block);
+    most = std::max(most, block.place + block.entries);
+  }
+  return most;
+}
+
+}  // namespace
+
+Vertex SegmentPlaces::first_that_may_stay() const {
+  Vertex first = 0;
+  for (const BorderColumns& columns : made_.border_columns) first = std::max(first, columns.segment + 1);
+  return first;
+}
+
+Offset SegmentPlaces::place(Vertex first_staying, const Ahead& ahead, Offset spare) {
+  stay_ = first_staying;
+  Offset next = 0, host = 0;
+  for (Vertex t = 0; t < count(); ++t) {
+    Segment& segment = made_.segments[t];
+    const bool leaves = t < stay_ && segment.entries > 0;
+    segment.host = leaves ? host : -1;
+    segment.solved_on_host = leaves && (segment.divided || segment.entries > (region_ - spare) / 2);
+    host += leaves ? segment.entries : 0;
+  }
+  made_.host_entries = host;
+  for (Vertex t = stay_; t < count(); ++t) {
+    made_.segments[t].place = next;
+    next += made_.segments[t].entries;
+  }
+  made_.spare_begin = next;
+  made_.spare_entries = spare;
+  place_in_factorization(ahead);
+  place_in_solve(ahead.back);
+  return made_.region_entries;
+}
+
+SegmentPlan SegmentPlaces::finish() {
+  list_leaving();
+  find_orders();
+  place_fronts();
+  return made_;
+}
+
+Offset SegmentPlaces::blocks_out() const {
+  Offset sum = 0;
+  for (const Contributions& blocks : contributions_) sum += blocks.leave ? blocks.made.entries : 0;
+  return sum;
+}
+
+void SegmentPlaces::list_segments(const SegmentOrder& order) {
+  made_.order = order.fronts;
+  made_.level = order.level;
+  made_.segment.resize(static_cast<std::size_t>(plan_.num_fronts));
+  for (std::size_t t = 0; t + 1 < order.begin.size(); ++t) {
+    Segment segment;
+    segment.begin = order.begin[t];
+    segment.end = order.begin[t + 1];
+    segment.step = order.step[t];
+    for (Vertex i = segment.begin; i < segment.end; ++i) {
+      const Vertex f = order.fronts[i];
+      segment.entries += lower_entries(f) + upper_entries(f);
+      made_.segment[f] = count();
+    }
+    made_.segments.push_back(segment);
+    if (segment.end - segment.begin == 1) divide(order.fronts[segment.begin]);
+  }
+  std::stable_sort(made_.border_columns.begin(), made_.border_columns.end(),
+                   [](const BorderColumns& a, const BorderColumns& b) { return a.front < b.front; });
+  upper_place_.assign(made_.border_columns.size(), 0);
+}
+
+// The front of the last segment, if it is too large.
+void SegmentPlaces::divide(Vertex f) {
+  const Vertex p = plan_.pivots(f), b = plan_.border_rows(f);
+  const Offset lower = lower_entries(f), all = lower + upper_entries(f) + contribution_entries(f);
+  if (way_.fronts == 0 || b == 0 || p == 0 || plan_.rows(f) <= small_rows_ || lower >= region_ ||
+      all <= region_ / way_.fronts)
+    return;
+  const Offset fit = (region_ - lower) / way_.groups / (p + plan_.contribution_ld(f));
+  const Vertex groups =
+      tiles_of(b, static_cast<Vertex>(std::min<Offset>(std::max<Offset>(fit, kAlignment), b)));
+  const Vertex width = static_cast<Vertex>(aligned(tiles_of(b, groups)));
+  made_.segments.back().divided = true;
+  for (Vertex begin = 0; begin < b; begin += width) {
+    Segment segment;
+    segment.begin = segment.end = made_.segments.back().end;
+    segment.step = made_.segments.back().step;
+    made_.border_columns.push_back({f, p + begin, p + std::min(begin + width, b), count(), 0, 0});
+    made_.segments.push_back(segment);
+  }
+}
+
+// Those of a segment that one other reads lie side by side.
+void SegmentPlaces::group_contributions() {
+  group_of_.assign(static_cast<std::size_t>(plan_.num_fronts), -1);
+  std::map<std::pair<Vertex, Vertex>, std::size_t> group_at;
+  for (const Vertex f : made_.order) {
+    const Vertex parent = plan_.parent[f];
+    if (parent < 0 || plan_.border_rows(f) == 0) continue;
+    const Vertex reader = made_.segment[parent], last = made_.last_segment_of(parent);
+    const auto [columns, end] = made_.columns_of(f);
+    if (columns != end) group_of_[f] = static_cast<Offset>(contributions_.size());
+    for (auto own = columns; own != end; ++own)
+      contributions_.push_back(
+          {{aligned(contribution_entries(*own)), own->segment, last, 0}, reader, true, f});
+    if (columns != end) continue;
+    const std::pair<Vertex, Vertex> between{made_.segment[f], reader};
+    const auto [at, is_new] = group_at.emplace(between, contributions_.size());
+    if (is_new) {
+      const bool leave = reader - between.first >= way_.leaving_distance || made_.segments[reader].divided;
+      contributions_.push_back({{0, between.first, last, 0}, reader, leave, -1});
+    }
+    group_of_[f] = static_cast<Offset>(at->second);
+    contributions_[at->second].made.entries += contribution_entries(f);
+  }
+}
+
+void SegmentPlaces::place_in_factorization(const Ahead& ahead) {
+  const auto out = [&](Offset entries) { return entries > region_ / 4 ? ahead.large_out : ahead.out; };
+  std::vector<Block> blocks, staying;
+  std::vector<Offset*> places;
+  const auto add = [&](const Block& block, Offset& place) {
+    blocks.push_back(block);
+    places.push_back(&place);
+  };
+  for (Contributions& group : contributions_) {
+    Block block = group.made;
+    if (group.leave) block.to = std::min(block.to, block.from + out(block.entries));
+    add(block, group.made.place);
+  }
+  for (std::size_t i = 0; i < made_.border_columns.size(); ++i) {
+    const BorderColumns& columns = made_.border_columns[i];
+    const Offset entries = upper_entries(columns);
+    add({entries, columns.segment, columns.segment + out(entries), 0}, upper_place_[i]);
+  }
+  for (Vertex t = 0; t < stay_; ++t) {
+    Segment& own = made_.segments[t];
+    if (own.entries == 0) continue;
+    const Vertex f = made_.order[own.begin], last = own.divided ? made_.last_segment_of(f) : t;
+    const Offset entries = own.divided ? lower_entries(f) : own.entries;
+    add({entries, t, last + out(entries), 0}, own.place);
+  }
+  for (Vertex t = stay_; t < count(); ++t)
+    staying.push_back({made_.segments[t].entries, t, count() + ahead.out, made_.segments[t].place});
+  made_.region_entries = std::max(place_blocks(blocks, 0, staying), made_.spare_begin);
+  for (std::size_t i = 0; i < blocks.size(); ++i) *places[i] = blocks[i].place;
+}
+
+// What segment t makes: where it lies.
+std::vector<Block> SegmentPlaces::made_by(Vertex t) const {
+  std::vector<Block> blocks;
+  for (const Contributions& group : contributions_) {
+    if (group.made.from == t) blocks.push_back(group.made);
+  }
+  for (std::size_t i = 0; i < made_.border_columns.size(); ++i) {
+    const BorderColumns& columns = made_.border_columns[i];
+    if (columns.segment == t) blocks.push_back({upper_entries(columns), t, t, upper_place_[i]});
+  }
+  const Segment& own = made_.segments[t];
+  const Offset entries = own.divided ? lower_entries(made_.order[own.begin]) : own.entries;
+  if (entries > 0) blocks.push_back({entries, t, t, own.place});
+  return blocks;
+}
+
+// One more than the last segment of which something leaves that lies where segment t writes, or that it
+// reads on the host.
+Vertex SegmentPlaces::leaves_first(Vertex t) const {
+  const std::vector<Block> writes = made_by(t);
+  const auto in_the_way = [&](const LeavingBlock& left) {
+    const Block place{left.entries, left.from, left.from, left.place};
+    return std::any_of(writes.begin(), writes.end(),
+                       [&](const Block& block) { return block.overlaps(place); });
+  };
+  Vertex first = 0;
+  for (const LeavingBlock& left : made_.leaving) {
+    if (left.from < t && left.from >= first && (left.to == t || in_the_way(left))) first = left.from + 1;
+  }
+  return first;
+}
+
+void SegmentPlaces::place_in_solve(Vertex back) {
+  std::vector<Block> blocks;
+  std::vector<Vertex> of_segment;
+  for (Vertex t = 0; t < count(); ++t) {
+    made_.segments[t].solve_place = made_.segments[t].place;
+    if (!made_.segments[t].comes()) continue;
+    blocks.push_back({made_.segments[t].entries, t, t + back, 0});
+    of_segment.push_back(t);
+  }
+  const Offset end = place_blocks(blocks, made_.spare_begin + made_.spare_entries, {});
+  for (std::size_t i = 0; i < blocks.size(); ++i) made_.segments[of_segment[i]].solve_place = blocks[i].place;
+  made_.region_entries = std::max(made_.region_entries, end);
+}
+
+void SegmentPlaces::find_orders() {
+  for (Vertex t = 0; t < count(); ++t) made_.segments[t].leaves_first = leaves_first(t);
+  const auto meet = [&](Vertex a, Vertex b) {
+    const Segment &one = made_.segments[a], &other = made_.segments[b];
+    return other.comes() &&
+           Block{one.entries, a, a, one.solve_place}.overlaps({other.entries, b, b, other.solve_place});
+  };
+  for (Vertex t = 0; t < stay_; ++t) {
+    Segment& own = made_.segments[t];
+    if (!own.comes()) continue;
+    own.forward_after = t - 1;
+    while (own.forward_after >= 0 && !meet(t, own.forward_after)) --own.forward_after;
+    own.backward_after = t + 1;
+    while (own.backward_after < stay_ && !meet(t, own.backward_after)) ++own.backward_after;
+    if (own.backward_after == stay_) own.backward_after = -1;
+  }
+}
+
+void SegmentPlaces::list_leaving() {
+  place_contributions_on_host();
+  for (std::size_t i = 0; i < contributions_.size(); ++i) {
+    const Contributions& group = contributions_[i];
+    if (group.leave)
+      made_.leaving.push_back(
+          {group.made.from, group.first_reader, group.made.place, group.made.entries, on_host_[i]});
+  }
+  for (std::size_t i = 0; i < made_.border_columns.size(); ++i) {
+    const BorderColumns& columns = made_.border_columns[i];
+    const Vertex f = columns.front;
+    const Offset host = made_.segments[made_.segment[f]].host + lower_entries(f) + upper_before(columns);
+    const Offset entries = static_cast<Offset>(plan_.pivots(f)) * (columns.end - columns.begin);
+    made_.leaving.push_back({columns.segment, -1, upper_place_[i], entries, host});
+  }
+  for (Vertex t = 0; t < stay_; ++t) {
+    const Segment& own = made_.segments[t];
+    if (own.stays()) continue;
+    const Vertex f = made_.order[own.begin];
+    const Vertex last = own.divided ? made_.last_segment_of(f) : t;
+    made_.leaving.push_back({last, -1, own.place, own.divided ? lower_entries(f) : own.entries, own.host});
+  }
+  std::stable_sort(made_.leaving.begin(), made_.leaving.end(),
+                   [](const LeavingBlock& a, const LeavingBlock& b) { return a.from < b.from; });
+}
+
+// Columns of one front lie side by side.
+void SegmentPlaces::place_contributions_on_host() {
+  std::vector<Block> blocks;
+  std::vector<std::size_t> first_of;  // contributions_ that begin such a block
+  for (std::size_t i = 0; i < contributions_.size(); ++i) {
+    const Contributions& group = contributions_[i];
+    if (!group.leave) continue;
+    const bool goes_on = i > 0 && group.divided >= 0 && group.divided == contributions_[i - 1].divided;
+    if (!goes_on) {
+      blocks.push_back({0, group.made.from, group.made.to, 0});
+      first_of.push_back(i);
+    }
+    blocks.back().entries += group.made.entries;
+  }
+  made_.leaving_entries = place_blocks(blocks, 0, {});
+  on_host_.assign(contributions_.size(), -1);
+  for (std::size_t k = 0; k < blocks.size(); ++k)
+    on_host_[first_of[k]] = made_.host_entries + blocks[k].place;
+  for (std::size_t i = 1; i < contributions_.size(); ++i) {
+    if (contributions_[i].leave && on_host_[i] < 0)
+      on_host_[i] = on_host_[i - 1] + contributions_[i - 1].made.entries;
+  }
+}
+
+void SegmentPlaces::place_fronts() {
+  const auto fronts = static_cast<std::size_t>(plan_.num_fronts);
+  for (auto* all : {&made_.lower, &made_.upper, &made_.solve_lower, &made_.solve_upper}) all->resize(fronts);
+  made_.contribution.assign(fronts, 0);
+  made_.read_on_host.assign(fronts, -1);
+  std::vector<Offset> next;
+  for (const Contributions& group : contributions_) next.push_back(group.made.place);
+  for (const Segment& segment : made_.segments) {
+    Offset place = segment.place;
+    const Offset shift = (segment.solved_on_host ? segment.host : segment.solve_place) - segment.place;
+    for (Vertex i = segment.begin; i < segment.end; ++i) {
+      const Vertex f = made_.order[i];
+      made_.lower[f] = place;
+      made_.upper[f] = place + lower_entries(f);
+      made_.solve_lower[f] = made_.lower[f] + shift;
+      made_.solve_upper[f] = made_.upper[f] + shift;
+      place = made_.upper[f] + upper_entries(f);
+      if (group_of_[f] < 0) continue;
+      const Offset group = group_of_[f];
+      made_.contribution[f] = next[group];
+      if (on_host_[group] >= 0)
+        made_.read_on_host[f] = on_host_[group] + next[group] - contributions_[group].made.place;
+      next[group] += contribution_entries(f);
+    }
+  }
+  place_border_columns();
+}
+
+void SegmentPlaces::place_border_columns() {
+  for (std::size_t i = 0; i < made_.border_columns.size(); ++i) {
+    BorderColumns& own = made_.border_columns[i];
+    const Vertex f = own.front;
+    own.upper = upper_place_[i] - upper_before(own);
+    if (group_of_[f] < 0) continue;  // nobody reads it
+    const auto group = static_cast<std::size_t>(group_of_[f] + (own.segment - made_.segment[f] - 1));
+    own.contribution = contributions_[group].made.place - contribution_before(own);
+    if (own.begin == plan_.pivots(f)) made_.contribution[f] = own.contribution;
+  }
+}
+
+}  // namespace mfs

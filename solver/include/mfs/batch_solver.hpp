@@ -100,8 +100,8 @@ class MFS_API BasicBatchSolver {
   const Report& report() const;
 
  private:
-  struct Impl;
-  Impl& impl() const;
+  struct MFS_HIDDEN Impl;
+  MFS_HIDDEN Impl& impl() const;
   std::unique_ptr<Impl> impl_;
 };
 

@@ -115,7 +115,7 @@ void add_info(CLI::App& app, Command& command) {
   CLI::App* info = app.add_subcommand("info", "Show version, backends and libraries, or measure the machine");
   CLI::Option* measure = info->add_flag(
       "--measure", command.measure,
-      "measure how fast fronts are factored and solved by their size, and keep that for predictions in\n"
+      "measure how fast fronts are factored and solved by their size, and keep that for predictions in "
       "$XDG_CACHE_HOME/mfs/rates.json (~/.cache/mfs/rates.json); leave the machine alone meanwhile");
   mfs::program::add_threads(*info, command.request.options.threads);
   mfs::program::add_backend(*info, command.request.options.backend,

@@ -195,6 +195,7 @@ void BlockSolve<Scalar>::solve_on_host(const Columns<Scalar>& part) {
   BasicSolver<Scalar>& host = host_.solver_for(factors_);
   part.transposed ? host.solve_transpose(part.b, part.x, part.count, part.ldb, part.ldx)
                   : host.solve(part.b, part.x, part.count, part.ldb, part.ldx);
+  host_.note_solved();
   const Report& found = host.report();
   report_.refinement_steps = std::max(report_.refinement_steps, found.refinement_steps);
   report_.krylov_steps = std::max(report_.krylov_steps, found.krylov_steps);

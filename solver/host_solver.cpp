@@ -24,7 +24,6 @@ bool HostSolver<Scalar>::serves(const MatrixFactors<Scalar>& factors) {
 
 template <class Scalar>
 BasicSolver<Scalar>& HostSolver<Scalar>::solver_for(const MatrixFactors<Scalar>& factors) {
-  fallback_.activate();
   if (solver_ && analysis_ == factors.analyses() && values_ == factors.value_sets()) return *solver_;
   if (!solver_ || analysis_ != factors.analyses()) {
     solver_ = std::make_unique<BasicSolver<Scalar>>(options_);

@@ -19,11 +19,12 @@ class HostSolver {
   explicit HostSolver(const Options& options);
 
   /// Whether the present values are solved for here. After values that were, others are so from the start;
-  /// now and then the device is tried again.
+  /// now and then the device is tried again. A solver that has refused serves nothing.
   bool serves(const MatrixFactors<Scalar>& factors);
-  /// The solver for the present values, which are solved for here from now on. Throws what
-  /// BasicSolver::factor throws.
+  /// The solver for the present values. Throws what BasicSolver::factor throws.
   BasicSolver<Scalar>& solver_for(const MatrixFactors<Scalar>& factors);
+  /// It has solved: the present values are solved for here from now on.
+  void note_solved() { fallback_.activate(); }
 
  private:
   Options options_;

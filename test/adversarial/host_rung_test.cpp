@@ -29,13 +29,18 @@ class HostRung : public OnDevice {
 
 TEST_F(HostRung, SolvesWhereInversesDoNot) {
   SparseMatrix a = curl_curl(16, 1e-12);
+  const std::vector<double> b = Random(11).vector(a.n);
   Solver solver(options_);
   solver.factor(a.view());
   expect_solves(solver, a, 1, Rung::host);
   expect_solves(solver, a, 3, Rung::host);
   for (double& value : a.values) value *= -3;
   solver.refactor(a.view());
-  expect_solves(solver, a, 1, Rung::host);
+  for (const bool transposed : {false, true}) {  // by the device or by the host
+    std::vector<double> x(b.size());
+    transposed ? solver.solve_transpose(b.data(), x.data()) : solver.solve(b.data(), x.data());
+    EXPECT_LE(backward_error(a, b, x), kTolerance);
+  }
   EXPECT_EQ(solver.report().backend, Backend::cuda);
 }
 

@@ -121,12 +121,6 @@ TEST_F(DeviceFaults, EveryCallThatFailsIsToldAndForgotten) {
   }
 }
 
-// Of the device, so many of which a limit must have room for beside the factors: code that comes later
-// counts.
-std::int64_t bytes_of_context() {
-  return cuda::bytes_of_context() + (Offset(65) << 20);
-}
-
 /// The least that does for a matrix, which OutOfMemory names.
 std::int64_t least_limit(Options options, const SparseMatrix& a) {
   options.memory_limit = 1;
@@ -145,8 +139,8 @@ TEST_F(DeviceFaults, EveryCallThatFailsIsToldWhereFactorsDoNotFit) {
   const SparseMatrix a = grid_3d(12);
   Solver full(options_);
   full.factor(a.view());
-  const std::int64_t most = bytes_of_context() + full.report().bytes_peak * 9 / 10;
-  for (const std::int64_t limit : {most, least_limit(options_, a)}) {
+  const std::int64_t least = least_limit(options_, a);
+  for (const std::int64_t limit : {least + full.report().bytes_peak / 2, least}) {
     options_.memory_limit = limit;
     Solver partial(options_);
     partial.analyze(a.view());

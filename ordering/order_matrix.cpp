@@ -58,10 +58,10 @@ bool tries_minimum_degree(const Graph& graph, const AnalysisOptions& options) {
 }
 
 /// The order of minimum degree is kept where it makes at most so many operations for each unknown.
-/// Dissection takes 20 to 50 us for one, as long as some 10 factorizations that make no more, and saves a
-/// part of their operations at best (2026-11: circuits and grids of 500 to 1500 unknowns,
-/// docs/experiments/ordering.md).
-constexpr double kFewFlops = 3000;
+/// Dissection takes 20 to 50 us for one, as long as a hundred factorizations that make no more. Where there is
+/// more to do, it saves operations of each factorization, and its tree has half of the depths
+/// (docs/experiments/ordering.md).
+constexpr double kFewFlops = 500;
 
 std::vector<Vertex> order_graph(const Graph& graph, const AnalysisOptions& options, int threads,
                                 const OrderingProgress& progress) {

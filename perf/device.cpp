@@ -5,19 +5,16 @@
 // solutions are the same bit for bit. perf/device runs this with all it needs.
 //
 //   perf_device --cudss DIR --backend cuda,kokkos elas3d:40 poisson2d:1000 my_matrix.mtx.gz
-#include <CLI/CLI.hpp>
-
 #include <cstdint>
-#include <cstdio>
 #include <sstream>
 #include <stdexcept>
 
 #include <mfs/mfs.hpp>
 
+#include "perf/command.hpp"
 #include "perf/cudss_candidate.hpp"
 #include "perf/device_info.hpp"
 #include "perf/measure.hpp"
-#include "solver/program/bench_case.hpp"
 
 namespace {
 
@@ -25,12 +22,13 @@ using Json = nlohmann::ordered_json;
 using namespace mfs::perf;
 
 struct Arguments {
-  std::vector<std::string> cases{"elas3d:20", "elas3d:40",     "elas3d:60",      "elas3d:75",
-                                 "elas3d:90", "convdiff3d:60", "convdiff3d:100", "kkt:24",
-                                 "kkt:40",    "poisson2d:1000"};
+  Runs runs{{"elas3d:20", "elas3d:40", "elas3d:60", "elas3d:75", "elas3d:90", "convdiff3d:60",
+             "convdiff3d:100", "kkt:24", "kkt:40", "poisson2d:1000"},
+            16,
+            5,
+            1};
   std::string cudss, backend = "cuda";
   std::vector<std::uint64_t> limits;
-  int threads = 16, repeat = 5, rounds = 1;
 };
 
 struct Entrant {
@@ -51,25 +49,20 @@ std::vector<Entrant> entrants_of(const Arguments& arguments) {
   for (std::string name; std::getline(names, name, ',');) {
     const mfs::Backend backend = backend_of(name);
     entrants.push_back({"mfs", name, [backend, &arguments](const System& system) {
-                          return make_mfs(system, backend, arguments.threads);
+                          return make_mfs(system, backend, arguments.runs.threads);
                         }});
   }
   for (const std::uint64_t limit : arguments.limits) {
     const auto bytes = static_cast<std::int64_t>(limit);
     entrants.push_back({"mfs, " + std::to_string(bytes) + " bytes", mfs::backend_name(mfs::Backend::cuda),
                         [&arguments, bytes](const System& system) {
-                          return make_mfs(system, mfs::Backend::cuda, arguments.threads, bytes);
+                          return make_mfs(system, mfs::Backend::cuda, arguments.runs.threads, bytes);
                         }});
   }
   if (!arguments.cudss.empty())
-    entrants.push_back(
-        {"cudss", mfs::backend_name(mfs::Backend::cuda), load_cudss(arguments.cudss, arguments.threads)});
+    entrants.push_back({"cudss", mfs::backend_name(mfs::Backend::cuda),
+                        load_cudss(arguments.cudss, arguments.runs.threads)});
   return entrants;
-}
-
-void print(const Json& json) {
-  std::printf("%s\n", json.dump(-1, ' ', false, Json::error_handler_t::replace).c_str());
-  std::fflush(stdout);
 }
 
 // Below 1: MFS is faster, or takes less.
@@ -88,9 +81,9 @@ Json ratios(const Json& ours, const Json& theirs) {
 
 // Whether all of them solved it.
 bool run_case(const std::string& name, const std::vector<Entrant>& entrants, const Arguments& arguments) {
-  const System system = make_system(name, arguments.threads);
+  const System system = make_system(name, arguments.runs.threads);
   bool solved = true;
-  for (int round = 1; round <= arguments.rounds; ++round) {
+  for (int round = 1; round <= arguments.runs.rounds; ++round) {
     const Json head{{"case", mfs::io::bench_case_name(name)}, {"round", round}};
     std::vector<Json> results;
     for (const Entrant& entrant : entrants) {
@@ -98,11 +91,11 @@ bool run_case(const std::string& name, const std::vector<Entrant>& entrants, con
       line.update({{"solver", entrant.name},
                    {"device", device_name()},
                    {"backend", entrant.backend},
-                   {"threads", arguments.threads},
-                   {"repeat", arguments.repeat},
+                   {"threads", arguments.runs.threads},
+                   {"repeat", arguments.runs.repeat},
                    {"n", system.a.n},
                    {"nnz", system.a.offsets.back()}});
-      results.push_back(measure(entrant.make, system, arguments.repeat));
+      results.push_back(measure(entrant.make, system, arguments.runs.repeat));
       line.update(results.back());
       print(line);
       solved = solved && results.back()["status"] == "solved";
@@ -120,14 +113,13 @@ bool run_case(const std::string& name, const std::vector<Entrant>& entrants, con
 
 // Whether every case was solved.
 bool run(const Arguments& arguments) {
-  for (const std::string& name : arguments.cases) mfs::io::check_bench_case(name);
+  check_cases(arguments.runs);
   const std::vector<Entrant> entrants = entrants_of(arguments);
   // The first use of a device makes its context and loads kernels: not part of any case.
   for (const Entrant& entrant : entrants)
-    measure(entrant.make, make_system("elas3d:8", arguments.threads), 1);
-  bool solved = true;
-  for (const std::string& name : arguments.cases) solved = run_case(name, entrants, arguments) && solved;
-  return solved;
+    measure(entrant.make, make_system("elas3d:8", arguments.runs.threads), 1);
+  return run_cases(arguments.runs,
+                   [&](const std::string& name) { return run_case(name, entrants, arguments); });
 }
 
 }  // namespace
@@ -135,8 +127,7 @@ bool run(const Arguments& arguments) {
 int main(int argc, char** argv) {
   Arguments arguments;
   CLI::App app("MFS beside cuDSS on one device, as JSON lines");
-  app.add_option("cases", arguments.cases, "FAMILY:SIZE or a file, Matrix Market or PETSc binary")
-      ->capture_default_str();
+  add_options(app, arguments.runs, "host threads of both");
   app.add_option("--cudss", arguments.cudss,
                  "folder of libcudss.so and its threading layer; without it MFS runs alone");
   app.add_option("--backend", arguments.backend,
@@ -145,16 +136,6 @@ int main(int argc, char** argv) {
                  "bytes of the device, once or more: MFS is measured on cuda with each limit, too")
       ->transform(CLI::AsSizeValue(true).description(""))
       ->allow_extra_args(false);
-  app.add_option("--threads", arguments.threads, "host threads of both")->check(CLI::PositiveNumber);
-  app.add_option("--repeat", arguments.repeat, "refactorizations and solves that are timed")
-      ->check(CLI::PositiveNumber);
-  app.add_option("--rounds", arguments.rounds, "times that the solvers take turns")
-      ->check(CLI::PositiveNumber);
   CLI11_PARSE(app, argc, argv);
-  try {
-    return run(arguments) ? 0 : 1;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "perf_device: %s\n", error.what());
-    return 2;
-  }
+  return exit_status("perf_device", [&] { return run(arguments); });
 }

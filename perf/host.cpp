@@ -4,16 +4,15 @@
 // perf/host runs this.
 //
 //   perf_host --pardiso libmkl_rt.so.3 --threads 16 elas3d:20 my_matrix.mtx.gz
-#include <CLI/CLI.hpp>
+#include <unistd.h>
 
 #include <algorithm>
-#include <cstdio>
-#include <stdexcept>
+#include <cstdlib>
 
 #include <mfs/mfs.hpp>
 
+#include "perf/command.hpp"
 #include "perf/peers.hpp"
-#include "solver/program/bench_case.hpp"
 
 namespace {
 
@@ -21,10 +20,10 @@ using Json = nlohmann::ordered_json;
 using namespace mfs::perf;
 
 struct Arguments {
-  std::vector<std::string> cases{"elas3d:20", "convdiff3d:40", "kkt:20", "poisson2d:500"};
-  std::vector<std::string> peers = linked_peers();
+  Runs runs{{"elas3d:20", "convdiff3d:40", "kkt:20", "poisson2d:500"}, 1, 5, 3};
+  std::vector<std::string> peers{"umfpack", "klu"};
   std::string pardiso;
-  int threads = 1, repeat = 5, rounds = 3;
+  bool without_mfs = false;
 };
 
 struct Entrant {
@@ -33,15 +32,13 @@ struct Entrant {
   std::vector<Json> results;
 };
 
-void print(const Json& json) {
-  std::printf("%s\n", json.dump(-1, ' ', false, Json::error_handler_t::replace).c_str());
-  std::fflush(stdout);
-}
-
 std::vector<Entrant> entrants_of(const Arguments& arguments) {
-  const int threads = arguments.threads;
-  std::vector<Entrant> entrants{
-      {"mfs", [=](const System& system) { return make_mfs(system, mfs::Backend::openmp, threads); }, {}}};
+  const int threads = arguments.runs.threads;
+  std::vector<Entrant> entrants;
+  if (!arguments.without_mfs) {
+    entrants.push_back(
+        {"mfs", [=](const System& system) { return make_mfs(system, mfs::Backend::openmp, threads); }, {}});
+  }
   for (const std::string& name : arguments.peers) entrants.push_back({name, linked_peer(name), {}});
   if (!arguments.pardiso.empty())
     entrants.push_back({"pardiso", load_pardiso(arguments.pardiso, threads), {}});
@@ -74,26 +71,27 @@ Json ratios(const Entrant& ours, const Entrant& theirs) {
 
 // Whether all of them solved it.
 bool run_case(const std::string& name, std::vector<Entrant> entrants, const Arguments& arguments) {
-  const System system = make_system(name, arguments.threads);
+  const Runs& runs = arguments.runs;
+  const System system = make_system(name, runs.threads);
   bool solved = true;
-  for (int round = 1; round <= arguments.rounds; ++round) {
+  for (int round = 1; round <= runs.rounds; ++round) {
     for (Entrant& entrant : entrants) {
       Json line{{"case", mfs::io::bench_case_name(name)},
                 {"round", round},
                 {"solver", entrant.name},
-                {"threads", arguments.threads},
-                {"repeat", arguments.repeat},
+                {"threads", runs.threads},
+                {"repeat", runs.repeat},
                 {"n", system.a.n},
                 {"nnz", system.a.offsets.back()}};
-      entrant.results.push_back(measure(entrant.make, system, arguments.repeat));
+      entrant.results.push_back(measure(entrant.make, system, runs.repeat));
       line.update(entrant.results.back());
       print(line);
       solved = solved && entrant.results.back()["status"] == "solved";
     }
   }
-  for (std::size_t i = 1; i < entrants.size(); ++i) {
+  for (std::size_t i = 1; i < entrants.size() && !arguments.without_mfs; ++i) {
     Json line{{"case", mfs::io::bench_case_name(name)}, {"ratio", "mfs/" + entrants[i].name}};
-    line["threads"] = arguments.threads;
+    line["threads"] = runs.threads;
     const Json found = ratios(entrants.front(), entrants[i]);
     if (found.is_null()) continue;
     line.update(found);
@@ -102,12 +100,24 @@ bool run_case(const std::string& name, std::vector<Entrant> entrants, const Argu
   return solved;
 }
 
+// Solvers have as many threads of OpenBLAS as there are to be, and kernels that suit the processor. OpenBLAS
+// reads its environment when it is loaded, so the program begins once more where that says something else.
+void begin_with_blas_for(int threads, char** argv) {
+  const std::string wanted = std::to_string(threads), kernels = mfs::better_blas_kernels();
+  const char* told = std::getenv("OPENBLAS_NUM_THREADS");
+  if (told != nullptr && told == wanted && kernels.empty()) return;
+  setenv("OPENBLAS_NUM_THREADS", wanted.c_str(), 1);
+  if (!kernels.empty()) setenv("OPENBLAS_CORETYPE", kernels.c_str(), 0);
+  if (std::getenv("PERF_HOST_BEGUN") != nullptr) return;
+  setenv("PERF_HOST_BEGUN", "1", 1);
+  execv("/proc/self/exe", argv);
+}
+
 bool run(const Arguments& arguments) {
-  for (const std::string& name : arguments.cases) mfs::io::check_bench_case(name);
+  check_cases(arguments.runs);
   const std::vector<Entrant> entrants = entrants_of(arguments);
-  bool solved = true;
-  for (const std::string& name : arguments.cases) solved = run_case(name, entrants, arguments) && solved;
-  return solved;
+  return run_cases(arguments.runs,
+                   [&](const std::string& name) { return run_case(name, entrants, arguments); });
 }
 
 }  // namespace
@@ -115,24 +125,15 @@ bool run(const Arguments& arguments) {
 int main(int argc, char** argv) {
   Arguments arguments;
   CLI::App app("MFS beside other direct solvers of the host, as JSON lines");
-  app.add_option("cases", arguments.cases, "FAMILY:SIZE or a file, Matrix Market or PETSc binary")
-      ->capture_default_str();
-  app.add_option("--peers", arguments.peers, "solvers that this program was built with")
+  add_options(app, arguments.runs, "of all solvers but KLU, which has one");
+  app.add_option("--peers", arguments.peers,
+                 "solvers that this program was built with; cholmod needs a positive definite matrix")
       ->check(CLI::IsMember(linked_peers()))
       ->delimiter(',')
       ->capture_default_str();
   app.add_option("--pardiso", arguments.pardiso, "libmkl_rt.so, for PARDISO");
-  app.add_option("--threads", arguments.threads, "of MFS and PARDISO; others have those of the BLAS")
-      ->check(CLI::PositiveNumber);
-  app.add_option("--repeat", arguments.repeat, "refactorizations and solves that are timed")
-      ->check(CLI::PositiveNumber);
-  app.add_option("--rounds", arguments.rounds, "times that the solvers take turns")
-      ->check(CLI::PositiveNumber);
+  app.add_flag("--without-mfs", arguments.without_mfs, "measure the others alone");
   CLI11_PARSE(app, argc, argv);
-  try {
-    return run(arguments) ? 0 : 1;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "perf_host: %s\n", error.what());
-    return 2;
-  }
+  begin_with_blas_for(arguments.runs.threads, argv);
+  return exit_status("perf_host", [&] { return run(arguments); });
 }

@@ -1,8 +1,8 @@
 #include <dlfcn.h>
 
-#include <algorithm>
 #include <stdexcept>
 
+#include "perf/host_peer.hpp"
 #include "perf/peers.hpp"
 
 namespace mfs::perf {
@@ -14,14 +14,9 @@ using PardisoFunction = void(void** pt, const int* maxfct, const int* mnum, cons
                              int* perm, const int* nrhs, int* iparm, const int* msglvl, double* b, double* x,
                              int* error);
 
-class Pardiso final : public Candidate {
+class Pardiso final : public HostPeer<int> {
  public:
-  Pardiso(const System& system, PardisoFunction* function)
-      : system_(system),
-        function_(function),
-        begin_(system.a.offsets.begin(), system.a.offsets.end()),
-        columns_(system.a.column_indices.begin(), system.a.column_indices.end()),
-        x_(system.b.size()) {
+  Pardiso(const System& system, PardisoFunction* function) : HostPeer(system), function_(function) {
     iparm_[0] = 1;    // not the defaults, which are these but for the numbering and the counts:
     iparm_[1] = 2;    // nested dissection
     iparm_[9] = 13;   // pivots are perturbed by 1e-13
@@ -31,6 +26,8 @@ class Pardiso final : public Candidate {
     iparm_[18] = -1;  // and the operations, in 1e6
     iparm_[34] = 1;   // indices begin at 0
   }
+  Pardiso(const Pardiso&) = delete;
+  Pardiso& operator=(const Pardiso&) = delete;
   ~Pardiso() override {
     try {
       call(-1, 1);
@@ -44,39 +41,30 @@ class Pardiso final : public Candidate {
   void factor() override { call(22, 1); }
   void refactor() override { call(22, 1); }
   void solve(int columns) override { call(33, columns); }
-  void read_solution(int columns, double* x) override { std::copy_n(x_.data(), system_.a.n * columns, x); }
   bool refine(int steps) override {
     iparm_[7] = steps;
     return true;
   }
   Facts facts() override {
-    Facts facts;
-    facts.version = "PARDISO";
-    facts.vectors = "host";
+    Facts facts = facts_of("PARDISO");
     facts.factor_entries = iparm_[17];
     facts.flops = 1e6 * iparm_[18];
     facts.perturbed_pivots = iparm_[13];
     facts.refinement_steps = iparm_[6];
     return facts;
   }
-  std::int64_t caller_bytes(int) const override { return 0; }
 
  private:
   void call(int phase, int columns) {
-    const int one = 1, unsymmetric = 11, silent = 0, n = static_cast<int>(system_.a.n);
+    const int one = 1, unsymmetric = 11, silent = 0, rows = n();
     int error = 0;
-    // It reads b and leaves it as it is.
-    function_(pt_, &one, &one, &unsymmetric, &phase, &n, system_.a.values.data(), begin_.data(),
-              columns_.data(), nullptr, &columns, iparm_, &silent, const_cast<double*>(system_.b.data()),
-              x_.data(), &error);
+    function_(pt_, &one, &one, &unsymmetric, &phase, &rows, values(), offsets_.data(), indices_.data(),
+              nullptr, &columns, iparm_, &silent, right_hand_sides(), x_.data(), &error);
     if (error != 0)
       throw std::runtime_error("PARDISO: error " + std::to_string(error) + " in phase " +
                                std::to_string(phase));
   }
-  const System& system_;
   PardisoFunction* function_;
-  std::vector<int> begin_, columns_;
-  std::vector<double> x_;
   void* pt_[64] = {};
   int iparm_[64] = {};
 };

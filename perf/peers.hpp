@@ -1,5 +1,5 @@
-// Other direct solvers of the host as perf_host measures them: UMFPACK and KLU, which it is linked with, and
-// oneMKL's PARDISO, which it loads.
+// Other direct solvers of the host as perf_host measures them: UMFPACK, KLU and CHOLMOD, which it is linked
+// with, and oneMKL's PARDISO, which it loads.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace mfs::perf {
 
-/// Of the solvers that this program was built with: "umfpack", "klu".
+/// The solvers that this program was built with. "cholmod" takes symmetric positive definite matrices only.
 std::vector<std::string> linked_peers();
 
 /// What makes a solver of linked_peers(). Their threads are those of the BLAS. Throws std::invalid_argument.

@@ -10,6 +10,7 @@
 #include <mfs/error.hpp>
 
 #include "ordering/first_error.hpp"
+#include "ordering/number_parts.hpp"
 
 namespace mfs {
 namespace {
@@ -201,17 +202,6 @@ bool all_finite(const Real* values, Offset count) {
   return sum == 0;
 }
 
-template <class Real>
-struct Parts {
-  using type = Real;
-  static constexpr Offset count = 1;
-};
-template <class Real>
-struct Parts<std::complex<Real>> {
-  using type = Real;
-  static constexpr Offset count = 2;
-};
-
 }  // namespace
 
 template <class Scalar>
@@ -261,8 +251,8 @@ void check_values(const CsrView<Scalar>& matrix, int threads) {
   const Offset entries = matrix.row_offsets[matrix.rows];
   if (entries == 0) return;
   if (matrix.values == nullptr) throw InvalidInput("values", "null pointer");
-  using Real = typename Parts<Scalar>::type;
-  constexpr Offset block = 4096, parts = Parts<Scalar>::count;
+  using Real = typename NumberParts<Scalar>::type;
+  constexpr Offset block = 4096, parts = NumberParts<Scalar>::count;
   const auto* numbers = reinterpret_cast<const Real*>(matrix.values);
   Offset bad = kNone;
 #pragma omp parallel for num_threads(threads) schedule(static) reduction(min : bad)
@@ -293,8 +283,8 @@ void sum_into_slots(const Pattern& pattern, const CsrView<Scalar>& matrix, Scala
     for (Offset k = 0; k < entries; ++k) slot_values[k] = matrix.values[k];
     return;
   }
-  using Real = typename Parts<Scalar>::type;
-  constexpr Offset parts = Parts<Scalar>::count;
+  using Real = typename NumberParts<Scalar>::type;
+  constexpr Offset parts = NumberParts<Scalar>::count;
   Offset overflowed = kNone;
 #pragma omp parallel for num_threads(threads) schedule(static) reduction(min : overflowed)
   for (Vertex i = 0; i < pattern.n; ++i) {

@@ -1,11 +1,11 @@
 #include "plan/segments.hpp"
 
 #include <algorithm>
-#include <exception>
 #include <iterator>
 #include <limits>
 #include <optional>
 
+#include "ordering/first_error.hpp"
 #include "plan/segment_order.hpp"
 #include "plan/segment_places.hpp"
 
@@ -32,20 +32,13 @@ std::vector<SegmentOrder> orders_of(const SymbolicPlan& plan, Offset region, Ver
   return orders;
 }
 
-/// Calls work(i) for all i < count by all threads. What one throws is thrown when all are done.
+/// Calls work(i) for all i < count by all threads, or until one throws, which is thrown when all have ended.
 template <class Work>
 void for_all(std::size_t count, const Work& work) {
-  std::exception_ptr failure;
+  FirstError error;
 #pragma omp parallel for schedule(dynamic)
-  for (std::size_t i = 0; i < count; ++i) {
-    try {
-      work(i);
-    } catch (...) {
-#pragma omp critical(mfs_segments)
-      failure = std::current_exception();
-    }
-  }
-  if (failure) std::rethrow_exception(failure);
+  for (std::size_t i = 0; i < count; ++i) error.attempt([&] { work(i); });
+  error.rethrow();
 }
 
 /// From the one that overlaps most on.

@@ -10,33 +10,22 @@
 #pragma once
 
 #include <algorithm>
-#include <complex>
 #include <cstdint>
 #include <cstring>
 #include <type_traits>
 
 #include "kernels/dense/small_kernels.hpp"
+#include "ordering/number_parts.hpp"
 
 #define MFS_INLINE inline __attribute__((always_inline))
 
 namespace mfs::small {
 
-template <class Scalar>
-struct Parts {
-  using Real = Scalar;
-  static constexpr int kCount = 1;
-};
-template <class R>
-struct Parts<std::complex<R>> {
-  using Real = R;
-  static constexpr int kCount = 2;
-};
-
 /// kBytes: of a vector register. kHigh: registers that a tile is high, kWide: real columns that it is wide.
 template <class Scalar, int kBytes, int kHigh, int kWide>
 struct Tiles {
-  using Real = typename Parts<Scalar>::Real;
-  static constexpr int kParts = Parts<Scalar>::kCount;
+  using Real = typename NumberParts<Scalar>::type;
+  static constexpr int kParts = NumberParts<Scalar>::count;
   static constexpr int kLanes = kBytes / static_cast<int>(sizeof(Real));
   static constexpr int kRows = kLanes / kParts;  // of Scalar in a register
   typedef Real Vector __attribute__((vector_size(kBytes)));

@@ -30,6 +30,11 @@ SparseMatrix weakly_held_pairs(std::int64_t pairs, double weak) {
 std::vector<Backend> host_backends() {
   return {Backend::serial, Backend::openmp, Backend::kokkos};
 }
+Options on(Backend backend) {
+  Options options;
+  options.backend = backend;
+  return options;
+}
 
 TEST(TinyPivots, AreDividedByWhereTheyAreTooManyToCorrect) {
   for (const double weak : {0x1p-30, 0x1p-40, 0x1p-47}) {
@@ -37,9 +42,7 @@ TEST(TinyPivots, AreDividedByWhereTheyAreTooManyToCorrect) {
     const std::vector<double> b = Random(5).vector(a.n);
     for (const Backend backend : host_backends()) {
       SCOPED_TRACE(std::string(backend_name(backend)) + ", " + std::to_string(weak));
-      Options options;
-      options.backend = backend;
-      Solver solver(options);
+      Solver solver(on(backend));
       std::vector<double> x(b.size());
       for (const bool transposed : {false, true}) {
         solver.factor(a.view());
@@ -60,9 +63,7 @@ TEST(TinyPivots, OfCurlCurlAreDividedBy) {
   const std::vector<double> b = Random(8).vector(a.n);
   for (const Backend backend : host_backends()) {
     SCOPED_TRACE(backend_name(backend));
-    Options options;
-    options.backend = backend;
-    Solver solver(options);
+    Solver solver(on(backend));
     std::vector<double> x(b.size());
     solver.factor(a.view());
     solver.solve(b.data(), x.data());
@@ -76,9 +77,7 @@ TEST(TinyPivots, SingularIsProved) {
   const std::vector<double> b = Random(6).vector(a.n);
   for (const Backend backend : host_backends()) {
     SCOPED_TRACE(backend_name(backend));
-    Options options;
-    options.backend = backend;
-    Solver solver(options);
+    Solver solver(on(backend));
     std::vector<double> x(b.size());
     solver.factor(a.view());
     try {
@@ -101,8 +100,7 @@ TEST(TinyPivots, SingularIsSolvedOnRequest) {
     const std::vector<double> b = multiply(a, Random(7).vector(a.n));
     for (const Backend backend : host_backends()) {
       SCOPED_TRACE(std::string(backend_name(backend)) + ", pairs " + std::to_string(pairs));
-      Options options;
-      options.backend = backend;
+      Options options = on(backend);
       options.solve.solve_singular = true;
       Solver solver(options);
       std::vector<double> x(b.size());

@@ -38,23 +38,29 @@ void check_launch(const char* what) {
   checked(what, [] { return cudaPeekAtLastError(); });
 }
 
-Offset free_memory() {
-  std::size_t free = 0, total = 0;
-  checked("cudaMemGetInfo", [&] { return cudaMemGetInfo(&free, &total); });
-  return static_cast<Offset>(free);
-}
-
 namespace {
+
+struct MemoryInfo {
+  std::size_t free = 0, total = 0;
+};
+MemoryInfo memory_info() {
+  MemoryInfo info;
+  checked("cudaMemGetInfo", [&] { return cudaMemGetInfo(&info.free, &info.total); });
+  return info;
+}
 
 constexpr Offset kMostContext = Offset(1) << 30;  // on H100 some 0.6 GB
 std::atomic<Offset> bytes_of_arenas{0}, least_context{kMostContext};
 
 }  // namespace
 
+Offset free_memory() {
+  return static_cast<Offset>(memory_info().free);
+}
+
 Offset bytes_of_context() {
-  std::size_t free = 0, total = 0;
-  checked("cudaMemGetInfo", [&] { return cudaMemGetInfo(&free, &total); });
-  const Offset now = std::max<Offset>(static_cast<Offset>(total - free) - bytes_of_arenas, 0);
+  const MemoryInfo info = memory_info();
+  const Offset now = std::max<Offset>(static_cast<Offset>(info.total - info.free) - bytes_of_arenas, 0);
   Offset least = least_context;
   while (now < least && !least_context.compare_exchange_weak(least, now)) {
   }

@@ -94,13 +94,6 @@ void solve_or_note(SystemReport& report, const Solve& solve) noexcept {
   }
 }
 
-Rung rung_of(const BatchedOutcome& outcome) {
-  return outcome.krylov      ? Rung::krylov
-         : outcome.refined   ? Rung::refinement
-         : outcome.corrected ? Rung::correction
-                             : Rung::factors;
-}
-
 /// With an analysis of its own.
 template <class Scalar>
 void solve_alone(const Options& options, const BatchedSystem<Scalar>& system, SystemReport& report) {
@@ -209,7 +202,7 @@ struct BasicBatchSolver<Scalar>::Impl {
         BatchedOutcome outcome;
         if (factors.solve(system, outcome)) {
           found.backward_error = outcome.backward_error;
-          found.rung = rung_of(outcome);
+          found.rung = outcome.rung;
         } else {
           solve_alone(alone, system, found);
         }
@@ -229,22 +222,9 @@ struct BasicBatchSolver<Scalar>::Impl {
   std::vector<SystemReport> systems;
 };
 
-namespace {
-
-template <class Call>
-auto at_the_border(const Call& call) {
-  try {
-    return call();
-  } catch (const std::bad_alloc&) {
-    throw OutOfMemory(MemorySpace::host, 0, available_host_memory());
-  }
-}
-
-}  // namespace
-
 template <class Scalar>
 BasicBatchSolver<Scalar>::BasicBatchSolver(Options options)
-    : impl_(at_the_border([&] { return std::make_unique<Impl>(std::move(options)); })) {}
+    : impl_(told_as_out_of_memory([&] { return std::make_unique<Impl>(std::move(options)); })) {}
 template <class Scalar>
 BasicBatchSolver<Scalar>::~BasicBatchSolver() = default;
 template <class Scalar>
@@ -260,14 +240,14 @@ typename BasicBatchSolver<Scalar>::Impl& BasicBatchSolver<Scalar>::impl() const 
 }
 template <class Scalar>
 void BasicBatchSolver<Scalar>::analyze(const CsrView<Scalar>& a) {
-  at_the_border([&] {
+  told_as_out_of_memory([&] {
     impl().analyzed = false;
     impl().analyze(a);
   });
 }
 template <class Scalar>
 void BasicBatchSolver<Scalar>::solve(const Batch<Scalar>& batch) {
-  at_the_border([&] { impl().solve(batch); });
+  told_as_out_of_memory([&] { impl().solve(batch); });
 }
 template <class Scalar>
 const std::vector<SystemReport>& BasicBatchSolver<Scalar>::systems() const {

@@ -9,7 +9,7 @@
 #include <mfs/error.hpp>
 
 #include "ordering/stopwatch.hpp"
-#include "solver/option_checks.hpp"
+#include "solver/solve_rules.hpp"
 
 namespace mfs {
 
@@ -51,15 +51,14 @@ BlockSolve<Scalar>::BlockSolve(const Options& options, Phases& phases, MatrixFac
       phases_(phases),
       factors_(factors),
       report_(report),
-      controls_{tolerance_of<Scalar>(options.solve), options.solve.max_refinement_steps,
-                options.solve.row_floor, options.solve.solve_singular},
-      host_(options) {}
+      controls_(controls_of<Scalar>(options.solve)),
+      host_(options, factors) {}
 
 template <class Scalar>
 void BlockSolve<Scalar>::solve(Columns<Scalar> all) {
   factors_.numeric("solve");
   all = checked(all);
-  check_finite(all);
+  check_finite(rows(), all.count, all.b, all.ldb);
   solve_parts(all, [&](const Columns<Scalar>& part) { solve_part(part); });
 }
 
@@ -81,17 +80,6 @@ Columns<Scalar> BlockSolve<Scalar>::checked(Columns<Scalar> all) const {
   if (all.ldx < rows()) throw InvalidInput("ldx", "must be at least the number of rows");
   if (overlap(rows(), all)) throw InvalidInput("x", "overlaps b, but is not the same array");
   return all;
-}
-
-template <class Scalar>
-void BlockSolve<Scalar>::check_finite(const Columns<Scalar>& all) const {
-  const auto bad = [](const Scalar& entry) { return !std::isfinite(std::abs(entry)); };
-  for (Offset j = 0; j < all.count; ++j) {
-    const Scalar *begin = all.b + j * all.ldb, *end = begin + rows();
-    // Counting takes half of the time of searching: it looks at several entries at once.
-    if (std::count_if(begin, end, bad) > 0)
-      throw InvalidInput("b", "NaN or infinity", std::find_if(begin, end, bad) - begin, j);
-  }
 }
 
 // Calls solve_part for one block of columns after another, and reports on all of them together.
@@ -137,7 +125,7 @@ void BlockSolve<Scalar>::solve_part_on_device(const Columns<Scalar>& part, void*
   const Vertex columns = static_cast<Vertex>(part.count);
   SolveOutcome outcome;
   ResidentSolve found = ResidentSolve::refused;
-  if (!host_.serves(factors_)) {
+  if (!host_.serves()) {
     phases_.run("solve", [&] {
       const SolveBlock<Scalar> block{part.b, part.ldb, part.x, part.ldx, columns, pattern_for(part)};
       found = factors_.numeric("solve_device").solve_resident(block, controls_, stream, outcome);
@@ -156,7 +144,7 @@ void BlockSolve<Scalar>::solve_part_on_device(const Columns<Scalar>& part, void*
   phases_.run("solve", [&] {
     factors_.resident("solve_device").download(part.b, part.ldb, n, columns, held.data(), stream);
   });
-  check_finite(on_host);
+  check_finite<Scalar>(n, columns, held.data(), n);
   solve_part(on_host, found == ResidentSolve::missed ? &outcome : nullptr);
   phases_.run("solve", [&] {
     factors_.resident("solve_device").upload(held.data(), n, columns, part.x, part.ldx, stream);
@@ -165,7 +153,7 @@ void BlockSolve<Scalar>::solve_part_on_device(const Columns<Scalar>& part, void*
 
 template <class Scalar>
 void BlockSolve<Scalar>::climb_until_solved(const Columns<Scalar>& part, const SolveOutcome* tried) {
-  if (host_.serves(factors_)) return solve_on_host(part);
+  if (host_.serves()) return solve_on_host(part);
   SolveOutcome outcome = solve_with_factors(part, tried);
   report_.time_ladder += outcome.time_ladder;
   if (settled(outcome)) return write_solution(part, factors_.numeric("solve").solution(), outcome);
@@ -192,7 +180,7 @@ template <class Scalar>
 void BlockSolve<Scalar>::solve_on_host(const Columns<Scalar>& part) {
   const Stopwatch watch;
   report_.rung = Rung::host;
-  BasicSolver<Scalar>& host = host_.solver_for(factors_);
+  BasicSolver<Scalar>& host = host_.solver();
   part.transposed ? host.solve_transpose(part.b, part.x, part.count, part.ldb, part.ldx)
                   : host.solve(part.b, part.x, part.count, part.ldb, part.ldx);
   host_.note_solved();
@@ -265,11 +253,7 @@ void BlockSolve<Scalar>::note_outcome(const SolveOutcome& outcome) {
   report_.refinement_steps = std::max(report_.refinement_steps, outcome.refinement_steps);
   report_.krylov_steps = std::max(report_.krylov_steps, outcome.krylov_steps);
   report_.corrected_pivots = std::max<std::int64_t>(report_.corrected_pivots, outcome.corrected_pivots);
-  const Rung used = outcome.krylov_steps > 0       ? Rung::krylov
-                    : outcome.refinement_steps > 0 ? Rung::refinement
-                    : outcome.corrected_pivots > 0 ? Rung::correction
-                                                   : Rung::factors;
-  report_.rung = std::max(report_.rung, used);
+  report_.rung = std::max(report_.rung, rung_of(outcome));
   if (phases_.logs(2) && outcome.doubtful) phases_.log(2, "whether the matrix is singular is not known");
 }
 

@@ -36,7 +36,6 @@ class BlockSolve {
  private:
   Vertex rows() const { return factors_.analysis().pattern->n; }
   Columns<Scalar> checked(Columns<Scalar> all) const;
-  void check_finite(const Columns<Scalar>& all) const;
   template <class SolvePart>
   void solve_parts(const Columns<Scalar>& all, const SolvePart& solve_part);
 

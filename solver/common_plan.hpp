@@ -3,7 +3,6 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -15,6 +14,7 @@
 #include "ordering/matrix_check.hpp"
 #include "solver/analysis.hpp"
 #include "solver/option_checks.hpp"
+#include "solver/solve_rules.hpp"
 
 namespace mfs {
 
@@ -27,10 +27,10 @@ struct BatchedSystem {
   Offset nrhs, ldb, ldx;
 };
 
-/// What a solution took.
+/// What a solution took, the most of its columns.
 struct BatchedOutcome {
   double backward_error = 0;
-  bool corrected = false, refined = false, krylov = false;
+  Rung rung = Rung::factors;
 };
 
 template <class Scalar>
@@ -41,10 +41,8 @@ class CommonPlan {
              bool single_precision)
       : analysis_(analysis),
         numeric_(std::move(numeric)),
-        policy_(single_precision ? pivot_tolerance_of<Narrow<Scalar>>(options.factor)
-                                 : pivot_tolerance_of<Scalar>(options.factor)),
-        controls_{tolerance_of<Scalar>(options.solve), options.solve.max_refinement_steps,
-                  options.solve.row_floor, options.solve.solve_singular} {
+        policy_(pivot_tolerance_of<Scalar>(options.factor, single_precision)),
+        controls_(controls_of<Scalar>(options.solve)) {
     const MatchedScaling& matched = analysis_.matched;
     std::copy(matched.row_scale.begin(), matched.row_scale.end(), numeric_->factors().row_scale());
     std::copy(matched.column_scale.begin(), matched.column_scale.end(), numeric_->factors().column_scale());
@@ -54,7 +52,7 @@ class CommonPlan {
   /// done, and x is as it was. Throws InvalidInput (NaN or infinity), std::bad_alloc.
   bool solve(const BatchedSystem<Scalar>& system, BatchedOutcome& outcome) {
     check_values(system.a, 1);
-    check_finite(system);
+    check_finite(static_cast<Offset>(analysis_.pattern->n), system.nrhs, system.b, system.ldb);
     sum_into_slots(*analysis_.pattern, system.a, numeric_->factors().matrix_values(), 1);
     const FactorStatus status = numeric_->factor(policy_, {});
     if (status.nonfinite > 0 || status.perturbed > numeric_->most_corrected()) return false;
@@ -69,16 +67,6 @@ class CommonPlan {
   }
 
  private:
-  void check_finite(const BatchedSystem<Scalar>& system) const {
-    const Offset n = analysis_.pattern->n;
-    for (Offset j = 0; j < system.nrhs; ++j) {
-      for (Offset i = 0; i < n; ++i) {
-        if (!std::isfinite(std::abs(system.b[i + j * system.ldb])))
-          throw InvalidInput("b", "NaN or infinity", i, j);
-      }
-    }
-  }
-
   bool solve_block(const BatchedSystem<Scalar>& system, Offset first, Offset count, BatchedOutcome& outcome) {
     const Offset n = analysis_.pattern->n;
     const auto columns = static_cast<Vertex>(count);
@@ -91,9 +79,7 @@ class CommonPlan {
     const bool reached = found.backward_error <= controls_.tolerance;
     if (!reached || found.doubtful || found.dependent_rows > 0) return false;
     outcome.backward_error = std::max(outcome.backward_error, found.backward_error);
-    outcome.corrected |= found.corrected_pivots > 0;
-    outcome.refined |= found.refinement_steps > 0;
-    outcome.krylov |= found.krylov_steps > 0;
+    outcome.rung = std::max(outcome.rung, rung_of(found));
     std::copy(numeric_->solution(), numeric_->solution() + n * count, solution_.data() + first * n);
     return true;
   }

@@ -4,33 +4,40 @@
 
 namespace mfs {
 
-template <class Scalar>
-HostSolver<Scalar>::HostSolver(const Options& options) : options_(options) {
-  options_.backend = Backend::openmp;
-  options_.memory_limit = 0;
-  options_.factor.precision = Precision::full;
-  options_.dump_prefix.clear();
+namespace {
+
+Options on_host(Options options) {
+  options.backend = Backend::openmp;
+  options.memory_limit = 0;
+  options.factor.precision = Precision::full;
+  options.dump_prefix.clear();
+  return options;
 }
 
+}  // namespace
+
 template <class Scalar>
-bool HostSolver<Scalar>::serves(const MatrixFactors<Scalar>& factors) {
-  if (factors.value_sets() != seen_) {
+bool HostSolver<Scalar>::serves() {
+  if (!factors_.on_device()) return false;
+  if (factors_.analyses() != analysis_) {
+    solver_.reset();
+    fallback_ = Fallback();
+    analysis_ = factors_.analyses();
+    seen_ = factored_ = 0;
+  }
+  if (factors_.value_sets() != seen_) {
     if (seen_ > 0) fallback_.end();
-    seen_ = factors.value_sets();
+    seen_ = factors_.value_sets();
     fallback_.begin();
   }
-  return fallback_.active() && factors.on_device();
+  return fallback_.active();
 }
 
 template <class Scalar>
-BasicSolver<Scalar>& HostSolver<Scalar>::solver_for(const MatrixFactors<Scalar>& factors) {
-  if (solver_ && analysis_ == factors.analyses() && values_ == factors.value_sets()) return *solver_;
-  if (!solver_ || analysis_ != factors.analyses()) {
-    solver_ = std::make_unique<BasicSolver<Scalar>>(options_);
-    analysis_ = factors.analyses();
-  }
-  solver_->factor(factors.factored_matrix());
-  values_ = factors.value_sets();
+BasicSolver<Scalar>& HostSolver<Scalar>::solver() {
+  if (!solver_) solver_ = std::make_unique<BasicSolver<Scalar>>(on_host(options_));
+  if (factored_ != factors_.value_sets()) solver_->factor(factors_.factored_matrix());
+  factored_ = factors_.value_sets();
   return *solver_;
 }
 

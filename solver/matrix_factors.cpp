@@ -283,8 +283,7 @@ void MatrixFactors<Scalar>::take_values(const CsrView<Scalar>& a) {
 
 template <class Scalar>
 double MatrixFactors<Scalar>::pivot_tolerance() const {
-  return report_.single_precision ? pivot_tolerance_of<Narrow<Scalar>>(options_.factor)
-                                  : pivot_tolerance_of<Scalar>(options_.factor);
+  return pivot_tolerance_of<Scalar>(options_.factor, report_.single_precision);
 }
 
 // Factors what is in matrix_values().

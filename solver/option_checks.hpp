@@ -24,11 +24,12 @@ double tolerance_of(const SolveOptions& options) {
   return std::is_same_v<RealOf<Scalar>, double> ? 1e-12 : 1e-6;
 }
 
-/// `Scalar` of the factors.
+/// `Scalar` of the matrix, whose factors have single precision or that of the matrix.
 template <class Scalar>
-double pivot_tolerance_of(const FactorOptions& options) {
+double pivot_tolerance_of(const FactorOptions& options, bool single_precision) {
   if (options.pivot_tolerance > 0) return options.pivot_tolerance;
-  return std::sqrt(static_cast<double>(std::numeric_limits<RealOf<Scalar>>::epsilon()));
+  return std::sqrt(single_precision ? double{std::numeric_limits<RealOf<Narrow<Scalar>>>::epsilon()}
+                                    : double{std::numeric_limits<RealOf<Scalar>>::epsilon()});
 }
 
 /// Precision::automatic on a device that computes `single_to_double` times as fast in single precision.

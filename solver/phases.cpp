@@ -12,11 +12,7 @@ namespace mfs {
 
 void Phases::run_here(const char* phase, const std::function<void()>& work) {
   if (logs(1)) log(1, phase);
-  try {
-    Engine::instance().run_here(work);
-  } catch (const std::bad_alloc&) {
-    throw OutOfMemory(MemorySpace::host, 0, available_host_memory());
-  }
+  told_as_out_of_memory([&] { Engine::instance().run_here(work); });
 }
 
 void Phases::run_in_engine(const char* phase, int threads, const std::function<void()>& work) {

@@ -21,16 +21,6 @@ Options checked(Options options) {
   return options;
 }
 
-// Memory that is not there comes out as one of our errors, be it missed for the text of another one.
-template <class Call>
-auto at_the_border(const Call& call) {
-  try {
-    return call();
-  } catch (const std::bad_alloc&) {
-    throw OutOfMemory(MemorySpace::host, 0, available_host_memory());
-  }
-}
-
 }  // namespace
 
 template <class Scalar>
@@ -68,10 +58,8 @@ struct BasicSolver<Scalar>::Impl {
 };
 
 template <class Scalar>
-BasicSolver<Scalar>::BasicSolver(Options options) try : impl_(std::make_unique<Impl>(std::move(options))) {
-} catch (const std::bad_alloc&) {
-  throw OutOfMemory(MemorySpace::host, 0, available_host_memory());
-}
+BasicSolver<Scalar>::BasicSolver(Options options)
+    : impl_(told_as_out_of_memory([&] { return std::make_unique<Impl>(std::move(options)); })) {}
 template <class Scalar>
 BasicSolver<Scalar>::~BasicSolver() = default;
 template <class Scalar>
@@ -87,28 +75,28 @@ typename BasicSolver<Scalar>::Impl& BasicSolver<Scalar>::impl() const {
 }
 template <class Scalar>
 void BasicSolver<Scalar>::analyze(const CsrView<Scalar>& a) {
-  at_the_border([&] {
+  told_as_out_of_memory([&] {
     run_phase(
         impl().options.dump_prefix, [&] { impl().factors.analyze(a); }, [&] { return System<Scalar>{a}; });
   });
 }
 template <class Scalar>
 void BasicSolver<Scalar>::factor(const CsrView<Scalar>& a) {
-  at_the_border([&] {
+  told_as_out_of_memory([&] {
     run_phase(
         impl().options.dump_prefix, [&] { impl().factors.factor(a); }, [&] { return System<Scalar>{a}; });
   });
 }
 template <class Scalar>
 void BasicSolver<Scalar>::refactor(const CsrView<Scalar>& a) {
-  at_the_border([&] {
+  told_as_out_of_memory([&] {
     run_phase(
         impl().options.dump_prefix, [&] { impl().factors.refactor(a); }, [&] { return System<Scalar>{a}; });
   });
 }
 template <class Scalar>
 void BasicSolver<Scalar>::refactor(const Scalar* values) {
-  at_the_border([&] {
+  told_as_out_of_memory([&] {
     run_phase(
         impl().options.dump_prefix, [&] { impl().factors.refactor(values); },
         [&] { return System<Scalar>{impl().factors.analysis().caller_view(values)}; });
@@ -116,35 +104,35 @@ void BasicSolver<Scalar>::refactor(const Scalar* values) {
 }
 template <class Scalar>
 void BasicSolver<Scalar>::refactor_device(const Scalar* values, void* stream) {
-  at_the_border([&] { impl().factors.refactor_device(values, stream); });
+  told_as_out_of_memory([&] { impl().factors.refactor_device(values, stream); });
 }
 template <class Scalar>
 void BasicSolver<Scalar>::solve_device(const Scalar* b, Scalar* x, std::int64_t nrhs, std::int64_t ldb,
                                        std::int64_t ldx, void* stream) {
-  at_the_border([&] { impl().solves.solve_device({b, x, nrhs, ldb, ldx, false}, stream); });
+  told_as_out_of_memory([&] { impl().solves.solve_device({b, x, nrhs, ldb, ldx, false}, stream); });
 }
 template <class Scalar>
 void BasicSolver<Scalar>::solve_transpose_device(const Scalar* b, Scalar* x, std::int64_t nrhs,
                                                  std::int64_t ldb, std::int64_t ldx, void* stream) {
-  at_the_border([&] { impl().solves.solve_device({b, x, nrhs, ldb, ldx, true}, stream); });
+  told_as_out_of_memory([&] { impl().solves.solve_device({b, x, nrhs, ldb, ldx, true}, stream); });
 }
 template <class Scalar>
 void BasicSolver<Scalar>::solve(const Scalar* b, Scalar* x, std::int64_t nrhs, std::int64_t ldb,
                                 std::int64_t ldx) {
-  at_the_border([&] { impl().solves.solve({b, x, nrhs, ldb, ldx, false}); });
+  told_as_out_of_memory([&] { impl().solves.solve({b, x, nrhs, ldb, ldx, false}); });
 }
 template <class Scalar>
 void BasicSolver<Scalar>::solve_transpose(const Scalar* b, Scalar* x, std::int64_t nrhs, std::int64_t ldb,
                                           std::int64_t ldx) {
-  at_the_border([&] { impl().solves.solve({b, x, nrhs, ldb, ldx, true}); });
+  told_as_out_of_memory([&] { impl().solves.solve({b, x, nrhs, ldb, ldx, true}); });
 }
 template <class Scalar>
 double BasicSolver<Scalar>::condition_estimate() {
-  return at_the_border([&] { return impl().condition_estimate(); });
+  return told_as_out_of_memory([&] { return impl().condition_estimate(); });
 }
 template <class Scalar>
 Determinant<Scalar> BasicSolver<Scalar>::determinant() {
-  return at_the_border([&] { return impl().determinant(); });
+  return told_as_out_of_memory([&] { return impl().determinant(); });
 }
 template <class Scalar>
 bool BasicSolver<Scalar>::analyzed() const {

@@ -21,7 +21,7 @@ std::unique_ptr<Factorization<Value>> make_factorization(HostSpace space,
                                                          std::shared_ptr<const Pattern> pattern) {
   if (space == HostSpace::serial)
     return std::make_unique<AccuracyLadder<OneThread, Value>>(std::move(factors), std::move(plan),
-                                                                   std::move(pattern));
+                                                              std::move(pattern));
   return std::make_unique<AccuracyLadder<HostThreads, Value>>(std::move(factors), std::move(plan),
                                                               std::move(pattern));
 }

@@ -58,8 +58,8 @@ bool tries_minimum_degree(const Graph& graph, const AnalysisOptions& options) {
 }
 
 /// The order of minimum degree is kept where it makes at most so many operations for each unknown.
-/// Dissection takes 20 to 50 us for one, as long as a hundred factorizations that make no more. Where there is
-/// more to do, it saves operations of each factorization, and its tree has half of the depths
+/// Dissection takes 20 to 50 us for one, as long as a hundred factorizations that make no more. Where there
+/// is more to do, it saves operations of each factorization, and its tree has half of the depths
 /// (docs/experiments/ordering.md).
 constexpr double kFewFlops = 500;
 

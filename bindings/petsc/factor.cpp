@@ -68,8 +68,7 @@ PetscErrorCode view_options(const Options& options, PetscViewer viewer) {
       precision_name(options.factor.precision), options.factor.pivot_tolerance,
       options.factor.max_reanalyses));
   PetscCall(PetscViewerASCIIPrintf(
-      viewer,
-      "  tolerance %g (0: the default), max refinement steps %d, row floor %g, solve singular %s\n",
+      viewer, "  tolerance %g (0: the default), max refinement steps %d, row floor %g, solve singular %s\n",
       options.solve.tolerance, options.solve.max_refinement_steps, options.solve.row_floor,
       kYesNo[options.solve.solve_singular]));
   if (!options.dump_prefix.empty())

@@ -141,9 +141,9 @@ class Integrator {
   /// each) are first moved, as little as possible, to where the constraints hold. `outputs` ascend within t0
   /// ... t_end. Mechanisms pass over them, and states there come from the ends of steps (dense_output.hpp):
   /// of rigid bodies they fulfil all equations, with flexible ones constraints hold as well as positions do.
-  /// What is neither has them at ends of steps. Throws InvalidInput (sizes, times, NaN; constraints that the start cannot
-  /// be moved to, or that contradict each other: names them), mfs::Error where the step became too small
-  /// (time, order and what failed), and what the linear solver throws that no shorter step can cure
+  /// What is neither has them at ends of steps. Throws InvalidInput (sizes, times, NaN; constraints that the
+  /// start cannot be moved to, or that contradict each other: names them), mfs::Error where the step became
+  /// too small (time, order and what failed), and what the linear solver throws that no shorter step can cure
   /// (OutOfMemory, BackendError).
   State run(double t0, std::vector<double> q0, std::vector<double> v0, double t_end,
             const std::vector<double>& outputs, Observer& observer);

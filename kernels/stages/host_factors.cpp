@@ -62,8 +62,7 @@ template <class Value, class Scalar>
 std::unique_ptr<Factors<Value>> make(HostSpace space, std::shared_ptr<const SymbolicPlan> plan,
                                      std::shared_ptr<const Pattern> pattern, int threads) {
   if (space == HostSpace::serial)
-    return std::make_unique<HostFactors<OneThread, Value, Scalar>>(std::move(plan), std::move(pattern),
-                                                                        1);
+    return std::make_unique<HostFactors<OneThread, Value, Scalar>>(std::move(plan), std::move(pattern), 1);
   return std::make_unique<HostFactors<HostThreads, Value, Scalar>>(std::move(plan), std::move(pattern),
                                                                    threads);
 }

@@ -11,8 +11,8 @@ namespace mfs::test {
 /// multipliers; singular ones among curl-curl and lattices.
 HardMatrix engineering_matrix(std::uint64_t seed);
 
-/// C^T C + mass I for the curl C from the edges of a grid of side^3 cubes to their faces, all of them. As many
-/// pivots as there are nodes are of the size of the mass, but one; without a mass it is singular.
+/// C^T C + mass I for the curl C from the edges of a grid of side^3 cubes to their faces, all of them. As
+/// many pivots as there are nodes are of the size of the mass, but one; without a mass it is singular.
 SparseMatrix curl_curl(std::int64_t side, double mass);
 
 }  // namespace mfs::test

@@ -70,16 +70,16 @@ PetscErrorCode set_up(const char* prefix = nullptr) {
 
 TEST(PetscOptions, WrongValuesAreRefused) {
   const std::pair<const char*, const char*> wrong[] = {
-      {"backend", "gpu"},       {"threads", "-1"},
-      {"threads", "513"},       {"threads", "many"},
-      {"threads", "2.5"},       {"analysis_threads", "-1"},
-      {"matching", "perhaps"},  {"scaling", "maybe"},
-      {"max_block_size", "0"},  {"leaf_size", "0"},
-      {"precision", "double"},  {"pivot_tolerance", "-1"},
-      {"pivot_tolerance", "1"}, {"max_reanalyses", "-1"},
-      {"tolerance", "-1e-12"},  {"tolerance", "2"},
-      {"tolerance", "nan"},     {"tolerance", "small"},
-      {"row_floor", "1.5"},     {"max_refinement_steps", "-1"},
+      {"backend", "gpu"},         {"threads", "-1"},
+      {"threads", "513"},         {"threads", "many"},
+      {"threads", "2.5"},         {"analysis_threads", "-1"},
+      {"matching", "perhaps"},    {"scaling", "maybe"},
+      {"max_block_size", "0"},    {"leaf_size", "0"},
+      {"precision", "double"},    {"pivot_tolerance", "-1"},
+      {"pivot_tolerance", "1"},   {"max_reanalyses", "-1"},
+      {"tolerance", "-1e-12"},    {"tolerance", "2"},
+      {"tolerance", "nan"},       {"tolerance", "small"},
+      {"row_floor", "1.5"},       {"max_refinement_steps", "-1"},
       {"solve_singular", "maybe"}};
   for (const auto& [name, value] : wrong) {
     const Option option(std::string("-mat_mfs_") + name, value);

@@ -196,7 +196,8 @@ TEST_F(Program, SingularIsSolvedOnRequest) {
   EXPECT_LE(json["backward_error"], 1e-12);
   const std::vector<double> found = solution(x);
   EXPECT_NEAR(found[0] + found[1], 3, 1e-12);
-  EXPECT_THAT(run_program({"solve", a, "--rhs", b, "--singular"}).out, HasSubstr("\nsingular        to working"));
+  EXPECT_THAT(run_program({"solve", a, "--rhs", b, "--singular"}).out,
+              HasSubstr("\nsingular        to working"));
   // A row without entries has no factorization.
   const std::string empty = file("e.mtx", kReal + "2 2 2\n1 1 1\n1 2 1\n");
   EXPECT_THAT(complaint({"solve", empty, "--singular"}, 4), StartsWith("e: structurally singular"));

@@ -32,7 +32,8 @@ struct Tested {
 using Default = Kokkos::DefaultExecutionSpace;
 template <class S>
 using DefaultDense = DenseOf<Default, S>;
-#ifdef __SANITIZE_ADDRESS__  // indices are the same for all numbers, and what the vendor does is not looked into
+#ifdef __SANITIZE_ADDRESS__  // indices are the same for all numbers, and what the vendor does is not looked
+                             // into
 using AllTested = testing::Types<Tested<Kokkos::Serial, double, OwnDense>,
                                  Tested<Kokkos::OpenMP, std::complex<float>, OwnDense>>;
 #else

@@ -29,8 +29,8 @@ using Array = nb::ndarray<const T, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 template <class T>
 using Columns = nb::ndarray<T, nb::ndim<2>, nb::f_contig, nb::device::cpu>;
 
-/// `progress` is called with the name of the phase and the fraction of it that is done, unless it is None. What
-/// it raises ends a phase, and so does Ctrl-C.
+/// `progress` is called with the name of the phase and the fraction of it that is done, unless it is None.
+/// What it raises ends a phase, and so does Ctrl-C.
 template <class Scalar>
 BasicSolver<Scalar> make_solver(const std::map<std::string, std::string>& texts, const nb::object& progress) {
   Options options;

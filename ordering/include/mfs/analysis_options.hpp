@@ -30,11 +30,12 @@ struct AnalysisOptions {
   /// More pay where the other phases have few because their work is done on a device.
   int threads = 0;
 
-  /// Rows and columns of the widest block into which a pivot block is divided. Backend::cuda and Backend::kokkos
-  /// have blocks of their own and refuse any other value than the default.
+  /// Rows and columns of the widest block into which a pivot block is divided. Backend::cuda and
+  /// Backend::kokkos have blocks of their own and refuse any other value than the default.
   std::int32_t max_block_size = 1024;
-  /// Sub-graphs of at most this many unknowns are ordered by CAMD instead of being dissected. With the default
-  /// so are graphs of 1000 to 20 000 vertices with few neighbours as a whole, where CAMD makes few operations.
+  /// Sub-graphs of at most this many unknowns are ordered by CAMD instead of being dissected. With the
+  /// default so are graphs of 1000 to 20 000 vertices with few neighbours as a whole, where CAMD makes few
+  /// operations.
   std::int32_t leaf_size = 120;
   /// Trials for the separator of each sub-graph with a sixth of all unknowns or more; smaller ones have one
   /// trial. Trials run in parallel, with the seeds `seed`, `seed` + 1, ...

@@ -50,7 +50,7 @@ enum class Rung {
   tiny_pivots,     ///< perturbed pivots divided by as they are, though they may be rounding
   larger_blocks,   ///< larger pivot blocks wherever the factors grow
   rescaling,       ///< rows scaled by the size that the residual is measured by, for each right-hand side
-  host,            ///< of a device: factors on the host, which substitutes where a device multiplies by inverses
+  host,  ///< of a device: factors on the host, which substitutes where a device multiplies by inverses
 };
 
 /// The name of the enumerator, "unknown" for any other value.

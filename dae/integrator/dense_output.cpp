@@ -82,7 +82,7 @@ class KnownStates {
     std::vector<PointSums> sums;
     const double* const now = states_[0]->q.data() + first;
     std::array<double, 3> mean{};
-    mean = sums_of(now, now, mean, points).x;
+    std::copy_n(some_sums(now, now, mean, points, true).of + 3, 3, mean.begin());
     for (double& x : mean) x /= body.count;
     for (const StepState* state : states_)
       sums.push_back(sums_of(state->q.data() + first, now, mean, points));
@@ -104,15 +104,18 @@ class KnownStates {
     for (std::size_t k = 0; k < count; ++k) times.push_back(states_[k]->t);
     return lagrange_shares(times, t);
   }
+  Numbers<6> some_sums(const double* x, const double* now, const std::array<double, 3>& mean,
+                       std::size_t points, bool last) const {
+    const SomeSums some{x, now, {mean[0], mean[1], mean[2]}, last};
+    return fold(executor_, points, Numbers<6>{}, some, Sum{});
+  }
   PointSums sums_of(const double* x, const double* now, const std::array<double, 3>& mean,
                     std::size_t points) const {
     PointSums sums;
-    for (const bool last : {false, true}) {
-      const SomeSums some{x, now, {mean[0], mean[1], mean[2]}, last};
-      const Numbers<6> found = fold(executor_, points, Numbers<6>{}, some, Sum{});
-      std::copy_n(found.of, last ? 3 : 6, sums.x_by_now.begin() + (last ? 6 : 0));
-      if (last) std::copy_n(found.of + 3, 3, sums.x.begin());
-    }
+    std::copy_n(some_sums(x, now, mean, points, false).of, 6, sums.x_by_now.begin());
+    const Numbers<6> last = some_sums(x, now, mean, points, true);
+    std::copy_n(last.of, 3, sums.x_by_now.begin() + 6);
+    std::copy_n(last.of + 3, 3, sums.x.begin());
     return sums;
   }
 

@@ -19,6 +19,9 @@ namespace {
 using Json = nlohmann::ordered_json;
 using namespace mfs::perf;
 
+/// What --peers takes where PARDISO alone, or nothing, is to stand beside MFS.
+constexpr const char* kNone = "none";
+
 struct Arguments {
   Runs runs{{"elas3d:20", "convdiff3d:40", "kkt:20", "poisson2d:500"}, 1, 5, 3};
   std::vector<std::string> peers{"umfpack", "klu"};
@@ -39,7 +42,9 @@ std::vector<Entrant> entrants_of(const Arguments& arguments) {
     entrants.push_back(
         {"mfs", [=](const System& system) { return make_mfs(system, mfs::Backend::openmp, threads); }, {}});
   }
-  for (const std::string& name : arguments.peers) entrants.push_back({name, linked_peer(name), {}});
+  for (const std::string& name : arguments.peers) {
+    if (name != kNone) entrants.push_back({name, linked_peer(name), {}});
+  }
   if (!arguments.pardiso.empty())
     entrants.push_back({"pardiso", load_pardiso(arguments.pardiso, threads), {}});
   return entrants;
@@ -124,11 +129,14 @@ bool run(const Arguments& arguments) {
 
 int main(int argc, char** argv) {
   Arguments arguments;
+  std::vector<std::string> named = linked_peers();
+  named.emplace_back(kNone);
   CLI::App app("MFS beside other direct solvers of the host, as JSON lines");
   add_options(app, arguments.runs, "of all solvers but KLU, which has one");
   app.add_option("--peers", arguments.peers,
                  "solvers that this program was built with; cholmod needs a positive definite matrix")
-      ->check(CLI::IsMember(linked_peers()))
+      ->check(CLI::IsMember(named))
+      ->allow_extra_args(false)
       ->delimiter(',')
       ->capture_default_str();
   app.add_option("--pardiso", arguments.pardiso, "libmkl_rt.so, for PARDISO");

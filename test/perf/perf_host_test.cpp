@@ -60,6 +60,12 @@ TEST(PerfHost, SolversThatNeedItAreRefined) {
   EXPECT_EQ(lines[2]["accurate"], true);
 }
 
+TEST(PerfHost, PardisoAloneMayStandBeside) {
+  const ProgramRun run = shell(kHost + kStub + "--repeat 1 --rounds 1 --peers none poisson2d:5");
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(solvers(json_lines(run.out)), ElementsAre("mfs", "pardiso"));
+}
+
 TEST(PerfHost, ASolverThatFailsHasNoRatio) {
   const ProgramRun run =
       shell("STUB_PARDISO=fails " + kHost + kStub + "--peers klu --repeat 1 --rounds 1 poisson2d:5");

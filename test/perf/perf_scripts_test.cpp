@@ -117,6 +117,18 @@ TEST(Compare, RecordsTakeTheLeastOfRoundsAndTablesTheRatio) {
   EXPECT_THAT(run.out, testing::Not(HasSubstr("peer")));
 }
 
+// perf_host does not say where its solvers run: on threads of the host.
+TEST(Compare, TakesWhatPerfHostWrites) {
+  const TemporaryFolder folder;
+  const std::string raw = folder.write(
+      "raw.jsonl", shell(MFS_BUILD "/bin/perf_host --repeat 1 --rounds 2 --peers klu poisson2d:5").out);
+  const std::string records = folder.path("records.jsonl");
+  ASSERT_EQ(shell(kScripts + "compare --record host " + raw + " >" + records).code, 0);
+  const ProgramRun run = shell(kScripts + "compare --table --columns n " + records);
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("| poisson2d:5, openmp, 1 | 25 (1.00) |\n"));
+}
+
 TEST(Compare, NamesWhatGotSlower) {
   const TemporaryFolder folder;
   const auto records = [&folder](const std::string& name, const std::string& machine, double refactor) {

@@ -12,12 +12,29 @@ set(MFS_THIRD_PARTY "${mfs_third_party}" CACHE PATH "Where scripts/setup put Kok
 find_package(Threads REQUIRED)
 find_package(OpenMP REQUIRED)
 
-# BLAS and LAPACK: OpenBLAS unless told otherwise (BLA_VENDOR=Intel10_64lp takes oneMKL).
-if(NOT DEFINED BLA_VENDOR)
-  set(BLA_VENDOR OpenBLAS)
+# BLAS and LAPACK (mfs_blas): OpenBLAS unless told otherwise (BLA_VENDOR=Intel10_64lp takes oneMKL).
+set(MFS_BLAS system CACHE STRING "system: what find_package(BLAS) finds; pypi: what scripts/setup --blas pypi has brought")
+set_property(CACHE MFS_BLAS PROPERTY STRINGS system pypi)
+add_library(mfs_blas INTERFACE)
+if(MFS_BLAS STREQUAL "pypi")
+  # A later OpenBLAS, which knows later processors. All its names begin with scipy_, so it disturbs no other BLAS.
+  find_library(MFS_PYPI_BLAS scipy_openblas PATHS "${MFS_THIRD_PARTY}/openblas/lib" NO_DEFAULT_PATH)
+  if(NOT MFS_PYPI_BLAS)
+    message(FATAL_ERROR "MFS_BLAS=pypi: no libscipy_openblas in ${MFS_THIRD_PARTY}/openblas/lib; scripts/setup --blas pypi brings it")
+  endif()
+  mark_as_advanced(MFS_PYPI_BLAS)
+  target_link_libraries(mfs_blas INTERFACE "${MFS_PYPI_BLAS}")
+  target_compile_definitions(mfs_blas INTERFACE MFS_BLAS_PREFIX=scipy_)
+elseif(MFS_BLAS STREQUAL "system")
+  if(NOT DEFINED BLA_VENDOR)
+    set(BLA_VENDOR OpenBLAS)
+  endif()
+  find_package(BLAS REQUIRED)
+  find_package(LAPACK REQUIRED)
+  target_link_libraries(mfs_blas INTERFACE LAPACK::LAPACK BLAS::BLAS)
+else()
+  message(FATAL_ERROR "MFS_BLAS is system or pypi, not ${MFS_BLAS}")
 endif()
-find_package(BLAS REQUIRED)
-find_package(LAPACK REQUIRED)
 
 # CAMD of SuiteSparse: a plain library without a CMake package in Debian 12.
 find_path(MFS_CAMD_INCLUDE camd.h PATH_SUFFIXES suitesparse REQUIRED)

@@ -4,6 +4,10 @@ include(CMakePackageConfigHelpers)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/mfs)
 
 install(TARGETS mfs mfs_fortran EXPORT mfs-targets LIBRARY COMPONENT library NAMELINK_COMPONENT development)
+if(MFS_BLAS STREQUAL "pypi")
+  install(FILES "${MFS_PYPI_BLAS}" DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library)
+  set_target_properties(mfs PROPERTIES INSTALL_RPATH "$ORIGIN")
+endif()
 install(EXPORT mfs-targets NAMESPACE mfs:: DESTINATION ${package_dir} COMPONENT development)
 install(DIRECTORY ordering/include/mfs solver/include/mfs bindings/c/include/mfs
   bindings/eigen/include/mfs DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development

@@ -17,80 +17,104 @@
 using mfs::Offset;
 using mfs::Vertex;
 
+// What the names of the BLAS at hand begin with: nothing, but with an OpenBLAS that lives beside another.
+#ifdef MFS_BLAS_PREFIX
+#define MFS_JOINED(a, b) a##b
+#define MFS_PREFIXED(prefix, symbol) MFS_JOINED(prefix, symbol)
+#define MFS_BLAS(symbol) MFS_PREFIXED(MFS_BLAS_PREFIX, symbol)
+#else
+#define MFS_BLAS(symbol) symbol
+#endif
+
 extern "C" {
-#define MFS_DECLARE_BLAS(prefix, S)                                                                        \
-  void prefix##gemm_(const char*, const char*, const int*, const int*, const int*, const S*, const S*,     \
-                     const int*, const S*, const int*, const S*, S*, const int*);                          \
-  void prefix##gemv_(const char*, const int*, const int*, const S*, const S*, const int*, const S*,        \
-                     const int*, const S*, S*, const int*);                                                \
-  void prefix##trsm_(const char*, const char*, const char*, const char*, const int*, const int*, const S*, \
-                     const S*, const int*, S*, const int*);                                                \
-  void prefix##trsv_(const char*, const char*, const char*, const int*, const S*, const int*, S*, const int*);
+#define MFS_DECLARE_BLAS(prefix, S)                                                                         \
+  void MFS_BLAS(prefix##gemm_)(const char*, const char*, const int*, const int*, const int*, const S*,      \
+                               const S*, const int*, const S*, const int*, const S*, S*, const int*);       \
+  void MFS_BLAS(prefix##gemv_)(const char*, const int*, const int*, const S*, const S*, const int*,         \
+                               const S*, const int*, const S*, S*, const int*);                             \
+  void MFS_BLAS(prefix##trsm_)(const char*, const char*, const char*, const char*, const int*, const int*,  \
+                               const S*, const S*, const int*, S*, const int*);                             \
+  void MFS_BLAS(prefix##trsv_)(const char*, const char*, const char*, const int*, const S*, const int*, S*, \
+                               const int*);
 MFS_DECLARE_BLAS(s, float)
 MFS_DECLARE_BLAS(d, double)
 MFS_DECLARE_BLAS(c, std::complex<float>)
 MFS_DECLARE_BLAS(z, std::complex<double>)
 
-#define MFS_DECLARE_GESVD(prefix, S, R, RWORK)                                                              \
-  void prefix##gesvd_(const char*, const char*, const int*, const int*, S*, const int*, R*, S*, const int*, \
-                      S*, const int*, S*, const int*, RWORK int*);
+#define MFS_DECLARE_GESVD(prefix, S, R, RWORK)                                                            \
+  void MFS_BLAS(prefix##gesvd_)(const char*, const char*, const int*, const int*, S*, const int*, R*, S*, \
+                                const int*, S*, const int*, S*, const int*, RWORK int*);
 #define MFS_RWORK(R) R*,
 MFS_DECLARE_GESVD(s, float, float, )
 MFS_DECLARE_GESVD(d, double, double, )
 MFS_DECLARE_GESVD(c, std::complex<float>, float, MFS_RWORK(float))
 MFS_DECLARE_GESVD(z, std::complex<double>, double, MFS_RWORK(double))
 
-void slacn2_(const int*, float*, float*, int*, float*, int*, int*);
-void dlacn2_(const int*, double*, double*, int*, double*, int*, int*);
-void clacn2_(const int*, std::complex<float>*, std::complex<float>*, float*, int*, int*);
-void zlacn2_(const int*, std::complex<double>*, std::complex<double>*, double*, int*, int*);
+void MFS_BLAS(slacn2_)(const int*, float*, float*, int*, float*, int*, int*);
+void MFS_BLAS(dlacn2_)(const int*, double*, double*, int*, double*, int*, int*);
+void MFS_BLAS(clacn2_)(const int*, std::complex<float>*, std::complex<float>*, float*, int*, int*);
+void MFS_BLAS(zlacn2_)(const int*, std::complex<double>*, std::complex<double>*, double*, int*, int*);
 
 // What the BLAS at hand offers to hold its own threads back; the others stay null.
-int openblas_get_num_threads() __attribute__((weak));
-void openblas_set_num_threads(int) __attribute__((weak));
-char* openblas_get_config() __attribute__((weak));
-char* openblas_get_corename() __attribute__((weak));
-int openblas_get_parallel() __attribute__((weak));
+int MFS_BLAS(openblas_get_num_threads)() __attribute__((weak));
+void MFS_BLAS(openblas_set_num_threads)(int) __attribute__((weak));
+char* MFS_BLAS(openblas_get_config)() __attribute__((weak));
+char* MFS_BLAS(openblas_get_corename)() __attribute__((weak));
+int MFS_BLAS(openblas_get_parallel)() __attribute__((weak));
+#ifndef MFS_BLAS_PREFIX
 void* blas_memory_alloc(int) __attribute__((weak));
 void blas_memory_free(void*) __attribute__((weak));
 extern int blas_server_avail __attribute__((weak));
 int MKL_Set_Num_Threads_Local(int) __attribute__((weak));
 void MKL_Get_Version_String(char*, int) __attribute__((weak));
 const char* bli_info_get_version_str() __attribute__((weak));
+#endif
 }
 
 namespace mfs::blas {
 
 namespace {
 
+#ifdef MFS_BLAS_PREFIX
+// If the process has any of these, they are another library's.
+constexpr void* (*blas_memory_alloc)(int) = nullptr;
+constexpr void (*blas_memory_free)(void*) = nullptr;
+constexpr int (*MKL_Set_Num_Threads_Local)(int) = nullptr;
+constexpr void (*MKL_Get_Version_String)(char*, int) = nullptr;
+constexpr const char* (*bli_info_get_version_str)() = nullptr;
+constexpr int* server_of_threads = nullptr;
+#else
+int* const server_of_threads = &blas_server_avail;
+#endif
+
 #define MFS_OVERLOAD_BLAS(prefix, S)                                                                        \
   void gemm(const char* ta, int m, int n, int k, S alpha, const S* a, int lda, const S* b, int ldb, S beta, \
             S* c, int ldc) {                                                                                \
-    prefix##gemm_(ta, "N", &m, &n, &k, &alpha, a, &lda, b, &ldb, &beta, c, &ldc);                           \
+    MFS_BLAS(prefix##gemm_)(ta, "N", &m, &n, &k, &alpha, a, &lda, b, &ldb, &beta, c, &ldc);                 \
   }                                                                                                         \
   void gemv(const char* ta, int m, int n, S alpha, const S* a, int lda, const S* x, S beta, S* y) {         \
     const int one = 1;                                                                                      \
-    prefix##gemv_(ta, &m, &n, &alpha, a, &lda, x, &one, &beta, y, &one);                                    \
+    MFS_BLAS(prefix##gemv_)(ta, &m, &n, &alpha, a, &lda, x, &one, &beta, y, &one);                          \
   }                                                                                                         \
   void trsm(const char* side, const char* uplo, const char* ta, const char* diag, int m, int n, const S* t, \
             int ldt, S* b, int ldb) {                                                                       \
     const S one(1);                                                                                         \
-    prefix##trsm_(side, uplo, ta, diag, &m, &n, &one, t, &ldt, b, &ldb);                                    \
+    MFS_BLAS(prefix##trsm_)(side, uplo, ta, diag, &m, &n, &one, t, &ldt, b, &ldb);                          \
   }                                                                                                         \
   void trsv(const char* uplo, const char* ta, const char* diag, int n, const S* t, int ldt, S* x) {         \
     const int one = 1;                                                                                      \
-    prefix##trsv_(uplo, ta, diag, &n, t, &ldt, x, &one);                                                    \
+    MFS_BLAS(prefix##trsv_)(uplo, ta, diag, &n, t, &ldt, x, &one);                                          \
   }
 MFS_OVERLOAD_BLAS(s, float)
 MFS_OVERLOAD_BLAS(d, double)
 MFS_OVERLOAD_BLAS(c, std::complex<float>)
 MFS_OVERLOAD_BLAS(z, std::complex<double>)
 
-#define MFS_OVERLOAD_GESVD(prefix, S, R, RWORK)                                                      \
-  int gesvd(int n, S* a, R* singular, S* u, S* vt, S* work, int length, [[maybe_unused]] R* rwork) { \
-    int info = 0;                                                                                    \
-    prefix##gesvd_("A", "A", &n, &n, a, &n, singular, u, &n, vt, &n, work, &length, RWORK& info);    \
-    return info;                                                                                     \
+#define MFS_OVERLOAD_GESVD(prefix, S, R, RWORK)                                                              \
+  int gesvd(int n, S* a, R* singular, S* u, S* vt, S* work, int length, [[maybe_unused]] R* rwork) {         \
+    int info = 0;                                                                                            \
+    MFS_BLAS(prefix##gesvd_)("A", "A", &n, &n, a, &n, singular, u, &n, vt, &n, work, &length, RWORK & info); \
+    return info;                                                                                             \
   }
 MFS_OVERLOAD_GESVD(s, float, float, )
 MFS_OVERLOAD_GESVD(d, double, double, )
@@ -100,7 +124,7 @@ MFS_OVERLOAD_GESVD(z, std::complex<double>, double, MFS_RWORK_ARGUMENT)
 
 #define MFS_OVERLOAD_LACN2(prefix, S, R, SIGNS)                                                   \
   void lacn2(int n, S* v, S* x, [[maybe_unused]] int* signs, R* estimate, int* kase, int* save) { \
-    prefix##lacn2_(&n, v, x, SIGNS estimate, kase, save);                                         \
+    MFS_BLAS(prefix##lacn2_)(&n, v, x, SIGNS estimate, kase, save);                               \
   }
 #define MFS_SIGNS_ARGUMENT signs,
 MFS_OVERLOAD_LACN2(s, float, float, MFS_SIGNS_ARGUMENT)
@@ -278,7 +302,7 @@ void take_buffers(int callers, int& taken) {
 // for them. Where there is no room for one, they never come; without its server OpenBLAS waits for nobody.
 struct LetTheProcessEnd {
   ~LetTheProcessEnd() {
-    if (&blas_server_avail && !room_for_openblas_buffer()) blas_server_avail = 0;
+    if (server_of_threads && !room_for_openblas_buffer()) *server_of_threads = 0;
   }
 } const let_the_process_end;
 
@@ -292,9 +316,9 @@ SequentialScope::SequentialScope(int callers) : callers_(callers) {
   take_buffers(all.callers + callers, all.buffers);
   if (MKL_Set_Num_Threads_Local) {
     previous_ = MKL_Set_Num_Threads_Local(1);
-  } else if (openblas_get_num_threads && openblas_set_num_threads && all.open == 0) {
-    all.threads_before = openblas_get_num_threads();
-    if (all.threads_before != 1) openblas_set_num_threads(1);
+  } else if (MFS_BLAS(openblas_get_num_threads) && MFS_BLAS(openblas_set_num_threads) && all.open == 0) {
+    all.threads_before = MFS_BLAS(openblas_get_num_threads)();
+    if (all.threads_before != 1) MFS_BLAS(openblas_set_num_threads)(1);
   }
   ++all.open;
   all.callers += callers;
@@ -311,7 +335,7 @@ SequentialScope::~SequentialScope() {
     if (MKL_Set_Num_Threads_Local) {
       MKL_Set_Num_Threads_Local(previous_);
     } else if (all.open == 0 && all.threads_before > 1) {
-      openblas_set_num_threads(all.threads_before);
+      MFS_BLAS(openblas_set_num_threads)(all.threads_before);
     }
   }
   if (alone_) all.one_caller.unlock();
@@ -326,10 +350,10 @@ std::string linked_library() {
     return text;
   }
   if (bli_info_get_version_str) return std::string("BLIS ") + bli_info_get_version_str();
-  if (!openblas_get_config) return "BLAS (unnamed)";
-  const std::string config = openblas_get_config();  // names the kind of processor, too
-  if (!openblas_get_parallel) return config;
-  switch (openblas_get_parallel()) {
+  if (!MFS_BLAS(openblas_get_config)) return "BLAS (unnamed)";
+  const std::string config = MFS_BLAS(openblas_get_config)();  // names the kind of processor, too
+  if (!MFS_BLAS(openblas_get_parallel)) return config;
+  switch (MFS_BLAS(openblas_get_parallel)()) {
     case 0:
       return config + ", serial: MFS uses one thread";
     case 1:
@@ -348,14 +372,14 @@ std::string library_name() {
 
 std::string better_kernels() {
 #ifdef __x86_64__
-  const bool chosen_at_run_time =
-      openblas_get_corename && openblas_get_config && std::strstr(openblas_get_config(), "DYNAMIC_ARCH");
+  const bool chosen_at_run_time = MFS_BLAS(openblas_get_corename) && MFS_BLAS(openblas_get_config) &&
+                                  std::strstr(MFS_BLAS(openblas_get_config)(), "DYNAMIC_ARCH");
   if (!chosen_at_run_time || std::getenv("OPENBLAS_CORETYPE")) return "";
   const bool avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"),
              avx512 = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
                       __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl") &&
                       __builtin_cpu_supports("avx512cd");
-  return better_kernels(openblas_get_corename(), avx2, avx512);
+  return better_kernels(MFS_BLAS(openblas_get_corename)(), avx2, avx512);
 #else
   return "";
 #endif
@@ -373,7 +397,7 @@ std::string better_kernels(const std::string& taken, bool avx2, bool avx512) {
 
 bool many_callers() {
   if (MKL_Get_Version_String || bli_info_get_version_str) return true;
-  return !openblas_get_parallel || openblas_get_parallel() != 0;
+  return !MFS_BLAS(openblas_get_parallel) || MFS_BLAS(openblas_get_parallel)() != 0;
 }
 
 #define MFS_INSTANTIATE(S)                                                                               \

@@ -99,10 +99,13 @@ class PortableStagesTest : public testing::Test {
     EXPECT_TRUE(T::Dense::kSearchesAll);
     return true;
   }
-  /// check(sizes) in the space, with one thread and two where it has some.
+  /// check(sizes) in the space, with one thread, and with two for one kind of numbers and each way to make
+  /// products: what threads share does not depend on the numbers, and waiting for each other takes long where
+  /// the machine has other work.
   template <class Check>
   void in_space(const Check& check) {
-    const bool has_threads = kOnHost<Exec> && !std::is_same_v<Exec, Kokkos::Serial>;
+    const bool has_threads = kOnHost<Exec> && !std::is_same_v<Exec, Kokkos::Serial> &&
+                             (std::is_same_v<Scalar, double> || !T::Dense::kSearchesAll);
     for (const int threads : has_threads ? std::vector<int>{1, 2} : std::vector<int>{1}) {
       in_engine(threads, [&] {
         Space<Exec>::start();

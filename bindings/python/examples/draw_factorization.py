@@ -27,6 +27,14 @@ def convection(k):
     return (sparse.kron(along, one) + sparse.kron(sparse.eye_array(k * k), line)).tocsr()
 
 
+def read(path):
+    """A Matrix Market file. SciPy before 1.15 does not know what later ones want to be told."""
+    try:
+        return sparse.csr_array(scipy.io.mmread(path, spmatrix=False))
+    except TypeError:
+        return sparse.csr_array(scipy.io.mmread(path))
+
+
 def follow(a, threads):
     """The factorization, one solution's backward error, and a list of (seconds, phase, fraction)."""
     seen, begin = [], time.perf_counter()
@@ -78,7 +86,7 @@ def main():
     parser.add_argument("--file")
     parser.add_argument("--threads", type=int, default=0)
     given = parser.parse_args()
-    a = sparse.csr_array(scipy.io.mmread(given.file)) if given.file else convection(given.points)
+    a = read(given.file) if given.file else convection(given.points)
     lu, seen = follow(a, given.threads)
     report = lu.report
     figure, (tree, fill, times) = plt.subplots(1, 3, figsize=(15, 5))

@@ -1,22 +1,17 @@
 #include <mfs/batch_solver.hpp>
 
-#include <omp.h>
-
 #include <algorithm>
-#include <atomic>
 #include <functional>
-#include <new>
+#include <numeric>
+#include <optional>
 #include <string>
 #include <utility>
 
-#include <mfs/solver.hpp>
-
-#include "kernels/dense/blas.hpp"
-#include "kernels/runtime/engine.hpp"
-#include "kernels/runtime/team.hpp"
+#include "kernels/lanes/space_lanes.hpp"
 #include "ordering/stopwatch.hpp"
 #include "solver/backend.hpp"
-#include "solver/common_plan.hpp"
+#include "solver/host_batch.hpp"
+#include "solver/lane_plan.hpp"
 #include "solver/matrix_factors.hpp"
 #include "solver/memory_limit.hpp"
 #include "solver/option_checks.hpp"
@@ -45,68 +40,23 @@ namespace {
 
 Options checked(Options options) {
   check_options(options);
-  if (rules_of(options.backend).uses_kokkos())
-    throw InvalidInput("backend",
-                       std::string("batches are solved on the host, by backend openmp or serial, not by ") +
-                           backend_name(options.backend));
   if (!options.dump_prefix.empty())
     throw InvalidInput("dump_prefix", "systems of a batch are not left in files");
   return options;
 }
 
-/// What a system that is solved by itself is solved with.
-Options options_alone(Options options) {
-  options.threads = options.analysis.threads = 1;
-  options.progress = nullptr;
-  options.log = nullptr;
+/// What is analysed, and solved where lanes do not do, whatever the backend.
+Options host_options(Options options) {
+  if (!rules_of(options.backend).uses_kokkos()) return options;
+  options.backend = Backend::openmp;
+  options.memory_limit = 0;
   return options;
 }
 
-void note(SystemReport& report, SystemStatus status, const char* text, std::int64_t row = -1,
-          std::int64_t column = -1) {
-  report = SystemReport();
-  report.status = status;
-  report.row = row;
-  report.column = column;
-  try {
-    report.error = text;
-  } catch (const std::bad_alloc&) {  // the status says enough
-  }
-}
-
-/// Calls `solve`; what it throws becomes the report of the system.
-template <class Solve>
-void solve_or_note(SystemReport& report, const Solve& solve) noexcept {
-  try {
-    solve();
-  } catch (const SingularMatrix& error) {
-    note(report, SystemStatus::singular, error.what(), error.row(), error.column());
-  } catch (const AccuracyNotReached& error) {
-    note(report, SystemStatus::accuracy_not_reached, error.what());
-  } catch (const InvalidInput& error) {
-    note(report, SystemStatus::invalid_input, error.what(), error.row(), error.column());
-  } catch (const OutOfMemory& error) {
-    note(report, SystemStatus::out_of_memory, error.what());
-  } catch (const std::bad_alloc&) {
-    note(report, SystemStatus::out_of_memory, "no memory");
-  } catch (const std::exception& error) {
-    note(report, SystemStatus::failed, error.what());
-  }
-}
-
-/// With an analysis of its own.
-template <class Scalar>
-void solve_alone(const Options& options, const BatchedSystem<Scalar>& system, SystemReport& report) {
-  const Offset n = system.a.rows;
-  BasicSolver<Scalar> solver(options);
-  solver.factor(system.a);
-  std::vector<Scalar> x(
-      static_cast<std::size_t>(n * system.nrhs));  // written only when all columns are there
-  solver.solve(system.b, x.data(), system.nrhs, system.ldb, n);
-  for (Offset j = 0; j < system.nrhs; ++j)
-    std::copy(x.data() + j * n, x.data() + (j + 1) * n, system.x + j * system.ldx);
-  report.backward_error = solver.report().backward_error;
-  report.rung = std::max(Rung::reanalysis, solver.report().rung);
+std::vector<Offset> all_of(Offset count) {
+  std::vector<Offset> all(static_cast<std::size_t>(count));
+  std::iota(all.begin(), all.end(), Offset{0});
+  return all;
 }
 
 /// With numbers in place of zeros. Throws InvalidInput.
@@ -139,86 +89,123 @@ Batch<Scalar> completed(Batch<Scalar> batch, Offset n, Offset entries) {
 
 template <class Scalar>
 struct BasicBatchSolver<Scalar>::Impl {
-  explicit Impl(Options asked) : options(checked(std::move(asked))), alone(options_alone(options)) {}
+  explicit Impl(Options asked)
+      : options(checked(std::move(asked))),
+        on_host(host_options(options)),
+        in_space(rules_of(options.backend).uses_kokkos()),
+        model(on_host, phases, report) {}
 
   void analyze(const CsrView<Scalar>& a) {
-    solvers.clear();
+    host.reset();
+    space.reset();
+    program.reset();
     systems.clear();
     model.analyze(a);
-    if (a.values) model.factor(a);
+    if (a.values) {
+      model.factor(a);
+      program = plan_lanes(on_host, report, model.analysis(), model.numeric());
+    }
+    host = std::make_unique<HostBatch<Scalar>>(on_host, phases, report.single_precision, model.analysis(),
+                                               program ? &*program : nullptr);
+    report.backend = options.backend;
     analyzed = true;
   }
 
-  void solve(const Batch<Scalar>& asked) {
-    if (!analyzed) throw StateError("solve: no matrix has been analysed");
+  void solve(const Batch<Scalar>& asked, bool resident, void* stream) {
+    const char* const call = resident ? "solve_device" : "solve";
+    if (!analyzed) throw StateError(std::string(call) + ": no matrix has been analysed");
+    if (resident && rules_of(options.backend).info().memory != MemorySpace::device)
+      throw StateError("solve_device: systems are not solved on a device");
     const Analysis& analysis = model.analysis();
     const Batch<Scalar> batch = completed(asked, analysis.pattern->n, analysis.pattern->num_entries);
     const Stopwatch watch;
-    const int team = static_cast<int>(std::min<Offset>(threads(), batch.count));
-    make_solvers(team);
     systems.assign(static_cast<std::size_t>(batch.count), SystemReport());
-    next = 0;
-    if (team > 0) {
-      phases.run_threads("solve", team, [&] {
-#pragma omp parallel num_threads(team)
-        work(*solvers[static_cast<std::size_t>(omp_get_thread_num())], batch);
-        phases.tell("solve", 1.0);
-      });
+    if (batch.count > 0 && in_space) {
+      solve_in_space(batch, resident, stream);
+    } else if (batch.count > 0) {
+      host->solve(batch, systems);
     }
     report.time_solve = watch.seconds();
   }
 
-  // Kokkos' own loops, and a BLAS that only one thread may call, are for one system at a time.
-  int threads() const {
-    return kManyAtWork && blas::many_callers() ? phases.threads() : 1;
-  }
-
-  void make_solvers(int count) {
-    const Analysis& analysis = model.analysis();
-    const bool single = report.single_precision;
-    while (solvers.size() < static_cast<std::size_t>(count)) {
-      const auto planned =
-          backend_for<Scalar>(options.backend).plan(single, analysis.plan, analysis.pattern, 1, MemoryRoom());
-      const std::size_t missing = static_cast<std::size_t>(count) - solvers.size(),
-                        needed = static_cast<std::size_t>(planned.bytes.total()) * missing;
-      if (needed > available_host_memory())
-        throw OutOfMemory(MemorySpace::host, needed, available_host_memory());
-      solvers.push_back(std::make_unique<CommonPlan<Scalar>>(options, analysis, planned.make(), single));
-    }
-  }
-
-  // One thread of the team: takes systems until none is left.
-  void work(CommonPlan<Scalar>& factors, const Batch<Scalar>& batch) {
-    const TeamScope one(1);
-    for (Offset k = next++; k < batch.count; k = next++) {
-      const BatchedSystem<Scalar> system{model.analysis().caller_view(batch.values + k * batch.values_stride),
-                                         batch.b + k * batch.b_stride,
-                                         batch.x + k * batch.x_stride,
-                                         batch.nrhs,
-                                         batch.ldb,
-                                         batch.ldx};
-      SystemReport& found = systems[static_cast<std::size_t>(k)];
-      solve_or_note(found, [&] {
-        BatchedOutcome outcome;
-        if (factors.solve(system, outcome)) {
-          found.backward_error = outcome.backward_error;
-          found.rung = outcome.rung;
-        } else {
-          solve_alone(alone, system, found);
+  // What lanes do not solve, and what they are not for, is left to the host.
+  void solve_in_space(const Batch<Scalar>& batch, bool resident, void* stream) {
+    std::vector<Offset> left = all_of(batch.count);
+    if (program) {
+      space_phases.run("solve", [&] {
+        make_space(batch);
+        std::vector<lanes::LaneOutcome> outcome(left.size());
+        space->solve(lane_systems(batch, 0, batch.count), resident, stream, outcome.data());
+        left.clear();
+        for (Offset k = 0; k < batch.count; ++k) {
+          const auto place = static_cast<std::size_t>(k);
+          if (!take_outcome(outcome[place], systems[place])) left.push_back(k);
         }
+        space_phases.tell("solve", 1.0);
       });
-      const Offset taken = std::min<Offset>(next, batch.count);
-      phases.tell("solve", static_cast<double>(taken) / static_cast<double>(batch.count));
+    }
+    if (left.empty()) return;
+    if (resident) {
+      solve_copies(batch, left, stream);
+    } else {
+      host->solve(batch, left, systems);
     }
   }
 
-  const Options options, alone;
+  void make_space(const Batch<Scalar>& batch) {
+    if (space && space->nrhs() == batch.nrhs && space_for >= batch.count) return;
+    space.reset();
+    const std::size_t available = rules_of(options.backend).available_memory() / 10 * 9;
+    const auto most = static_cast<Offset>(std::min<std::size_t>(available, std::size_t{1} << 40));
+    const auto limit = static_cast<Offset>(options.memory_limit);
+    space = lanes::make_space_lanes<Scalar>(*program, lane_rules<Scalar>(on_host), batch.nrhs, batch.count,
+                                            limit > 0 ? std::min(limit, most) : most);
+    space_for = batch.count;
+  }
+
+  // Systems on a device, by way of copies of them without gaps on the host.
+  void solve_copies(const Batch<Scalar>& batch, const std::vector<Offset>& left, void* stream) {
+    const Offset n = model.analysis().pattern->n, entries = model.analysis().pattern->num_entries;
+    const Offset vectors = n * batch.nrhs, count = static_cast<Offset>(left.size());
+    std::vector<Scalar> values(static_cast<std::size_t>(count * entries)),
+        b(static_cast<std::size_t>(count * vectors)), x(b.size());
+    std::vector<lanes::SpaceCopy> copies;
+    const auto copy = [&](const Scalar* from, Scalar* to, Offset length) {
+      copies.push_back({from, to, length * static_cast<Offset>(sizeof(Scalar))});
+    };
+    for (Offset i = 0; i < count; ++i) {
+      const Offset k = left[static_cast<std::size_t>(i)];
+      copy(batch.values + k * batch.values_stride, values.data() + i * entries, entries);
+      for (Offset j = 0; j < batch.nrhs; ++j)
+        copy(batch.b + k * batch.b_stride + j * batch.ldb, b.data() + i * vectors + j * n, n);
+    }
+    space_phases.run("solve", [&] { lanes::copy_to_host(copies, stream); });
+    std::vector<SystemReport> reports(left.size());
+    const Batch<Scalar> copied{count, values.data(), entries, b.data(), x.data(), batch.nrhs, n,
+                               n,     vectors,       vectors};
+    host->solve(copied, all_of(count), reports);
+    copies.clear();
+    for (Offset i = 0; i < count; ++i) {
+      const Offset k = left[static_cast<std::size_t>(i)];
+      systems[static_cast<std::size_t>(k)] = std::move(reports[static_cast<std::size_t>(i)]);
+      if (systems[static_cast<std::size_t>(k)].status != SystemStatus::solved) continue;
+      for (Offset j = 0; j < batch.nrhs; ++j)
+        copy(x.data() + i * vectors + j * n, batch.x + k * batch.x_stride + j * batch.ldx, n);
+    }
+    space_phases.run("solve", [&] { lanes::copy_to_space(copies, stream); });
+  }
+
+  const Options options, on_host;
+  const bool in_space;
   Report report;
-  Phases phases{options, threads_of(options), analysis_threads_of(options), false};
-  MatrixFactors<Scalar> model{options, phases, report};
+  Phases phases{on_host, threads_of(on_host), analysis_threads_of(on_host), false};
+  Phases space_phases{options, threads_of(options), analysis_threads_of(options), true};
+  MatrixFactors<Scalar> model;
   bool analyzed = false;
-  std::vector<std::unique_ptr<CommonPlan<Scalar>>> solvers;  // one for each thread
-  std::atomic<Offset> next{0};                               // system
+  std::optional<lanes::LaneProgram> program;  // where it pays
+  std::unique_ptr<HostBatch<Scalar>> host;
+  std::unique_ptr<lanes::SpaceLanes<Scalar>> space;
+  Offset space_for = 0;  // systems, of which there may be room for fewer at a time
   std::vector<SystemReport> systems;
 };
 
@@ -247,7 +234,11 @@ void BasicBatchSolver<Scalar>::analyze(const CsrView<Scalar>& a) {
 }
 template <class Scalar>
 void BasicBatchSolver<Scalar>::solve(const Batch<Scalar>& batch) {
-  told_as_out_of_memory([&] { impl().solve(batch); });
+  told_as_out_of_memory([&] { impl().solve(batch, false, nullptr); });
+}
+template <class Scalar>
+void BasicBatchSolver<Scalar>::solve_device(const Batch<Scalar>& batch, void* stream) {
+  told_as_out_of_memory([&] { impl().solve(batch, true, stream); });
 }
 template <class Scalar>
 const std::vector<SystemReport>& BasicBatchSolver<Scalar>::systems() const {

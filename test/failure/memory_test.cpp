@@ -158,6 +158,53 @@ TEST(AllocationFailure, InEveryPhase) {
   }
 }
 
+// A batch: a call fails as a whole, or tells of the systems for which there was no memory.
+TEST(AllocationFailure, InBatches) {
+  const SparseMatrix a = grid_2d(3, 4);
+  std::vector<double> values, b = Random(2).vector(9 * a.n), x(b.size());
+  for (int k = 0; k < 9; ++k) values.insert(values.end(), a.values.begin(), a.values.end());
+  const Batch<double> batch{9, values.data(), 0, b.data(), x.data()};
+  std::fill_n(values.begin() + 3 * a.entries(), a.entries(), 0.0);  // a system that is solved by itself
+  const auto attempt = [&](bool analysis, long fail_at) {
+    BatchSolver solver(with_threads(1));
+    if (!analysis) solver.analyze(a.view());
+    start_counting(fail_at);
+    try {
+      analysis ? solver.analyze(a.view()) : solver.solve(batch);
+    } catch (const OutOfMemory&) {
+    } catch (const std::exception& error) {
+      stop_counting();
+      ADD_FAILURE() << "allocation " << fail_at << " gives " << error.what();
+    }
+    stop_counting();
+    const bool reached = one_has_failed();
+    solver.analyze(a.view());
+    solver.solve(batch);
+    EXPECT_EQ(solver.failed(), 1);
+    return reached;
+  };
+  for (const bool analysis : {true, false}) {
+    long n = 0;
+    while (attempt(analysis, n) && !testing::Test::HasFailure()) ++n;
+    EXPECT_GT(n, 5);
+  }
+}
+
+TEST(Allocation, NoneInTheSecondBatch) {
+  const SparseMatrix a = grid_2d(12, 13);
+  std::vector<double> values, b = Random(2).vector(20 * a.n), x(b.size());
+  for (int k = 0; k < 10; ++k) values.insert(values.end(), a.values.begin(), a.values.end());
+  BatchSolver solver(with_threads(1));
+  solver.analyze(a.view());
+  Batch<double> batch{10, values.data(), 0, b.data(), x.data(), 2};
+  for (int call = 0; call < 3; ++call) {
+    start_counting();
+    solver.solve(batch);
+    EXPECT_EQ(stop_counting() > 0, call == 0);
+    EXPECT_EQ(solver.failed(), 0);
+  }
+}
+
 TEST(AllocationFailure, WhereNoLargeBlockIsLeft) {
   const SparseMatrix a = grid_2d(70, 71);
   Solver solver(with_threads(2));

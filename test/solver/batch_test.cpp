@@ -1,73 +1,20 @@
 // Batches: every system is solved as if it were alone, by any number of threads, whatever becomes of others.
-#include <cstring>
-#include <limits>
-
 #include <gmock/gmock.h>
 
 #include "test/failure/fresh_solver.hpp"
+#include "test/solver/batches.hpp"
 
 namespace mfs::test {
 namespace {
 
-/// Systems of one pattern in arrays with gaps, which hold NaN and must stay as they are.
-template <class Scalar>
-struct Systems {
-  std::vector<BasicSparseMatrix<Scalar>> matrices;
-  std::vector<Scalar> values, b, x;
-  Batch<Scalar> batch;
-
-  Systems(const SparseMatrix& pattern, std::int64_t count, std::int64_t nrhs, std::int64_t gap) {
-    const std::int64_t n = pattern.n, entries = static_cast<std::int64_t>(pattern.values.size());
-    const Scalar none(std::numeric_limits<float>::quiet_NaN());
-    batch.count = count;
-    batch.nrhs = nrhs;
-    batch.values_stride = entries + gap;
-    batch.ldb = n + gap;
-    batch.ldx = n + 2 * gap;
-    batch.b_stride = nrhs * batch.ldb + gap;
-    batch.x_stride = nrhs * batch.ldx + 3 * gap;
-    values.assign(static_cast<std::size_t>(count * batch.values_stride), none);
-    b.assign(static_cast<std::size_t>(count * batch.b_stride), none);
-    x.assign(static_cast<std::size_t>(count * batch.x_stride), none);
-    Random random(5);
-    for (std::int64_t k = 0; k < count; ++k) {
-      BasicSparseMatrix<Scalar> a = in_scalar<Scalar>(pattern);
-      for (Scalar& value : a.values) value *= static_cast<Scalar>(1 + 0.2 * random.entry());
-      matrices.push_back(a);
-      put_values(k);
-      const auto rhs = right_hand_sides(a, nrhs, batch.ldb, static_cast<std::uint64_t>(k));
-      std::copy(rhs.begin(), rhs.end(), b.begin() + k * batch.b_stride);
-    }
-    batch.values = values.data();
-    batch.b = b.data();
-    batch.x = x.data();
+/// With all backends that are here.
+std::vector<Options> with_backends(int threads) {
+  std::vector<Options> all;
+  for (const Backend backend : backends()) {
+    all.push_back(with_threads(threads));
+    all.back().backend = backend;
   }
-  Systems(const Systems&) = delete;
-  Systems& operator=(const Systems&) = delete;
-
-  void put_values(std::int64_t k) {
-    const std::vector<Scalar>& own = matrices[static_cast<std::size_t>(k)].values;
-    std::copy(own.begin(), own.end(), values.begin() + k * batch.values_stride);
-  }
-  double error_of(std::int64_t k) const {
-    const auto& a = matrices[static_cast<std::size_t>(k)];
-    double worst = 0;
-    for (std::int64_t j = 0; j < batch.nrhs; ++j)
-      worst = std::max(worst, backward_error(a, b.data() + k * batch.b_stride + j * batch.ldb,
-                                             x.data() + k * batch.x_stride + j * batch.ldx));
-    return worst;
-  }
-  bool untouched(std::int64_t k) const {
-    for (std::int64_t i = 0; i < batch.x_stride; ++i) {
-      if (!std::isnan(std::abs(x[static_cast<std::size_t>(k * batch.x_stride + i)]))) return false;
-    }
-    return true;
-  }
-};
-
-template <class Scalar>
-bool same_bits(const std::vector<Scalar>& a, const std::vector<Scalar>& b) {
-  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(Scalar)) == 0;
+  return all;
 }
 
 template <class Scalar>
@@ -78,9 +25,9 @@ TYPED_TEST_SUITE(BatchOf, Scalars);
 TYPED_TEST(BatchOf, SystemsIsSolvedAndReported) {
   using Scalar = TypeParam;
   for (const std::int64_t nrhs : {1, 3, 20}) {
-    for (const int threads : {1, 3}) {
+    for (const Options& options : with_backends(nrhs == 3 ? 1 : 3)) {
       Systems<Scalar> all(random_diagonally_dominant(90, 4, 1), 11, nrhs, 2);
-      BasicBatchSolver<Scalar> solver(with_threads(threads));
+      BasicBatchSolver<Scalar> solver(options);
       solver.analyze(all.matrices[0].view());
       solver.solve(all.batch);
       EXPECT_EQ(solver.failed(), 0);
@@ -103,15 +50,16 @@ TYPED_TEST(BatchOf, SystemsIsSolvedAndReported) {
   }
 }
 
-// As a solver of one thread gives them that has analysed the same values.
+// As a solver of one thread gives them that has analysed the same values, where fronts are large enough to be
+// the faster way.
 TEST(Batch, GivesTheBitsOfASolver) {
-  Systems<double> all(grid_2d(23, 24), 7, 2, 0);
+  Systems<double> all(random_diagonally_dominant(300, 30, 2), 7, 2, 0);
   BatchSolver solver(with_threads(2));
   solver.analyze(all.matrices[3].view());
   solver.solve(all.batch);
   Solver alone(with_threads(1));
   alone.factor(all.matrices[3].view());
-  std::vector<double> x(2 * 23 * 24);
+  std::vector<double> x(2 * 300);
   for (std::int64_t k = 0; k < 7; ++k) {
     alone.refactor(all.matrices[static_cast<std::size_t>(k)].values.data());
     alone.solve(all.b.data() + k * all.batch.b_stride, x.data(), 2);
@@ -120,34 +68,77 @@ TEST(Batch, GivesTheBitsOfASolver) {
   }
 }
 
-/// Of every kind: good ones, singular ones, ones with NaN, and ones that need another matching.
-void spoil(Systems<double>& all) {
-  for (std::int64_t k = 0; k < all.batch.count; ++k) {
-    SparseMatrix& a = all.matrices[static_cast<std::size_t>(k)];
-    const auto row = static_cast<std::size_t>(a.offsets[4]);
-    if (k % 5 == 1) {
-      for (auto e = row; e < static_cast<std::size_t>(a.offsets[5]); ++e) a.values[e] = 0;
-    } else if (k % 5 == 2) {
-      a.values[row] = std::numeric_limits<double>::quiet_NaN();
-    } else if (k % 5 == 3) {  // rows whose diagonal is nothing beside an entry that was small
-      for (std::int64_t i = 0; i < a.n; ++i) {
-        for (auto e = a.offsets[i]; e < a.offsets[i + 1]; ++e) {
-          if (a.columns[e] == i) a.values[e] *= 1e-20;
-        }
+// Whole and broken groups of systems that are solved together.
+TYPED_TEST(BatchOf, SystemsMayBeAnyNumberOfAnySize) {
+  using Scalar = TypeParam;
+  for (const std::int64_t n : {1, 2, 31, 32, 33, 65}) {
+    for (const std::int64_t count : {0, 1, 7, 8, 9, 33, 1000}) {
+      if (count == 1000 && n != 32) continue;
+      const SparseMatrix pattern = n < 3 ? tridiagonal(n) : random_diagonally_dominant(n, 3, 1);
+      Systems<Scalar> all(pattern, count, 1, 1);
+      BasicBatchSolver<Scalar> solver(with_threads(2));
+      solver.analyze(in_scalar<Scalar>(pattern).view());
+      solver.solve(all.batch);
+      EXPECT_EQ(solver.failed(), 0);
+      ASSERT_EQ(static_cast<std::int64_t>(solver.systems().size()), count);
+      for (std::int64_t k = 0; k < count; ++k) ASSERT_LE(all.error_of(k), kPromisedFor<Scalar>) << k;
+      const std::vector<Scalar> first = all.x;
+      solver.solve(all.batch);
+      EXPECT_TRUE(same_bits(first, all.x));
+    }
+  }
+}
+
+// Each system alone gives the bits that it gives among others.
+TEST(Batch, OfOneSystemGivesTheSameBits) {
+  Systems<double> all(grid_2d(23, 24), 13, 2, 0);
+  BatchSolver solver(with_threads(2));
+  solver.analyze(all.matrices[3].view());
+  solver.solve(all.batch);
+  std::vector<double> x(static_cast<std::size_t>(all.batch.x_stride));
+  for (std::int64_t k = 0; k < 13; ++k) {
+    Batch<double> one = all.batch;
+    one.count = 1;
+    one.values += k * one.values_stride;
+    one.b += k * one.b_stride;
+    one.x = x.data();
+    solver.solve(one);
+    EXPECT_EQ(std::memcmp(x.data(), all.x.data() + k * all.batch.x_stride, x.size() * sizeof(double)), 0);
+  }
+}
+
+// A floor under rows, factors of single precision and no refinement are obeyed as by a solver.
+TEST(Batch, OptionsOfSolvesAreObeyed) {
+  Systems<double> all(grid_2d(9, 8), 9, 1, 0);
+  for (int kind = 0; kind < 3; ++kind) {
+    Options options = with_threads(1);
+    if (kind == 0) options.solve.row_floor = 1;
+    if (kind == 1) options.factor.precision = Precision::single;
+    if (kind == 2) options.solve.tolerance = 1e-30;
+    BatchSolver solver(options);
+    solver.analyze(all.matrices[0].view());
+    solver.solve(all.batch);
+    for (const SystemReport& found : solver.systems()) {
+      if (kind < 2) {
+        EXPECT_EQ(found.status, SystemStatus::solved);
+        EXPECT_EQ(found.rung >= Rung::refinement, kind == 1);
+      } else {
+        EXPECT_EQ(found.status, SystemStatus::accuracy_not_reached);
       }
     }
-    all.put_values(k);
   }
-  all.b[static_cast<std::size_t>(9 * all.batch.b_stride + 3)] = std::numeric_limits<double>::infinity();
 }
 
 TEST(Batch, ASystemThatFailsSpoilsNoOther) {
   const SparseMatrix pattern = grid_2d(9, 8);
   std::vector<double> first;
-  for (const int threads : {1, 2, 4}) {
+  std::vector<Options> kinds = with_backends(2);
+  for (const int threads : {1, 4}) kinds.push_back(with_threads(threads));
+  for (const Options& options : kinds) {
+    SCOPED_TRACE(backend_name(options.backend));
     Systems<double> all(pattern, 25, 1, 1), good(pattern, 25, 1, 1);
     spoil(all);
-    BatchSolver solver(with_threads(threads));
+    BatchSolver solver(options);
     solver.analyze(good.matrices[0].view());
     solver.solve(good.batch);
     EXPECT_EQ(solver.failed(), 0);
@@ -181,46 +172,51 @@ TEST(Batch, ASystemThatFailsSpoilsNoOther) {
       }
     }
     EXPECT_EQ(solver.failed(), failed);
+    if (options.backend != Backend::openmp) continue;
     if (first.empty()) first = all.x;
-    EXPECT_TRUE(same_bits(first, all.x)) << threads << " threads";
+    EXPECT_TRUE(same_bits(first, all.x)) << options.threads << " threads";
   }
 }
 
 // The plan of the analysis does not serve these: each is analysed by itself, and the next is not the worse.
 TEST(Batch, SystemsFarFromThatOfTheAnalysisAreSolvedByThemselves) {
-  Systems<double> all(adversarial_matrix("saddle point renumbered", 1), 6, 2, 0);
-  BatchSolver solver(with_threads(2));
-  for (const bool values : {true, false}) {
-    CsrView<double> view = all.matrices[0].view();
-    if (!values) view.values = nullptr;
-    solver.analyze(view);
-    std::fill(all.x.begin(), all.x.end(), 0.0);
+  for (const Options& options : with_backends(2)) {
+    Systems<double> all(adversarial_matrix("saddle point renumbered", 1), 6, 2, 0);
+    BatchSolver solver(options);
+    for (const bool values : {true, false}) {
+      CsrView<double> view = all.matrices[0].view();
+      if (!values) view.values = nullptr;
+      solver.analyze(view);
+      std::fill(all.x.begin(), all.x.end(), 0.0);
+      solver.solve(all.batch);
+      EXPECT_EQ(solver.failed(), 0);
+      for (std::int64_t k = 0; k < 6; ++k) EXPECT_LE(all.error_of(k), kPromised);
+    }
+    // One of them has a row of zeros.
+    SparseMatrix& singular = all.matrices[2];
+    std::fill(singular.values.begin(), singular.values.begin() + singular.offsets[1], 0.0);
+    all.put_values(2);
+    const std::vector<double> before = all.x;
     solver.solve(all.batch);
-    EXPECT_EQ(solver.failed(), 0);
-    for (std::int64_t k = 0; k < 6; ++k) EXPECT_LE(all.error_of(k), kPromised);
+    EXPECT_EQ(solver.failed(), 1);
+    EXPECT_EQ(solver.systems()[2].status, SystemStatus::singular) << solver.systems()[2].error;
+    EXPECT_TRUE(same_bits(before, all.x));
   }
-  // One of them has a row of zeros.
-  SparseMatrix& singular = all.matrices[2];
-  std::fill(singular.values.begin(), singular.values.begin() + singular.offsets[1], 0.0);
-  all.put_values(2);
-  const std::vector<double> before = all.x;
-  solver.solve(all.batch);
-  EXPECT_EQ(solver.failed(), 1);
-  EXPECT_EQ(solver.systems()[2].status, SystemStatus::singular) << solver.systems()[2].error;
-  EXPECT_TRUE(same_bits(before, all.x));
 }
 
 TEST(Batch, SolutionsMayLieWhereRightHandSidesWere) {
-  Systems<double> all(grid_2d(11, 12), 5, 20, 0);
-  BatchSolver solver(with_threads(2));
-  solver.analyze(all.matrices[0].view());
-  solver.solve(all.batch);
-  Batch<double> in_place = all.batch;
-  std::vector<double> both = all.b;
-  in_place.b = in_place.x = both.data();
-  solver.solve(in_place);
-  EXPECT_EQ(solver.failed(), 0);
-  EXPECT_TRUE(same_bits(both, all.x));
+  for (const Options& options : with_backends(2)) {
+    Systems<double> all(grid_2d(11, 12), 5, 20, 0);
+    BatchSolver solver(options);
+    solver.analyze(all.matrices[0].view());
+    solver.solve(all.batch);
+    Batch<double> in_place = all.batch;
+    std::vector<double> both = all.b;
+    in_place.b = in_place.x = both.data();
+    solver.solve(in_place);
+    EXPECT_EQ(solver.failed(), 0);
+    EXPECT_TRUE(same_bits(both, all.x));
+  }
 }
 
 // Unsorted rows and repeated entries: values are taken in the order of the entries that were analysed.
@@ -228,14 +224,16 @@ TEST(Batch, EntriesMayComeInAnyOrder) {
   const SparseMatrix a = from_entries(3, {{0, 2, 1}, {0, 0, 2}, {0, 0, 3}, {1, 1, 4}, {2, 2, 7}, {2, 0, -1}});
   std::vector<double> values = a.values, b{1, 2, 3, 4, 5, 6}, x(6);
   for (const double value : a.values) values.push_back(2 * value);
-  BatchSolver solver(with_threads(1));
-  solver.analyze(a.view());
-  solver.solve({2, values.data(), 0, b.data(), x.data()});
-  EXPECT_EQ(solver.failed(), 0);
-  for (int k = 0; k < 2; ++k) {
-    SparseMatrix one = a;
-    std::copy(values.begin() + k * 6, values.begin() + (k + 1) * 6, one.values.begin());
-    EXPECT_LE(backward_error(one, b.data() + 3 * k, x.data() + 3 * k), kPromised);
+  for (const Options& options : with_backends(1)) {
+    BatchSolver solver(options);
+    solver.analyze(a.view());
+    solver.solve({2, values.data(), 0, b.data(), x.data()});
+    EXPECT_EQ(solver.failed(), 0);
+    for (int k = 0; k < 2; ++k) {
+      SparseMatrix one = a;
+      std::copy(values.begin() + k * 6, values.begin() + (k + 1) * 6, one.values.begin());
+      EXPECT_LE(backward_error(one, b.data() + 3 * k, x.data() + 3 * k), kPromised);
+    }
   }
 }
 
@@ -243,6 +241,7 @@ TEST(Batch, RefusesWhatCannotBe) {
   Systems<double> all(grid_2d(4, 4), 3, 1, 0);
   BatchSolver solver(with_threads(1));
   failure_of<StateError>([&] { solver.solve(all.batch); });
+  failure_of<StateError>([&] { solver.solve_device(all.batch); });
   solver.analyze(all.matrices[0].view());
   const auto with = [&](const auto& change) {
     return [&, change] {
@@ -267,17 +266,7 @@ TEST(Batch, RefusesWhatCannotBe) {
   solver.solve(all.batch);
   EXPECT_EQ(solver.failed(), 0);
 
-  for (const Backend backend : {Backend::cuda, Backend::kokkos}) {
-    Options options;
-    options.backend = backend;
-    try {
-      const BatchSolver other(options);
-      ADD_FAILURE() << "taken";
-    } catch (const InvalidInput& error) {
-      EXPECT_EQ(error.argument(), "backend");
-    } catch (const BackendError&) {  // not there at all
-    }
-  }
+  failure_of<StateError>([&] { solver.solve_device(all.batch); });  // there is none
   Options dumping;
   dumping.dump_prefix = "x";
   expect_invalid([&] { const BatchSolver other(dumping); }, "dump_prefix");

@@ -6,14 +6,19 @@
 //   solver.solve({count, values, 0, b, x});    // A_k x_k = b_k, k = 0 ... count-1
 //   solver.systems()[k].status;                // what became of each
 //
-// There is one analysis and one plan. Each thread factors one system after another in memory that it keeps,
-// and solves with the factors while they are in its cache; they are not kept. Every solution has a checked
-// backward error, as one of mfs::Solver, or is not written. A system that the common plan does not serve, as
-// its values are too far from those of the analysis, is solved by itself, with an analysis of its own and
-// every rung of the ladder. What is computed for a system depends on nothing but its own numbers and those
-// of the analysis: neither on the number of threads nor on the other systems, of which any may be singular.
+// There is one analysis. Where fronts would be small and the values of the analysis have good pivots, the
+// factorization is a fixed list of operations on single entries, which is executed for many systems at the
+// same time, eight by a thread of the host or thousands by a device. Otherwise each thread of the host
+// factors one system after another in memory that it keeps, and solves with the factors while they are in its
+// cache; they are not kept. Every solution has a checked backward error, as one of mfs::Solver, or is not
+// written. A system that the common plan does not serve, as its values are too far from those of the
+// analysis, is solved by itself on the host, with an analysis of its own and every rung of the ladder. What
+// is computed for a system depends on nothing but its own numbers and those of the analysis: neither on the
+// number of threads nor on the other systems, of which any may be singular.
 //
-// Batches are solved on the host (Backend::openmp and Backend::serial). The backends of devices are refused.
+// With a backend of a device (Backend::cuda, or kokkos there), solve copies host arrays to the device and
+// back, and solve_device takes arrays that lie there. Systems for which the list is too long, or of an
+// analysis without values, are solved by the host's threads all the same.
 // Threads, errors of the whole call and processes made by fork are as with mfs::Solver.
 #pragma once
 
@@ -53,8 +58,8 @@ struct SystemReport {
   std::string error;          ///< text of the error; empty if solved
 };
 
-/// Systems A_k X_k = B_k, k = 0 ... count-1, in memory of the host. Numbers that are 0 stand for the least
-/// that is possible: arrays without gaps.
+/// Systems A_k X_k = B_k, k = 0 ... count-1, in memory of the host, or of the device for solve_device.
+/// Numbers that are 0 stand for the least that is possible: arrays without gaps.
 template <class Scalar>
 struct Batch {
   std::int64_t count = 0;
@@ -73,8 +78,9 @@ struct Batch {
 template <class Scalar>
 class MFS_API BasicBatchSolver {
  public:
-  /// Throws InvalidInput for an option that makes no sense, for a backend that does not solve batches, and
-  /// for a dump_prefix, which no batch obeys; BackendError for a backend that is not present.
+  /// Throws InvalidInput for an option that makes no sense, and for a dump_prefix, which no batch obeys;
+  /// BackendError for a backend that is not present. Options::memory_limit is what the arrays of a device may
+  /// take: a large batch is solved in parts that fit.
   explicit BasicBatchSolver(Options options = {});
   ~BasicBatchSolver();
   BasicBatchSolver(BasicBatchSolver&&) noexcept;
@@ -91,6 +97,11 @@ class MFS_API BasicBatchSolver {
   /// numbers and strides that cannot be, OutOfMemory, BackendError, and what the progress callback throws;
   /// then some solutions may have been written.
   void solve(const Batch<Scalar>& batch);
+
+  /// The same for arrays in the memory of the device, without a copy of them. `stream` is a cudaStream_t of
+  /// the caller (null: the default stream). What was put into it before is waited for on the device, and the
+  /// results are complete when the call returns. Throws StateError where systems are not solved on a device.
+  void solve_device(const Batch<Scalar>& batch, void* stream = nullptr);
 
   /// What became of each system of the last solve; empty before.
   const std::vector<SystemReport>& systems() const;

@@ -1,0 +1,42 @@
+#include "kernels/lanes/space_lanes_def.hpp"
+
+#include <complex>
+
+namespace mfs::lanes {
+
+namespace {
+using Exec = Kokkos::DefaultExecutionSpace;
+}
+
+template <class Scalar>
+std::unique_ptr<SpaceLanes<Scalar>> make_space_lanes(const LaneProgram& program, const LaneRules& rules,
+                                                     Offset nrhs, Offset count, Offset most_bytes) {
+  Space<Exec>::start();
+  return std::make_unique<SpaceLanesIn<Exec, Scalar>>(program, rules, nrhs, count, most_bytes);
+}
+
+void copy_to_host(const std::vector<SpaceCopy>& copies, void* stream) {
+  Space<Exec>::start();
+  Space<Exec>::Queue queue;
+  queue.follow(stream);
+  for (const SpaceCopy& copy : copies) queue.to_host(copy.to, copy.from, copy.bytes);
+  queue.wait();
+}
+
+void copy_to_space(const std::vector<SpaceCopy>& copies, void* stream) {
+  Space<Exec>::start();
+  Space<Exec>::Queue queue;
+  queue.follow(stream);
+  for (const SpaceCopy& copy : copies) queue.to_space(copy.to, copy.from, copy.bytes);
+  queue.wait();
+}
+
+#define MFS_INSTANTIATE(S)                                                                                  \
+  template std::unique_ptr<SpaceLanes<S>> make_space_lanes<S>(const LaneProgram&, const LaneRules&, Offset, \
+                                                              Offset, Offset);
+MFS_INSTANTIATE(float)
+MFS_INSTANTIATE(double)
+MFS_INSTANTIATE(std::complex<float>)
+MFS_INSTANTIATE(std::complex<double>)
+
+}  // namespace mfs::lanes

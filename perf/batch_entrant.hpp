@@ -1,0 +1,31 @@
+// A solver of batches as perf_batch measures it.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "perf/batch_case.hpp"
+
+namespace mfs::perf {
+
+class BatchEntrant {
+ public:
+  virtual ~BatchEntrant() = default;
+  /// Factors and solves all systems, with the analysis that was made before. How many were not solved.
+  virtual std::int64_t solve() = 0;
+  /// The solutions, one system after the other, of which those that were not solved are whatever they are.
+  virtual void read(double* x) = 0;
+};
+
+/// The case must outlive what is made.
+std::unique_ptr<BatchEntrant> make_klu_batch(const BatchCase& batch, int threads);
+/// By the public class. With arrays on the device where the backend has them there.
+std::unique_ptr<BatchEntrant> make_mfs_batch(const BatchCase& batch, const std::string& backend, int threads);
+/// The uniform batch of cuDSS, from the folder of libcudss, with arrays on the device and so many steps of
+/// refinement. Throws std::runtime_error where this program was built without.
+std::unique_ptr<BatchEntrant> make_cudss_batch(const BatchCase& batch, const std::string& folder,
+                                               int refinements);
+
+}  // namespace mfs::perf

@@ -1,0 +1,77 @@
+#include "solver/lane_plan.hpp"
+
+#include <cmath>
+#include <complex>
+#include <utility>
+
+#include "kernels/dense/pivot_rule.hpp"
+#include "plan/elimination_parts.hpp"
+#include "solver/option_checks.hpp"
+#include "solver/solve_rules.hpp"
+
+namespace mfs {
+
+namespace {
+
+/// Where each entry of the factors takes more products than this in the mean, fronts are faster: they read an
+/// entry once for many products. Lanes took 0.64 of the time at 47 (poisson2d:200) and 0.67 at 33 (kkt:5),
+/// and 1.12 at 74 (convdiff3d:16); `perf_batch` on a 2-core EPYC with AVX-512, 2026-11-25.
+constexpr Offset kMostProducts = 40;
+/// The factors of all lanes then take 25 MB a thread, in double precision.
+constexpr Offset kMostEntries = 400'000;
+
+/// Threads of a device that factor one system at the same time.
+constexpr int kMostParts = 16;
+
+// Scales of a lane have the precision of its numbers.
+template <class Scalar>
+bool in_range(const std::vector<double>& scales) {
+  for (const double scale : scales) {
+    if (!std::isnormal(static_cast<RealOf<Scalar>>(scale))) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+template <class Scalar>
+std::optional<lanes::LaneProgram> plan_lanes(const Options& options, const Report& report,
+                                             const Analysis& analysis, const Factorization<Scalar>& factors) {
+  const MatchedScaling& matched = analysis.matched;
+  const bool plain = report.perturbed_pivots == 0 && !report.single_precision && options.solve.row_floor == 0;
+  if (!plain || matched.beyond_range) return std::nullopt;
+  if (!in_range<Scalar>(matched.row_scale) || !in_range<Scalar>(matched.column_scale)) return std::nullopt;
+  EliminationParts parts = divide_elimination(*analysis.plan, kMostParts);
+  std::vector<Vertex> row_of, column_of;
+  for (const Vertex k : parts.order) {
+    row_of.push_back(factors.pivot_row(k));
+    column_of.push_back(analysis.plan->column_of[k]);
+  }
+  auto program = make_scalar_program(*analysis.pattern, std::move(row_of), std::move(column_of),
+                                     {kMostEntries, kMostProducts});
+  if (!program) return std::nullopt;
+  program->part_begin = std::move(parts.part_begin);
+  program->stage_begin = std::move(parts.stage_begin);
+  lanes::LaneProgram made(std::move(*program), analysis.pattern, matched);
+  if (!in_range<Scalar>(made.slot_scale)) return std::nullopt;
+  return made;
+}
+
+template <class Scalar>
+lanes::LaneRules lane_rules(const Options& options) {
+  const PivotRule rule = pivot_rule<RealOf<Scalar>>(pivot_tolerance_of<Scalar>(options.factor, false), 1.0);
+  return {{rule.bound, rule.tiny, rule.border_part},
+          tolerance_of<Scalar>(options.solve),
+          options.solve.max_refinement_steps};
+}
+
+#define MFS_INSTANTIATE(S)                                                                                 \
+  template std::optional<lanes::LaneProgram> plan_lanes<S>(const Options&, const Report&, const Analysis&, \
+                                                           const Factorization<S>&);                       \
+  template lanes::LaneRules lane_rules<S>(const Options&);
+MFS_INSTANTIATE(float)
+MFS_INSTANTIATE(double)
+MFS_INSTANTIATE(std::complex<float>)
+MFS_INSTANTIATE(std::complex<double>)
+
+}  // namespace mfs

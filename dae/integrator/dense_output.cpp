@@ -173,7 +173,8 @@ void interpolate(const Executor& executor, const std::vector<PointRange>& bodies
   there.t = t;
   for (const Part part : {&StepState::q, &StepState::v, &StepState::a})
     known.interpolate(t, part, known.count(part), there);
-  known.interpolate(t, &StepState::lambda, std::min(with_multipliers, known.count(&StepState::lambda)), there);
+  known.interpolate(t, &StepState::lambda, std::min(with_multipliers, known.count(&StepState::lambda)),
+                    there);
   for (const PointRange& body : bodies) known.turn(t, body, there);
 }
 

@@ -14,8 +14,7 @@ namespace {
 
 using Part = Array<double> StepState::*;
 
-/// As many states as the highest order of BDF needs.
-constexpr int kMostStates = 6;
+constexpr int kMostStates = kMostPast + 1;
 
 /// Of the polynomial through values at these times: what each of them counts at t (Lagrange).
 std::vector<double> lagrange_shares(const std::vector<double>& times, double t) {
@@ -59,18 +58,19 @@ struct Turn {
   }
 };
 
-/// What is known on both sides of a time: the present state first.
+/// What is known on both sides of a time: the present state first, as many as positions need.
 class KnownStates {
  public:
   KnownStates(const Executor& executor, const StepState& now, const PastStates& past, int degree)
-      : executor_(executor), states_{&now} {
-    for (std::size_t k = 0;
-         k < past.size() && k < static_cast<std::size_t>(std::min(degree, kMostStates - 1)); ++k)
-      states_.push_back(&past[k]);
+      : executor_(executor), of_rates_(static_cast<std::size_t>(degree) + 1), states_{&now} {
+    for (std::size_t k = 0; k < past.size() && states_.size() <= of_rates_; ++k) states_.push_back(&past[k]);
+    of_rates_ = std::min(of_rates_, states_.size());
   }
 
-  void interpolate(double t, Part part, std::size_t most, StepState& there) const {
-    const std::size_t count = std::min(most, states_.size()), size = (states_[0]->*part).size();
+  std::size_t count(Part part) const { return part == &StepState::q ? states_.size() : of_rates_; }
+
+  void interpolate(double t, Part part, std::size_t count, StepState& there) const {
+    const std::size_t size = (states_[0]->*part).size();
     std::vector<const double*> values;
     for (std::size_t k = 0; k < count; ++k) values.push_back((states_[k]->*part).data());
     (there.*part).resize(executor_, size);
@@ -86,11 +86,14 @@ class KnownStates {
     for (double& x : mean) x /= body.count;
     for (const StepState* state : states_)
       sums.push_back(sums_of(state->q.data() + first, now, mean, points));
-    const TurnedShares turned = turned_shares(sums, body.count, shares(t, states_.size()));
+    const TurnedShares of_position = turned_shares(sums, body.count, shares(t, sums.size()));
+    sums.resize(of_rates_);
+    const TurnedShares of_rates = turned_shares(sums, body.count, shares(t, sums.size()));
     for (const Part part : {&StepState::q, &StepState::v, &StepState::a}) {
-      Turn turn{{}, {}, {}, static_cast<int>(states_.size()), (there.*part).data() + first};
+      const TurnedShares& turned = part == &StepState::q ? of_position : of_rates;
+      Turn turn{{}, {}, {}, static_cast<int>(count(part)), (there.*part).data() + first};
       if (part == &StepState::q) std::copy(turned.shift.begin(), turned.shift.end(), turn.shift);
-      for (std::size_t k = 0; k < states_.size(); ++k) {
+      for (std::size_t k = 0; k < count(part); ++k) {
         turn.from[k] = (states_[k]->*part).data() + first;
         std::copy(turned.matrix[k].begin(), turned.matrix[k].end(), turn.matrix[k]);
       }
@@ -120,6 +123,7 @@ class KnownStates {
   }
 
   const Executor& executor_;
+  std::size_t of_rates_;  ///< states that polynomials of v and a go through
   std::vector<const StepState*> states_;
 };
 
@@ -168,8 +172,9 @@ void interpolate(const Executor& executor, const std::vector<PointRange>& bodies
     ++with_multipliers;
   there.t = t;
   for (const Part part : {&StepState::q, &StepState::v, &StepState::a})
-    known.interpolate(t, part, kMostStates, there);
-  known.interpolate(t, &StepState::lambda, with_multipliers, there);
+    known.interpolate(t, part, known.count(part), there);
+  known.interpolate(t, &StepState::lambda, std::min(with_multipliers, known.count(&StepState::lambda)),
+                    there);
   for (const PointRange& body : bodies) known.turn(t, body, there);
 }
 

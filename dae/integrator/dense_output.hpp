@@ -8,11 +8,12 @@
 // CondensedNewton::make_consistent begins.
 //
 // With flexible bodies nothing may be asked of F there: what is left of the local error in positions would be
-// multiplied by their stiffness. All of q, v, a and multipliers is on the polynomials through the ends of the
-// last steps, as many as the order of the formula and one, which is BDF's own: in q and v 0.09 to 0.3 of a
-// local error (orders 5 to 1), in a and multipliers as small a part of them. Vibrations that steps pass over
-// do not become larger, as they would by rates. Meshes are turned back before (body_turns.hpp). Constraints
-// hold as well as positions do.
+// multiplied by their stiffness. v, a and multipliers are on the polynomials through the ends of the last
+// steps, as many as the order of the formula and one, which is BDF's own: in v 0.09 to 0.3 of a local error
+// (orders 5 to 1), in a and multipliers as small a part of them. q has one end more, because where motions
+// are prescribed positions at the ends are far better than what the formula would leave of them. Vibrations
+// that steps pass over do not become larger, as they would by rates. Meshes are turned back before
+// (body_turns.hpp). Constraints hold as well as positions do.
 #pragma once
 
 #include <vector>
@@ -43,7 +44,11 @@ class PastStates {
   std::vector<StepState> states_;  ///< the last one first
 };
 
-/// The state at t, not after `now`, on polynomials of `degree`, or less where less of the past is known.
+/// Of `degree` = 1 ... 5, positions need so many states before the present one.
+constexpr int kMostPast = 6;
+
+/// The state at t, not after `now`, on polynomials of `degree`, of positions one more, or less where less of
+/// the past is known.
 void interpolate(const Executor& executor, const std::vector<PointRange>& bodies, double t,
                  const StepState& now, const PastStates& past, int degree, StepState& there);
 

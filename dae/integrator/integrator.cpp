@@ -169,7 +169,7 @@ class Integrator::Impl {
     t_end_ = t_end;
     const auto* turning = dynamic_cast<const TurningBodies*>(&given_);
     bodies_ = turning != nullptr ? turning->turning_bodies() : std::vector<PointRange>();
-    most_past_ = outputs.empty() || bodies_.empty() ? 1 : Bdf::kMostOrder;
+    most_past_ = outputs.empty() || bodies_.empty() ? 1 : kMostPast;
     start({t0, std::move(q0), std::move(v0), {}, {}});
 
     std::size_t next_output = 0;

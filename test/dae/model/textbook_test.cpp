@@ -1,0 +1,212 @@
+// Mechanisms of textbooks on mechanism theory, written as a user writes a model file, beside their closed
+// formulas: J. J. Uicker, G. R. Pennock, J. E. Shigley, "Theory of Machines and Mechanisms" (Scotch yoke,
+// quick return, Hooke's joint, Oldham's coupling, Peaucellier's linkage); E. J. Haug, "Computer Aided
+// Kinematics and Dynamics of Mechanical Systems", 1989 (quick return); G. T. Bennett, "The skew isogram
+// mechanism", Proc. London Math. Soc. 13 (1914); for the ball on a turntable W. Burns, American Journal of
+// Physics 49 (1981) 56-58.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <complex>
+
+#include "test/dae/model/mechanism.hpp"
+
+namespace mfs::dae::test {
+namespace {
+
+using std::cos, std::sin;
+using testing::SizeIs;
+
+const Vector3d kX = Vector3d::UnitX(), kY = Vector3d::UnitY(), kZ = Vector3d::UnitZ();
+const Vector3d kNone(0, 0, 0), kDown(0, -9.81, 0);
+
+Json block(const Vector3d& position, double mass = 1.0) {
+  return {{"type", "rigid"}, {"mass", mass}, {"inertia", {0.01, 0.01, 0.01}}, {"position", triple(position)}};
+}
+
+Json turns(const std::string& joint, const std::string& angle) {
+  return {{"type", "rotation"}, {"joint", joint}, {"angle", angle}};
+}
+
+Vector3d velocity(const MotionRun& result, const State& state, const std::string& body) {
+  return Eigen::Map<const Vector3d>(&state.v[result.at(body)]);
+}
+Vector3d acceleration(const MotionRun& result, const State& state, const std::string& body) {
+  return Eigen::Map<const Vector3d>(&state.a[result.at(body)]);
+}
+/// About z of a body that turns about z alone, -pi ... pi.
+double angle_about_z(const MotionRun& result, const State& state, const std::string& body) {
+  const double* const p = &state.q[result.at(body) + 3];
+  return 2.0 * std::atan2(p[3], p[0]);
+}
+/// What is left of a difference of angles.
+double turned(double angle) {
+  return std::remainder(angle, 2 * M_PI);
+}
+
+// A block on the crank slides in the yoke's slot, the yoke along x: x = r cos(angle), and the drive does the
+// work of both masses.
+TEST(ScotchYoke, MovesAsACosine) {
+  constexpr double kR = 0.1;
+  Json json = mechanism(2.0, 50, kNone);
+  json["bodies"] = {{"crank", block(kNone)}, {"block", block(kR * kX, 0.2)}, {"yoke", block(kR * kX, 2.0)}};
+  json["joints"] = {{"bearing", joint("revolute", "ground", "crank", kNone)},
+                    {"pin", joint("revolute", "crank", "block", kR * kX)},
+                    {"slot", joint("translational", "yoke", "block", kR * kX, kY)},
+                    {"guide", joint("translational", "ground", "yoke", kR * kX, kX)}};
+  json["motions"]["drive"] = turns("bearing", "2*pi*t + 0.3*t^2");
+  const MotionRun result = run(json, 1e-6);
+  EXPECT_THAT(result.report.redundant, SizeIs(3));
+  for (const State& state : result.outputs) {
+    const double t = state.t, angle = 2 * M_PI * t + 0.3 * t * t, w = 2 * M_PI + 0.6 * t;
+    const double c = kR * cos(angle), s = kR * sin(angle);
+    const double ax = -c * w * w - s * 0.6, ay = -s * w * w + c * 0.6;
+    EXPECT_NEAR(result.position(state, "yoke")[0], c, 1e-8) << t;
+    EXPECT_NEAR(acceleration(result, state, "yoke")[0], ax, 1e-5) << t;
+    // Its multiplier is the torque on the crank, but for the sign.
+    const double torque = 0.01 * 0.6 - 2.2 * ax * s + 0.2 * ay * c;
+    EXPECT_NEAR(std::abs(result.multiplier(state, "motion drive", 0)), std::abs(torque), 1e-5) << t;
+  }
+}
+
+// Crank r about O, which drives a rocker of length L about a pivot d below it; its end moves the ram.
+TEST(QuickReturn, RamGoesAsTheCrankSays) {
+  constexpr double kR = 0.1, kD = 0.3, kL = 0.7, kStart = M_PI / 6;
+  const Vector3d pin = kR * Vector3d(cos(kStart), sin(kStart), 0), pivot = -kD * kY;
+  const Vector3d along = (pin - pivot).normalized(), tip = pivot + kL * along;
+  Json json = mechanism(2.0, 50, kDown);
+  json["bodies"] = {{"crank", block(kNone)},
+                    {"slider", block(pin, 0.3)},
+                    {"rocker", rod(pivot, tip)},
+                    {"block", block(tip, 0.2)},
+                    {"ram", block(tip, 5.0)}};
+  json["joints"] = {{"bearing", joint("revolute", "ground", "crank", kNone)},
+                    {"pin", joint("revolute", "crank", "slider", pin)},
+                    {"slide", joint("translational", "rocker", "slider", pin, along)},
+                    {"pivot", joint("revolute", "ground", "rocker", pivot)},
+                    {"tip", joint("revolute", "rocker", "block", tip)},
+                    {"slot", joint("translational", "ram", "block", tip, kY)},
+                    {"guide", joint("translational", "ground", "ram", tip, kX)}};
+  json["motions"]["drive"] = turns("bearing", "2*pi*t");
+  const MotionRun result = run(json, 1e-6);
+  EXPECT_THAT(result.report.redundant, SizeIs(6));
+  for (const State& state : result.outputs) {
+    const double angle = kStart + 2 * M_PI * state.t;
+    const double reach = std::sqrt(kR * kR + kD * kD + 2 * kR * kD * sin(angle));  // from pivot to pin
+    const double x = kL * kR * cos(angle) / reach;
+    const double slope =
+        -kL * kR * (sin(angle) / reach + kR * kD * cos(angle) * cos(angle) / std::pow(reach, 3));
+    EXPECT_NEAR(result.position(state, "ram")[0], x, 1e-8) << state.t;
+    EXPECT_NEAR(velocity(result, state, "ram")[0], 2 * M_PI * slope, 1e-6) << state.t;
+  }
+}
+
+// OC = OD = l, a rhombus of side s between C, D, B, P, and AB = OA = c: OB OP = l^2 - s^2, so P, which is on
+// the line OB, is on x = (l^2 - s^2) / 2c.
+TEST(Peaucellier, PointRunsAlongALine) {
+  constexpr double kC = 0.35, kL = 1.0, kS = 0.4, kStart = 0.3;
+  const Vector3d a(kC, 0, 0), b = a + kC * Vector3d(cos(kStart), sin(kStart), 0);
+  const double ob = b.norm(), op = (kL * kL - kS * kS) / ob, middle = 0.5 * (ob + op);
+  const Vector3d along = b / ob, across = std::sqrt(kL * kL - middle * middle) * kZ.cross(along);
+  const Vector3d c = middle * along + across, d = middle * along - across, p = op * along;
+  Json json = mechanism(2.0, 50, kDown);
+  json["bodies"] = {{"ab", rod(a, b)}, {"oc", rod(kNone, c)}, {"od", rod(kNone, d)}, {"cb", rod(c, b)},
+                    {"bd", rod(b, d)}, {"dp", rod(d, p)},     {"pc", rod(p, c)}};
+  json["joints"] = {
+      {"A", joint("revolute", "ground", "ab", a)},      {"O1", joint("revolute", "ground", "oc", kNone)},
+      {"O2", joint("revolute", "ground", "od", kNone)}, {"C1", joint("revolute", "oc", "cb", c)},
+      {"C2", joint("revolute", "oc", "pc", c)},         {"D1", joint("revolute", "od", "bd", d)},
+      {"D2", joint("revolute", "od", "dp", d)},         {"B1", joint("revolute", "ab", "cb", b)},
+      {"B2", joint("revolute", "ab", "bd", b)},         {"P", joint("revolute", "dp", "pc", p)}};
+  json["motions"]["drive"] = turns("A", "0.5*sin(2*pi*t)");
+  const MotionRun result = run(json, 1e-6);
+  EXPECT_THAT(result.report.redundant, SizeIs(9));
+  for (const State& state : result.outputs) {
+    const double angle = kStart + 0.5 * sin(2 * M_PI * state.t), x = (kL * kL - kS * kS) / (2 * kC);
+    // C and D are as far from the centres of their rods to P as these from P.
+    const Vector3d end(x, x * std::tan(0.5 * angle), 0);
+    for (const std::string& name : {"dp", "pc"}) {
+      const Vector3d from = result.position(state, name) - end;
+      EXPECT_NEAR(from.norm(), 0.5 * kS, 1e-8) << state.t;
+      EXPECT_NEAR((end + 2 * from).norm(), kL, 1e-8) << state.t;
+    }
+  }
+}
+
+// Shafts at an angle b: tan(out) = cos b tan(in), with the fork of the driving one across both at in = 0.
+TEST(HookesJoint, TurnsUnevenly) {
+  constexpr double kBend = M_PI / 6;
+  const Vector3d out(cos(kBend), sin(kBend), 0), across(-sin(kBend), cos(kBend), 0);
+  Json json = mechanism(2.0, 50, kNone);
+  json["bodies"] = {{"in", block(-0.2 * kX)}, {"out", block(0.2 * out)}};
+  json["joints"] = {{"B1", joint("revolute", "ground", "in", -0.4 * kX, kX)},
+                    {"B2", joint("revolute", "ground", "out", 0.4 * out, out)},
+                    {"cross", joint("universal", "in", "out", kNone, kZ)}};
+  json["joints"]["cross"]["axis_b"] = triple(across);
+  json["motions"]["drive"] = turns("B1", "2*pi*t");
+  const MotionRun result = run(json, 1e-6);
+  EXPECT_THAT(result.report.redundant, SizeIs(3));
+  for (const State& state : result.outputs) {
+    const double in = 2 * M_PI * state.t, expected = std::atan2(sin(in) * cos(kBend), cos(in));
+    const double* const p = &state.q[result.at("out") + 3];
+    const double turn = 2.0 * std::atan2(Vector3d(p[1], p[2], p[3]).dot(out), p[0]);
+    EXPECT_NEAR(turned(turn - expected), 0.0, 1e-8) << state.t;
+  }
+}
+
+// Shafts side by side turn as one; the disc between them goes twice round a circle over their distance.
+TEST(OldhamsCoupling, TurnsEvenly) {
+  constexpr double kApart = 0.05;
+  Json json = mechanism(2.0, 50, kNone);
+  json["bodies"] = {{"in", block(kNone)}, {"out", block(kApart * kX)}, {"disc", block(kNone, 0.5)}};
+  json["joints"] = {{"B1", joint("revolute", "ground", "in", kNone)},
+                    {"B2", joint("revolute", "ground", "out", kApart * kX)},
+                    {"S1", joint("translational", "in", "disc", kNone, kY)},
+                    {"S2", joint("translational", "out", "disc", kNone, kX)}};
+  json["motions"]["drive"] = turns("B1", "2*pi*t");
+  const MotionRun result = run(json, 1e-6);
+  for (const State& state : result.outputs) {
+    const double in = 2 * M_PI * state.t;
+    EXPECT_NEAR(turned(angle_about_z(result, state, "out") - in), 0.0, 1e-8) << state.t;
+    const Vector3d centre(kApart * sin(in) * sin(in), -kApart * sin(in) * cos(in), 0);
+    EXPECT_LT((result.position(state, "disc") - centre).norm(), 1e-8) << state.t;
+  }
+}
+
+// A ball that rolls on a turntable goes in a circle at 2/7 of its angular velocity, wherever it is set down.
+TEST(BallOnATurntable, CirclesAtTwoSevenths) {
+  constexpr double kTable = 3.0, kRadius = 0.25, kMass = 0.2;
+  const double inertia = 0.4 * kMass * kRadius * kRadius;
+  Json json = mechanism(6.0, 50, {0, 0, -9.81});
+  json["bodies"] = {{"table", block({0, 0, -0.1}, 10)},
+                    {"ball",
+                     {{"type", "rigid"},
+                      {"mass", kMass},
+                      {"inertia", {inertia, inertia, inertia}},
+                      {"position", {0.5, 0, kRadius}}}}};
+  json["joints"] = {{"axle", joint("revolute", "ground", "table", kNone)},
+                    {"roll", joint("rolling_ball", "table", "ball", {0.5, 0, kRadius}, kZ)}};
+  json["joints"]["roll"]["radius"] = kRadius;
+  json["motions"]["drive"] = turns("axle", "3*t");
+  using Complex = std::complex<double>;
+  const auto error = [&](double rtol) {
+    json["integrator"]["rtol"] = rtol;
+    const MotionRun result = run(json);
+    const auto plane = [](const Vector3d& x) { return Complex(x[0], x[1]); };
+    const State& first = result.outputs[0];
+    const Complex start = plane(result.position(first, "ball")), v = plane(velocity(result, first, "ball"));
+    const Complex spin(0, 2.0 / 7.0 * kTable);
+    double most = 0.0;
+    for (const State& state : result.outputs)
+      most = std::max(most, std::abs(plane(result.position(state, "ball")) - start -
+                                     v * (std::exp(spin * state.t) - 1.0) / spin));
+    return most;
+  };
+  const double coarse = error(1e-4), middle = error(1e-6), fine = error(1e-8);
+  EXPECT_LT(coarse, 0.2);
+  EXPECT_LT(middle, coarse / 25);
+  EXPECT_LT(fine, middle / 25);
+}
+
+}  // namespace
+}  // namespace mfs::dae::test

@@ -37,6 +37,9 @@ struct PivotPolicy {
   TinyPivots tiny = TinyPivots::noise;
   double border_part = kBorderThreshold;
 
+  /// Whether kernels that multiply by inverses of U's diagonal blocks substitute with them instead: the errors
+  /// of such products grow with the condition of a block, which is large where its pivots are tiny.
+  bool substitutes() const { return tiny == TinyPivots::data; }
   bool operator==(const PivotPolicy& other) const {
     return tolerance == other.tolerance && tiny == other.tiny && border_part == other.border_part;
   }

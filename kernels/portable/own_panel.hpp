@@ -6,7 +6,8 @@
 // one barrier. The rows that gave the pivots, in their order, are the exchanges.
 //
 // Triangles of diagonal blocks of kInvertedBlock pivots are left inverted in their place, so that strips and
-// solves are products but for the few steps from block to block.
+// solves are products but for the few steps from block to block. Where tiny pivots are divided by, U stays as
+// it is, and is substituted with.
 #pragma once
 
 #include <cstring>
@@ -315,17 +316,19 @@ KOKKOS_INLINE_FUNCTION PanelTally factor_rows(const Team& team, S* a, Offset lda
 }
 
 /// Writes the inverted triangles of the diagonal blocks of an n x n tile to `to`, all other entries as they
-/// are: entry(i, j) gives those of L (whose diagonal is one) and U, and lies in other memory than `to`.
+/// are, and with `keeps_upper` those of U: entry(i, j) gives those of L (whose diagonal is one) and U, and lies
+/// in other memory than `to`.
 template <class Team, class S, class Entry>
-KOKKOS_INLINE_FUNCTION void write_inverted(const Team& team, Vertex n, const Entry& entry, S* to, Offset ld) {
+KOKKOS_INLINE_FUNCTION void write_inverted(const Team& team, Vertex n, bool keeps_upper, const Entry& entry,
+                                           S* to, Offset ld) {
   constexpr Vertex kBlock = kInvertedBlock;
   for_each_entry(team, n, n, [&](Vertex i, Vertex j) {
-    if (i / kBlock != j / kBlock) to[i + j * ld] = entry(i, j);
+    if (i / kBlock != j / kBlock || (keeps_upper && i <= j)) to[i + j * ld] = entry(i, j);
   });
   // Columns of the inverses, each by substitution: those of U are those of a lower triangle, seen from its
   // last row and column.
   const Vertex blocks = (n + kBlock - 1) / kBlock;
-  for_each(team, 2 * blocks * kBlock, [&](Vertex t) {
+  for_each(team, (keeps_upper ? 1 : 2) * blocks * kBlock, [&](Vertex t) {
     const bool upper = t >= blocks * kBlock;
     const Vertex begin = t / kBlock % blocks * kBlock, c = t % kBlock;
     const Vertex width = kBlock < n - begin ? kBlock : n - begin;

@@ -213,7 +213,7 @@ class PortableFactors final : public Factors<Value>, public ResidentFactors<Valu
     queue().wait();
     for (const Scalar& entry : found) {
       const std::complex<double> pivot(entry);
-      *pivots++ = Dense::kSearchesAll ? pivot : 1.0 / pivot;
+      *pivots++ = stages_.has_pivots() ? pivot : 1.0 / pivot;
     }
   }
 
@@ -374,6 +374,7 @@ class PortableFactors final : public Factors<Value>, public ResidentFactors<Valu
       }
     };
     if (!(policy == policy_)) factor_.forget();
+    if (policy.substitutes() != policy_.substitutes()) forget_solves();
     policy_ = policy;
     factor_.run(queue(), [&] { stages_.factor(policy, after_depth); });
     if constexpr (!kOnHost<Exec>) queue().to_host(host_status_, stages_.store().status, sizeof(Status));

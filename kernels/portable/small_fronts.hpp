@@ -61,8 +61,8 @@ struct SmallFronts {
       if (!stages.factor) return;
       team.team_barrier();
       write_inverted(
-          team, at.pivots, [&](Vertex i, Vertex j) { return at.lower[i + j * at.lower_ld]; }, own.lower,
-          own.lower_ld);
+          team, at.pivots, dense.substitutes,
+          [&](Vertex i, Vertex j) { return at.lower[i + j * at.lower_ld]; }, own.lower, own.lower_ld);
     }
   }
 

@@ -194,9 +194,18 @@ class PortableStages {
       after_depth(step);
     }
   }
+  /// Whether pivots lie in the factors as they are, else their inverses.
+  bool has_pivots() const {
+    if constexpr (Dense::kSearchesAll) {
+      return true;
+    } else {
+      return dense_.substitutes;
+    }
+  }
   /// What factor() does before the first depth, but for the largest entry.
   void begin(const PivotPolicy& policy) {
     store_.pivots = pivot_rule<RealOf<S>>(policy, 1);
+    if constexpr (!Dense::kSearchesAll) dense_.substitutes = policy.substitutes();
     queue_.fill(store_.status, 0, sizeof(Status));
     queue_.fill(store_.displacement, 0, plan_.n * static_cast<Offset>(sizeof(Vertex)));
     settle_strict_fronts(queue_.exec(), plan_.num_fronts, store_.strict);

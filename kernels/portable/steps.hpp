@@ -108,7 +108,7 @@ struct DiagonalTiles {
     team.team_barrier();
     const PanelTally tally = factor_tile(team, in_scratch, panel_place(task, front, s, false));
     write_inverted(
-        team, s, [&](Vertex i, Vertex j) { return in_scratch.at(i, j); }, in_place, ld);
+        team, s, dense.substitutes, [&](Vertex i, Vertex j) { return in_scratch.at(i, j); }, in_place, ld);
     const Offset first = store.fronts.pivot_begin[task.front] + static_cast<Offset>(task.k);
     for_each(team, s, [&](Vertex j) {
       store.fronts.local_row[first + j] = task.k + order[j];
@@ -139,7 +139,7 @@ struct DiagonalTiles {
     for_each_entry(team, s, s, [&](Vertex i, Vertex j) { held[i + j * s] = in_place[i + j * ld]; });
     team.team_barrier();
     write_inverted(
-        team, s, [&](Vertex i, Vertex j) { return held[i + j * s]; }, in_place, ld);
+        team, s, dense.substitutes, [&](Vertex i, Vertex j) { return held[i + j * s]; }, in_place, ld);
   }
 
   KOKKOS_INLINE_FUNCTION void factor_by_library(const TeamOf<Exec>& team, const StepTask& task,

@@ -179,7 +179,10 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
     stream_.to_host(inverse.data(), substitution_.v, plan().n * sizeof(Scalar));
     stream_.synchronize();
     take_diagonal_of_host(inverse);
-    for (const Scalar& entry : inverse) *pivots++ = 1.0 / std::complex<double>(entry);
+    for (const Scalar& entry : inverse) {
+      const std::complex<double> left(entry);
+      *pivots++ = stages_.store().substitutes ? left : 1.0 / left;
+    }
   }
   Movement movement() const override { return movement_of(plan(), stages_.lists()); }
   static Movement movement_of(const SymbolicPlan& plan, const DevicePlan& lists) {
@@ -281,6 +284,7 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
 
   const DeviceStatus& launch_factor(const PivotPolicy& policy) {
     const PivotSearch where = search();
+    if (policy.substitutes() != stages_.store().substitutes) forget_solves();
     if (!warm_) {
       stages_.factor(policy, where);
       warm_ = true;
@@ -465,6 +469,9 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
     device_error_ = reinterpret_cast<double*>(at(layout.error));
     vectors_ = std::move(beside);
     width_ = width;
+    forget_solves();
+  }
+  void forget_solves() {
     for (auto& graphs : solve_graph_) {
       for (Graph& graph : graphs) graph.reset();
     }

@@ -157,6 +157,7 @@ DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& patter
   store_.pivots_needed = &status_->pivots_needed;
   store_.largest = &status_->largest;
   store_.tile = lists_.tile;
+  store_.substitutes = false;
   forget_strict_fronts();
   stream_.synchronize();  // copies that failed are told of here
   lists_.entry_place = {};
@@ -344,6 +345,7 @@ void DeviceStages<S, V>::launch_stages(const PivotPolicy& policy, PivotSearch se
   const bool look_ahead = search != PivotSearch::strict && !mark;
   const bool library_roots = search == PivotSearch::not_in_roots && has_library_roots();
   store_.pivots = pivot_rule<RealOf<S>>(policy, 1);
+  store_.substitutes = policy.substitutes();
   stream_.clear(status_, sizeof(DeviceStatus));
   stream_.clear(store_.fronts.shift, plan_.n * static_cast<Offset>(sizeof(S)));
   settle_strict_fronts<<<vector_blocks(plan_.num_fronts), kVectorThreads, 0, stream_.get()>>>(

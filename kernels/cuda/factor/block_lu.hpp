@@ -128,7 +128,7 @@ __global__ void __launch_bounds__(Threads) factor_diagonal_tiles(DeviceStore<S, 
     }
     for (int i = threadIdx.x; i < s; i += blockDim.x) store.fronts.local_row[begin + i] = k + row_at[i];
   }
-  invert_diagonal_blocks(tile);
+  invert_diagonal_blocks(tile, store.substitutes);
   store_tile(tile, diagonal, ld);
 }
 

@@ -18,6 +18,7 @@ struct DeviceStore {
   const double* largest;  // scaled entry of the matrix
   PivotRule pivots;       // relative to it
   int tile;               // pivots of a diagonal tile, at most kTile<S>
+  bool substitutes;       // with U, whose diagonal blocks are left as they are, else inverted
 
   const Vertex *small_fronts, *tiny_fronts;
   const AssemblyPart* assemble;

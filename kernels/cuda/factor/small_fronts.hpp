@@ -84,7 +84,7 @@ __global__ void __launch_bounds__(Threads, Blocks < kMostBlocks ? Blocks : kMost
   const Vertex begin = store.fronts.pivot_begin[f];
   tile_lu<Threads>(tile, store.rule(), NoFurtherBorder(), row_at, store.fronts.shift + begin,
                    store.fronts.status, work, pivot_work);
-  invert_diagonal_blocks(tile);
+  invert_diagonal_blocks(tile, store.substitutes);
   __syncthreads();
   write_tile(front, tile);
   for (int i = threadIdx.x; i < front.pivots; i += blockDim.x) store.fronts.local_row[begin + i] = row_at[i];

@@ -381,9 +381,10 @@ __device__ void join_inverses(S* m, int ld, int size) {
 }
 
 /// Puts the inverses of the unit lower and of the upper triangle of each 32 x 32 diagonal block in its place:
-/// what follows only multiplies. Those of the unit lower triangles of panels are there.
+/// what follows only multiplies. Those of the unit lower triangles of panels are there. Upper triangles that
+/// are substituted with stay as they are.
 template <class S>
-__device__ void invert_diagonal_blocks(const Tile<S>& tile) {
+__device__ void invert_diagonal_blocks(const Tile<S>& tile, bool keeps_upper) {
   const int warp = threadIdx.x / kWarp, warps = blockDim.x / kWarp;
   const int blocks = (tile.pivots + kInverted - 1) / kInverted;
   for (int task = warp; task < 2 * blocks; task += warps) {
@@ -391,7 +392,7 @@ __device__ void invert_diagonal_blocks(const Tile<S>& tile) {
     S* const m = tile.a + begin + begin * tile.ld;
     if (task % 2 == 0) {
       join_inverses<false>(m, tile.ld, size);
-    } else {
+    } else if (!keeps_upper) {
       invert_upper_blocks(m, tile.ld, size);
       join_inverses<true>(m, tile.ld, size);
     }

@@ -18,7 +18,7 @@
 // what it then does.
 //
 // What multiplies the vector comes in steps of 64 columns, and at the end the diagonal tile, which is
-// inverted: for one column column_sweep.hpp does them, for 4 and 16 tile_sweep.hpp. From the last entries
+// inverted, or U as it is where tiny pivots are divided by: for one column column_sweep.hpp does them, for 4 and 16 tile_sweep.hpp. From the last entries
 // that a tile waits for to the first that others wait for takes about 1.5 us, for each tile of a large front:
 // nothing is loaded on that path, and it has few barriers.
 //
@@ -117,7 +117,11 @@ __device__ void solve_forward(const DeviceStore<S, Value>& store, const DeviceVe
     if (row < tile.width) to[goes_to[row] * K + column] = value;
   };
   if (tile.has_pivots) {
-    sweep.template solve_diagonal<false, !Transposed>(write);
+    if (Transposed && store.substitutes) {
+      sweep.template substitute_diagonal<false>(write);
+    } else {
+      sweep.template solve_diagonal<false, !Transposed>(write);
+    }
   } else {
     sweep.write_rest(write);
   }
@@ -233,9 +237,14 @@ __global__ void __launch_bounds__(kSolveThreads, kSolveBlocks<K>)
   }
   sweep.begin_with(own);
   sweep.subtract_sums(vectors.v, vectors.partial);
-  sweep.template solve_diagonal<true, Transposed>([&](int row, int column, const S& value) {
+  const auto write = [&](int row, int column, const S& value) {
     if (row < tile.width) vectors.v[row_of(tile.begin + row) * K + column] = value;
-  });
+  };
+  if (!Transposed && store.substitutes) {
+    sweep.template substitute_diagonal<true>(write);
+  } else {
+    sweep.template solve_diagonal<true, Transposed>(write);
+  }
 }
 
 }  // namespace mfs::cuda

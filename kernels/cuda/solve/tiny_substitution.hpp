@@ -32,6 +32,33 @@ __device__ void add_products(int count, bool minus, const Entry& entry, const S 
   }
 }
 
+// x := U^-1 x, or U^-T x, for p <= 32 pivots; entry(k) is that of the lane's row of the triangle.
+template <bool Upper, int C, class S, class Entry>
+__device__ void substitute_pivots(int p, const Entry& entry, S (&x)[C]) {
+  constexpr int kAtOnce = 16;
+  const int lane = threadIdx.x % kWarp;
+  const S reciprocal = lane < p ? reciprocal_of(entry(lane)) : S(0);
+  for (int begin = 0; begin < p; begin += kAtOnce) {
+    const auto column = [&](int j) { return Upper ? p - 1 - begin - j : begin + j; };
+    S value[kAtOnce];
+#pragma unroll
+    for (int j = 0; j < kAtOnce; ++j) {
+      const int k = column(j);
+      value[j] = begin + j < p && lane < p && (Upper ? lane < k : lane > k) ? entry(k) : S(0);
+    }
+#pragma unroll
+    for (int j = 0; j < kAtOnce; ++j) {
+      const int k = column(j);
+      if (begin + j >= p) break;
+#pragma unroll
+      for (int c = 0; c < C; ++c) {
+        const S solved = shuffle(x[c] * reciprocal, k);
+        x[c] = lane == k ? solved : x[c] - value[j] * solved;
+      }
+    }
+  }
+}
+
 // What the children, of a launch before, have left for a row of the front, column c.
 template <int K, class S, class Value>
 __device__ S from_children(const DeviceStore<S, Value>& store, const S* border, Offset row, int c) {
@@ -62,13 +89,20 @@ __global__ void __launch_bounds__(kTinyFrontsPerBlock* kWarp)
                        : S(0);
       y[c] = Transposed ? S(0) : v[c];
     }
-    add_products(
-        p, false,
-        [&](int k) {
-          if (!has_pivot || (Transposed ? k > lane : k >= lane)) return S(0);
-          return Transposed ? front.lower[k + lane * ld] : front.lower[lane + k * ld];
-        },
-        v, y);
+    if (Transposed && store.substitutes) {
+#pragma unroll
+      for (int c = 0; c < C; ++c) y[c] = v[c];
+      substitute_pivots<false>(
+          p, [&](int k) { return front.lower[k + lane * ld]; }, y);
+    } else {
+      add_products(
+          p, false,
+          [&](int k) {
+            if (!has_pivot || (Transposed ? k > lane : k >= lane)) return S(0);
+            return Transposed ? front.lower[k + lane * ld] : front.lower[lane + k * ld];
+          },
+          v, y);
+    }
 #pragma unroll
     for (int c = 0; c < C; ++c) {
       if (has_pivot) vectors.y[(pivots_at + lane) * K + column + c] = y[c];
@@ -128,15 +162,21 @@ __global__ void __launch_bounds__(kTinyFrontsPerBlock* kWarp)
           },
           x, sum);
     }
+    const bool substitutes = !Transposed && store.substitutes;
 #pragma unroll
-    for (int c = 0; c < C; ++c) x[c] = Transposed ? sum[c] : S(0);
-    add_products(
-        p, false,
-        [&](int k) {
-          if (!has_pivot || (Transposed ? k <= lane : k < lane)) return S(0);
-          return Transposed ? front.lower[k + lane * ld] : front.lower[lane + k * ld];
-        },
-        sum, x);
+    for (int c = 0; c < C; ++c) x[c] = Transposed || substitutes ? sum[c] : S(0);
+    if (substitutes) {
+      substitute_pivots<true>(
+          p, [&](int k) { return front.lower[lane + k * ld]; }, x);
+    } else {
+      add_products(
+          p, false,
+          [&](int k) {
+            if (!has_pivot || (Transposed ? k <= lane : k < lane)) return S(0);
+            return Transposed ? front.lower[k + lane * ld] : front.lower[lane + k * ld];
+          },
+          sum, x);
+    }
     const int row = has_pivot && Transposed ? store.fronts.local_row[pivots_at + lane] : lane;
 #pragma unroll
     for (int c = 0; c < C; ++c) {

@@ -158,7 +158,9 @@ DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& patter
   store_.largest = &status_->largest;
   store_.tile = lists_.tile;
   store_.substitutes = false;
-  forget_strict_fronts();
+  states_.resize(static_cast<std::size_t>(plan_.num_fronts));
+  stream_.clear(store_.strict, plan_.num_fronts * static_cast<Offset>(sizeof(int)));
+  stream_.clear(status_, sizeof(DeviceStatus));
   stream_.synchronize();  // copies that failed are told of here
   lists_.entry_place = {};
   set_kernel_attributes();
@@ -261,8 +263,13 @@ void DeviceStages<S, V>::open_libraries() {
 }
 
 template <class S, class V>
-void DeviceStages<S, V>::forget_strict_fronts() {
-  stream_.clear(store_.strict, plan_.num_fronts * static_cast<Offset>(sizeof(int)));
+void DeviceStages<S, V>::make_ancestors_strict() {
+  const Offset bytes = plan_.num_fronts * static_cast<Offset>(sizeof(int));
+  stream_.to_host(states_.data(), store_.strict, bytes);
+  stream_.synchronize();
+  mfs::make_ancestors_strict(plan_, states_);
+  stream_.to_device(store_.strict, states_.data(), bytes);
+  stream_.synchronize();
 }
 
 template <class S, class V>
@@ -346,10 +353,10 @@ void DeviceStages<S, V>::launch_stages(const PivotPolicy& policy, PivotSearch se
   const bool library_roots = search == PivotSearch::not_in_roots && has_library_roots();
   store_.pivots = pivot_rule<RealOf<S>>(policy, 1);
   store_.substitutes = policy.substitutes();
+  settle_strict_fronts<<<vector_blocks(plan_.num_fronts), kVectorThreads, 0, stream_.get()>>>(
+      store_.strict, plan_.num_fronts, store_.found_strict);
   stream_.clear(status_, sizeof(DeviceStatus));
   stream_.clear(store_.fronts.shift, plan_.n * static_cast<Offset>(sizeof(S)));
-  settle_strict_fronts<<<vector_blocks(plan_.num_fronts), kVectorThreads, 0, stream_.get()>>>(
-      store_.strict, plan_.num_fronts);
   Vertex step = 0;
   const auto next = [&](Kernel kernel) {
     if (mark) mark(kernel, step);
@@ -395,6 +402,10 @@ void DeviceStages<S, V>::launch_stages(const PivotPolicy& policy, PivotSearch se
     copies_->end_factorization(stream_);
   } else {
     invert({0, static_cast<Offset>(lists_.wide_tiles.size())});
+  }
+  if (search == PivotSearch::strict) {
+    count_strict_fronts<<<vector_blocks(plan_.num_fronts), kVectorThreads, 0, stream_.get()>>>(
+        store_.strict, plan_.num_fronts, &status_->strict_left);
   }
   next(Kernel::end);
   check_launch("factor");

@@ -254,6 +254,17 @@ KOKKOS_INLINE_FUNCTION void factor_columns(const Team& team, S* a, Offset lda, V
         LargestCandidate(best));
     const Vertex chosen = best.row;
     const S pivot = column[chosen];
+    if (chosen >= n && !tally.needed_all) {  // would the tile's own rows have done?
+      double most = 0;
+      Kokkos::parallel_reduce(
+          Kokkos::TeamVectorRange(team, n - j),
+          [&](Vertex i, double& largest) {
+            const double size = magnitude(column[j + i]);
+            if (size > largest) largest = size;
+          },
+          Kokkos::Max<double>(most));
+      tally.needed_all = needs_strict(magnitude(pivot), most, place.rule);
+    }
     const S accepted = accept_pivot(pivot, place, tally, [&]() {
       for_each(team, j, [&](Vertex i) { place.work[i] = column[i]; });
       team.team_barrier();

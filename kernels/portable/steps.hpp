@@ -13,10 +13,6 @@
 
 namespace mfs::portable {
 
-/// A multiplier beyond this, of a row that the pivot search left out, makes its front strict. Ten times what
-/// kBorderThreshold allows, as a repeated factorization costs more than refinement does.
-constexpr double kMostGrowth = 10 / kBorderThreshold;
-
 /// The task that `place` belongs to: the last of `count` whose `first` member is not beyond it.
 template <class Task>
 KOKKOS_INLINE_FUNCTION Vertex find_task(const Task* tasks, Vertex count, Vertex Task::*first, Vertex place) {
@@ -134,6 +130,7 @@ struct DiagonalTiles {
                                                    scratch<S>(team, static_cast<Offset>(tile) * tile);
     const PanelTally tally = factor_rows(team, in_place, ld, front.pivots - task.k, s,
                                          panel_place(task, front, s, true), store.fronts.interchange + first);
+    if (tally.needed_all) once(team, [&]() { store.need_strict(task.front); });
     note_exchanges(team, task, front, s, tally);
     exchange_whole_rows(team, front, task.k, s, store.moves(task.front, task.k), held);
     for_each_entry(team, s, s, [&](Vertex i, Vertex j) { held[i + j * s] = in_place[i + j * ld]; });

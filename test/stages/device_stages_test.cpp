@@ -156,13 +156,18 @@ TYPED_TEST(DeviceStagesTest, SolvesAsTheReferenceDoes) {
       for (const Vertex b : {0, 1, 64, 65, 100})
         problems.push_back(artificial_problem(leaf_and_root(p, b), {7}));
     }
+    const double tolerance = default_tolerance<TypeParam>();
     for (const StageProblem<double>& of_doubles : problems) {
-      SCOPED_TRACE("n = " + std::to_string(of_doubles.plan->n));
-      const StageProblem<TypeParam> problem = in_numbers_of<TypeParam>(of_doubles);
-      DeviceBench<TypeParam> bench(problem);
-      bench.factor(default_tolerance<TypeParam>());
-      check_solves(bench, followed(problem, bench, default_tolerance<TypeParam>()), problem.plan->n);
-      if (this->HasFailure()) return;
+      for (const TinyPivots tiny : {TinyPivots::noise, TinyPivots::data}) {  // by inverses, by substitution
+        SCOPED_TRACE("n = " + std::to_string(of_doubles.plan->n));
+        const StageProblem<TypeParam> problem = in_numbers_of<TypeParam>(of_doubles);
+        DeviceBench<TypeParam> bench(problem);
+        bench.factor({tolerance, tiny, kBorderThreshold});
+        const auto reference = followed(problem, bench, tolerance);
+        expect_reference(problem, bench, reference);
+        check_solves(bench, reference, problem.plan->n);
+        if (this->HasFailure()) return;
+      }
     }
   });
 }

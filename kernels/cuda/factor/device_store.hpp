@@ -4,6 +4,7 @@
 #include "kernels/cuda/runtime/device_scalar.hpp"
 #include "kernels/dense/panel_lu.hpp"
 #include "kernels/stages/front_store.hpp"
+#include "kernels/stages/strict_fronts.hpp"
 #include "plan/device_plan.hpp"
 
 namespace mfs::cuda {
@@ -12,7 +13,7 @@ template <class S, class Value>
 struct DeviceStore {
   FrontStore<S, Value> fronts;
 
-  int* strict;            // by front: 0, kStrict or kBecomesStrict
+  int* strict;            // by front: its state
   int* found_strict;      // fronts that became strict in this factorization
   int* pivots_needed;     // whether a root of this factorization should have been searched for pivots
   const double* largest;  // scaled entry of the matrix
@@ -37,12 +38,13 @@ struct DeviceStore {
   Vertex* row_place;         // n, where some front is divided: local_row the other way round
 
   __device__ PivotRule rule() const { return pivots.times(*largest); }
-  __device__ bool is_strict(Vertex f) const { return strict[f] == kStrict; }
+  __device__ bool is_strict(Vertex f) const { return strict[f] & kStrict; }
   /// U is made when all pivots are known, in segments of its own.
   __device__ bool is_divided(Vertex f) const { return divided && divided[f]; }
   __device__ void make_strict(Vertex f) const {
-    if (atomicCAS(strict + f, 0, kBecomesStrict) == 0) atomicAdd(found_strict, 1);
+    if (!(atomicOr(strict + f, kBecomesStrict) & kBecomesStrict)) atomicAdd(found_strict, 1);
   }
+  __device__ void need_strict(Vertex f) const { atomicOr(strict + f, kNeedsStrict); }
 };
 
 /// The task that `place` belongs to: the last of `count` whose `first` member is not beyond it. One warp

@@ -35,8 +35,8 @@ struct PanelPlace {
   const S* border;  // entry (i, j) of the border rows at border[i + j * border_ld]
   Offset border_ld;
   BorderRows below;
-  PivotRule rule;
-  S *shift, *work;  // of the panel's pivots; work is anyone's between two panels
+  PivotRule rule, tile_rule;  // the second tells whether all rows are needed
+  S *shift, *work;            // of the panel's pivots; work is anyone's between two panels
 };
 
 template <class S>
@@ -254,7 +254,7 @@ KOKKOS_INLINE_FUNCTION void factor_columns(const Team& team, S* a, Offset lda, V
         LargestCandidate(best));
     const Vertex chosen = best.row;
     const S pivot = column[chosen];
-    if (chosen >= n && !tally.needed_all) {  // would the tile's own rows have done?
+    if (n < m && !tally.needed_all && (chosen >= n || magnitude(pivot) < place.tile_rule.bound)) {
       double most = 0;
       Kokkos::parallel_reduce(
           Kokkos::TeamVectorRange(team, n - j),
@@ -263,7 +263,7 @@ KOKKOS_INLINE_FUNCTION void factor_columns(const Team& team, S* a, Offset lda, V
             if (size > largest) largest = size;
           },
           Kokkos::Max<double>(most));
-      tally.needed_all = needs_strict(magnitude(pivot), most, place.rule);
+      tally.needed_all = needs_strict(magnitude(pivot), most, place.tile_rule);
     }
     const S accepted = accept_pivot(pivot, place, tally, [&]() {
       for_each(team, j, [&](Vertex i) { place.work[i] = column[i]; });
@@ -327,8 +327,8 @@ KOKKOS_INLINE_FUNCTION PanelTally factor_rows(const Team& team, S* a, Offset lda
 }
 
 /// Writes the inverted triangles of the diagonal blocks of an n x n tile to `to`, all other entries as they
-/// are, and with `keeps_upper` those of U: entry(i, j) gives those of L (whose diagonal is one) and U, and lies
-/// in other memory than `to`.
+/// are, and with `keeps_upper` those of U: entry(i, j) gives those of L (whose diagonal is one) and U, and
+/// lies in other memory than `to`.
 template <class Team, class S, class Entry>
 KOKKOS_INLINE_FUNCTION void write_inverted(const Team& team, Vertex n, bool keeps_upper, const Entry& entry,
                                            S* to, Offset ld) {

@@ -30,7 +30,7 @@ struct RowMoves {
 struct PanelTally {
   Vertex perturbed = 0;
   Vertex nonfinite = 0;
-  bool undecided = false;  // a pivot was small, and rows that might have better ones were left out
+  bool undecided = false;   // a pivot was small, and rows that might have better ones were left out
   bool needed_all = false;  // rows beyond the tile, for a pivot
 };
 
@@ -48,6 +48,7 @@ struct Store {
   Vertex* move_count;           // n, at the first position of each step
 
   KOKKOS_INLINE_FUNCTION PivotRule rule() const { return pivots.times(status->largest); }
+  KOKKOS_INLINE_FUNCTION PivotRule tile_rule(bool divides) const { return rule_of_tiles(rule(), divides); }
   KOKKOS_INLINE_FUNCTION bool is_strict(Vertex f) const { return strict[f] & kStrict; }
   KOKKOS_INLINE_FUNCTION void make_strict(Vertex f) const {
     if (!(Kokkos::atomic_fetch_or(strict + f, kBecomesStrict) & kBecomesStrict))

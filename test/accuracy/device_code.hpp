@@ -18,7 +18,8 @@ namespace mfs::test {
 class DeviceCode {
  public:
   explicit DeviceCode(const SparseMatrix& a)
-      : analysis_(analyze_matrix(a.view(), AnalysisOptions(), kAssemblyTurns, 1, [](const char*, double) {})) {
+      : analysis_(
+            analyze_matrix(a.view(), AnalysisOptions(), kAssemblyTurns, 1, [](const char*, double) {})) {
     portable::Lists lists = Made::lists_for(*analysis_.plan, 1);
     flops_ = count_flops(*analysis_.plan, lists.device, false).done.total();
     auto factors = std::make_unique<Made>(analysis_.plan, analysis_.pattern, 1, std::move(lists));

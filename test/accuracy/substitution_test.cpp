@@ -23,10 +23,10 @@ PivotPolicy dividing() {
   return {kTiny, TinyPivots::data, kTiny};
 }
 
-void expect_solves(const SparseMatrix& a, int most_steps) {
+void expect_solves(const SparseMatrix& a, int most_passes, int most_steps) {
   in_engine(1, [&] {
     DeviceCode code(a);
-    code.factor(dividing());
+    EXPECT_LE(code.factor(dividing()), most_passes + 0.5);
     const TransposedPattern pattern = transpose(code.pattern(), 1);
     for (const Vertex columns : {1, 3}) {
       for (const bool transposed : {false, true}) {
@@ -49,7 +49,7 @@ void expect_solves(const SparseMatrix& a, int most_steps) {
 TEST(Substitution, SolvesCurlCurlByTheFactorsAlone) {
   for (const double mass : {1e-10, 1e-12, 1e-14}) {
     SCOPED_TRACE(mass);
-    expect_solves(curl_curl(12, mass), 0);
+    expect_solves(curl_curl(12, mass), 1, 0);  // no front need be strict: whole rows are tiny
   }
 }
 
@@ -58,7 +58,7 @@ TEST(Substitution, SolvesWhatEngineersMake) {
     const HardMatrix hard = engineering_matrix(seed);
     if (hard.singular || !hard.solution_sizes.empty()) continue;
     SCOPED_TRACE(hard.name);
-    expect_solves(hard.matrix, 1);
+    expect_solves(hard.matrix, 2, 1);
   }
 }
 

@@ -193,15 +193,19 @@ TYPED_TEST(DeviceStagesTest, GivesTheSameBitsFromRunToRunAndFromTheGraph) {
       bench.factor(1e-4);
       const FactoredFronts<TypeParam> first = bench.as_left();
       const Substitution<TypeParam> solution = bench.solve(5, v, false);
-      for (const Launches launches : {Launches::direct, Launches::recorded, Launches::recorded}) {
-        bench.factor(1e-4, launches);
-        expect_same_bits(bench.as_left(), first);
-        const Substitution<TypeParam> again = bench.solve(5, v, false, launches);
-        EXPECT_TRUE(again.x == solution.x);
-        EXPECT_TRUE(again.y == solution.y);
-      }
       other.factor(1e-4);
       expect_same_bits(other.as_left(), first);
+      EXPECT_TRUE(other.solve(5, v, false).x == solution.x);
+      // Which fronts are strict depends on what was factored before.
+      for (const Launches launches : {Launches::direct, Launches::recorded, Launches::recorded}) {
+        bench.factor(1e-4, launches);
+        other.factor(1e-4);
+        expect_same_bits(bench.as_left(), other.as_left());
+        const Substitution<TypeParam> again = bench.solve(5, v, false, launches),
+                                      expected = other.solve(5, v, false);
+        EXPECT_TRUE(again.x == expected.x);
+        EXPECT_TRUE(again.y == expected.y);
+      }
     }
   });
 }

@@ -15,7 +15,9 @@ class FrontState {
     state_ = settled_state(state_ | kBecomesStrict, true);
     EXPECT_TRUE(strict());
   }
-  void factored(bool needs) { state_ = settled_state(state_ | (needs && strict() ? kNeedsStrict : 0), false); }
+  void factored(bool needs) {
+    state_ = settled_state(state_ | (needs && strict() ? kNeedsStrict : 0), false);
+  }
   void repeated(bool needs) { state_ = settled_state(state_ | (needs && strict() ? kNeedsStrict : 0), true); }
 
  private:
@@ -66,6 +68,17 @@ TEST(StrictFronts, AncestorsOfThoseThatAreFoundAreStrictInTheRepetition) {
   states[3] = kStrict;
   make_ancestors_strict(plan, states);
   EXPECT_EQ(states, (std::vector<int>{0, kBecomesStrict, 0, kStrict, 0, kStrict}));
+}
+
+// What is left out is looked at before a pivot is taken for no more than rounding, and else afterwards.
+TEST(StrictFronts, TinyPivotsOfTilesAreTakenAsTheyAre) {
+  const PivotRule noise = pivot_rule<double>(1e-8, 2.0),
+                  data = pivot_rule<double>({1e-8, TinyPivots::data, 1e-8}, 2.0);
+  EXPECT_EQ(rule_of_tiles(noise, false).bound, noise.bound);
+  EXPECT_EQ(most_in_border(noise, false), HUGE_VAL);
+  EXPECT_LT(rule_of_tiles(data, true).bound, 1e-14);
+  EXPECT_GT(rule_of_tiles(data, true).bound, data.tiny);
+  EXPECT_EQ(most_in_border(data, true), 1 / data.border_part);
 }
 
 TEST(StrictFronts, NeedToBeWhereTheTileHasMuchLessOrNothing) {

@@ -155,12 +155,14 @@ class StrictPanels {
   // Whether the tile's own rows would have done for the pivot in row `row` of the panel, by the first warp.
   __device__ void learn(int first, int j, int row) {
     const int of_tile = s_ - first, lane = threadIdx.x % kWarp;
-    if (threadIdx.x >= kWarp || needed_ || row < of_tile) return;
+    if (threadIdx.x >= kWarp || needed_ || rows_ <= of_tile) return;
     const S* const column = panel_ + j * static_cast<Offset>(panel_ld_);
+    const PivotRule rule = store_.tile_rule();
+    if (row < of_tile && magnitude(column[row]) >= rule.bound) return;
     double most = 0;
     for (int r = j + lane; r < of_tile; r += kWarp) most = fmax(most, magnitude(column[r]));
     for (int step = 16; step > 0; step /= 2) most = fmax(most, __shfl_xor_sync(0xffffffffu, most, step));
-    needed_ = needs_strict(magnitude(column[row]), most, rule_);
+    needed_ = needs_strict(magnitude(column[row]), most, rule);
     if (needed_ && lane == 0) store_.need_strict(front_index_);
     __syncwarp();
   }
@@ -188,7 +190,10 @@ class StrictPanels {
       const S accepted = replacement(pivot, below(tile, first + j, PivotPlaces{s_, nullptr}), rule_);
       added = accepted - pivot;
       pivot = accepted;
-      if (threadIdx.x == 0 && magnitude(added) != 0) atomicAdd(&store_.fronts.status->perturbed, 1ull);
+      if (threadIdx.x == 0 && magnitude(added) != 0) {
+        atomicAdd(&store_.fronts.status->perturbed, 1ull);
+        if (store_.substitutes) store_.need_strict(front_index_);  // its border decided
+      }
     }
     __syncthreads();
     if (threadIdx.x == 0) {

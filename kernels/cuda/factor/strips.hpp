@@ -1,8 +1,8 @@
 // The triangular solves beside a diagonal tile T: strips of rows of the block column, X := X U^-1, and of
 // columns of the block row, X := L^-1 X, which is solved transposed, X^T := X^T L^-T. The 32 x 32 blocks
 // on T's diagonal are inverted already, so all is products, on the tensor cores, but where tiny pivots are
-// divided by: then blocks of U are as they are, and are substituted with. A strip lies in shared memory and is
-// read and written in rows of memory: what a strip costs is its instructions, most of all where few run.
+// divided by: then blocks of U are as they are, and are substituted with. A strip lies in shared memory and
+// is read and written in rows of memory: what a strip costs is its instructions, most of all where few run.
 #pragma once
 
 #include "kernels/cuda/factor/block_lu.hpp"
@@ -178,11 +178,12 @@ __device__ void solve_column_strip(const DeviceStore<S, Value>& store, const Ste
   S* to = column + first * ld;
 #pragma unroll 8
   for (int c = first; c < s; c += 2, to += 2 * ld) *to = own[c * kLd];
-  if (begin + row >= rest) return;
+  const bool border = begin + row >= rest;
+  if (border && (strict || !store.substitutes)) return;
   double most = 0;
 #pragma unroll 4
   for (int c = first; c < s; c += 2) most = fmax(most, magnitude(own[c * kLd]));
-  if (most > kMostGrowth) store.make_strict(f);
+  if (most > (border ? most_in_border(store.pivots, true) : kMostGrowth)) store.make_strict(f);
 }
 
 // Columns right of a tile, which come with their rows exchanged.

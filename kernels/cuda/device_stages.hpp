@@ -160,7 +160,7 @@ class DeviceStages {
   void launch_side_by_side(bool has_side, bool has_main, const Side& side, const Main& main);
   template <class Work>
   void with_sides(const Work& work);
-  template <int K, bool Transposed>
+  template <int K, bool Transposed, bool Substituted>
   void substitute_columns(const Vectors& vectors);
 
   const SymbolicPlan& plan_;

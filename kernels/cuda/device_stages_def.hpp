@@ -511,11 +511,14 @@ void DeviceStages<S, V>::launch_side_by_side(bool has_side, bool has_main, const
 }
 
 template <class S, class V>
-template <int K, bool Transposed>
+template <int K, bool Transposed, bool Substituted>
 void DeviceStages<S, V>::substitute_columns(const Vectors& at) {
+  constexpr bool kForward = Transposed && Substituted, kBackward = !Transposed && Substituted;
   constexpr std::size_t kBytes = substitution_bytes<S, K>();
-  set_shared_memory(reinterpret_cast<const void*>(&substitute_forward<Transposed, K, S, V>), kBytes);
-  set_shared_memory(reinterpret_cast<const void*>(&substitute_backward<Transposed, K, S, V>), kBytes);
+  const auto forward = &substitute_forward<Transposed, kForward, K, S, V>;
+  const auto backward = &substitute_backward<Transposed, kBackward, K, S, V>;
+  for (const void* kernel : {reinterpret_cast<const void*>(forward), reinterpret_cast<const void*>(backward)})
+    set_shared_memory(kernel, kBytes);
   constexpr int kTinyThreads = kTinyFrontsPerBlock * kWarp;
   const auto tiny_blocks = [](const SolveLaunch& launch) {
     return static_cast<unsigned>((launch.tiny.count() + kTinyFrontsPerBlock - 1) / kTinyFrontsPerBlock);
@@ -535,13 +538,13 @@ void DeviceStages<S, V>::substitute_columns(const Vectors& at) {
     launch_side_by_side(
         launch.tiny.count() > 0, launch.tiles.count() > 0,
         [&](const Stream& stream) {
-          substitute_tiny_forward<Transposed, K><<<tiny_blocks(launch), kTinyThreads, 0, stream.get()>>>(
-              store, vectors, launch.tiny.begin, static_cast<int>(launch.tiny.count()));
+          substitute_tiny_forward<Transposed, kForward, K>
+              <<<tiny_blocks(launch), kTinyThreads, 0, stream.get()>>>(store, vectors, launch.tiny.begin,
+                                                                       static_cast<int>(launch.tiny.count()));
         },
         [&] {
-          substitute_forward<Transposed, K>
-              <<<static_cast<unsigned>(launch.tiles.count()), kSolveThreads, kBytes, stream_.get()>>>(
-                  store, vectors, launch.tiles.begin);
+          forward<<<static_cast<unsigned>(launch.tiles.count()), kSolveThreads, kBytes, stream_.get()>>>(
+              store, vectors, launch.tiles.begin);
         });
     if (copies_) copies_->end_pass(segment++, stream_);
   }
@@ -552,13 +555,13 @@ void DeviceStages<S, V>::substitute_columns(const Vectors& at) {
     launch_side_by_side(
         launch.tiny.count() > 0, launch.tiles.count() > 0,
         [&](const Stream& stream) {
-          substitute_tiny_backward<Transposed, K><<<tiny_blocks(launch), kTinyThreads, 0, stream.get()>>>(
-              store, vectors, launch.tiny.begin, static_cast<int>(launch.tiny.count()));
+          substitute_tiny_backward<Transposed, kBackward, K>
+              <<<tiny_blocks(launch), kTinyThreads, 0, stream.get()>>>(store, vectors, launch.tiny.begin,
+                                                                       static_cast<int>(launch.tiny.count()));
         },
         [&] {
-          substitute_backward<Transposed, K>
-              <<<static_cast<unsigned>(launch.tiles.count()), kSolveThreads, kBytes, stream_.get()>>>(
-                  store, vectors, launch.tiles.begin);
+          backward<<<static_cast<unsigned>(launch.tiles.count()), kSolveThreads, kBytes, stream_.get()>>>(
+              store, vectors, launch.tiles.begin);
         });
     if (copies_) copies_->end_pass(segment, stream_);
   }
@@ -569,7 +572,11 @@ template <class S, class V>
 void DeviceStages<S, V>::substitute(const Vectors& vectors, Vertex width, bool transposed) {
   with_sides([&] {
     with_width(width, [&](auto k) {
-      transposed ? substitute_columns<k(), true>(vectors) : substitute_columns<k(), false>(vectors);
+      const auto solve = [&](auto by) {
+        transposed ? substitute_columns<k(), true, by()>(vectors)
+                   : substitute_columns<k(), false, by()>(vectors);
+      };
+      store_.substitutes ? solve(std::true_type()) : solve(std::false_type());
     });
   });
 }

@@ -67,7 +67,7 @@ __device__ S from_children(const DeviceStore<S, Value>& store, const S* border, 
   return sum;
 }
 
-template <bool Transposed, int K, class S, class Value>
+template <bool Transposed, bool Substituted, int K, class S, class Value>
 __global__ void __launch_bounds__(kTinyFrontsPerBlock* kWarp)
     substitute_tiny_forward(DeviceStore<S, Value> store, DeviceVectors<S> vectors, Offset first, int count) {
   constexpr int C = kTinyColumns<K>;
@@ -89,7 +89,8 @@ __global__ void __launch_bounds__(kTinyFrontsPerBlock* kWarp)
                        : S(0);
       y[c] = Transposed ? S(0) : v[c];
     }
-    if (Transposed && store.substitutes) {
+    if constexpr (Substituted) {
+      static_assert(Transposed);
 #pragma unroll
       for (int c = 0; c < C; ++c) y[c] = v[c];
       substitute_pivots<false>(
@@ -129,7 +130,7 @@ __global__ void __launch_bounds__(kTinyFrontsPerBlock* kWarp)
   }
 }
 
-template <bool Transposed, int K, class S, class Value>
+template <bool Transposed, bool Substituted, int K, class S, class Value>
 __global__ void __launch_bounds__(kTinyFrontsPerBlock* kWarp)
     substitute_tiny_backward(DeviceStore<S, Value> store, DeviceVectors<S> vectors, Offset first, int count) {
   constexpr int C = kTinyColumns<K>;
@@ -162,10 +163,10 @@ __global__ void __launch_bounds__(kTinyFrontsPerBlock* kWarp)
           },
           x, sum);
     }
-    const bool substitutes = !Transposed && store.substitutes;
 #pragma unroll
-    for (int c = 0; c < C; ++c) x[c] = Transposed || substitutes ? sum[c] : S(0);
-    if (substitutes) {
+    for (int c = 0; c < C; ++c) x[c] = Transposed || Substituted ? sum[c] : S(0);
+    if constexpr (Substituted) {
+      static_assert(!Transposed);
       substitute_pivots<true>(
           p, [&](int k) { return front.lower[lane + k * ld]; }, x);
     } else {

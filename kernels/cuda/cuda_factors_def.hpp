@@ -261,12 +261,18 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   // Again where fronts have to be strict, or roots do need pivots.
   void find_factors(const PivotPolicy& policy) {
     pivoted_roots_.begin();
+    if (policy.substitutes() != stages_.store().substitutes) {
+      forget_solves();
+      stages_.forget_strict_fronts();
+      strict_ = false;
+    }
     for (bool found = false; !found;) {
       const DeviceStatus& status = launch_factor(policy);
-      found = status.found_strict == 0 && status.pivots_needed == 0;
+      found = (status.found_strict == 0 && status.pivots_needed == 0) ||
+              status.pivots.perturbed > policy.most_perturbed;
       if (status.found_strict > 0) {
         strict_ = true;
-        stages_.make_ancestors_strict();
+        if (!found) stages_.make_ancestors_strict();
       } else if (found) {
         strict_ = status.strict_left > 0;
       } else {
@@ -284,7 +290,6 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
 
   const DeviceStatus& launch_factor(const PivotPolicy& policy) {
     const PivotSearch where = search();
-    if (policy.substitutes() != stages_.store().substitutes) forget_solves();
     if (!warm_) {
       stages_.factor(policy, where);
       warm_ = true;

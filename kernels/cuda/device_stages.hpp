@@ -124,6 +124,10 @@ class DeviceStages {
   }
   /// Whether PivotSearch::not_in_roots is another way than `tiles`.
   bool has_library_roots() const { return !lists_.roots.empty(); }
+  /// No front is strict any more, until a factorization finds that it has to be.
+  void forget_strict_fronts() {
+    stream_.clear(store_.strict, plan_.num_fronts * static_cast<Offset>(sizeof(int)));
+  }
   /// Before a factorization is repeated that found strict fronts. Waits for it.
   void make_ancestors_strict();
   /// Launches v := A'^-1 v (elimination order, scaled) for the factors, or the transposed. All have

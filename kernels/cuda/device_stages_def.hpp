@@ -159,7 +159,7 @@ DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& patter
   store_.tile = lists_.tile;
   store_.substitutes = false;
   states_.resize(static_cast<std::size_t>(plan_.num_fronts));
-  stream_.clear(store_.strict, plan_.num_fronts * static_cast<Offset>(sizeof(int)));
+  forget_strict_fronts();
   stream_.clear(status_, sizeof(DeviceStatus));
   stream_.synchronize();  // copies that failed are told of here
   lists_.entry_place = {};

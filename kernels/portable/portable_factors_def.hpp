@@ -89,9 +89,13 @@ class PortableFactors final : public Factors<Value>, public ResidentFactors<Valu
     const CallerScope callers(threads_);
     pivots_.forget();
     send_matrix();
+    if (policy.substitutes() != policy_.substitutes()) {
+      forget_solves();
+      stages_.forget_strict_fronts();
+    }
     Status status = launch_factor(policy, progress);
     int passes = 1;
-    for (; status.found_strict > 0; ++passes) {
+    for (; status.found_strict > 0 && status.pivots.perturbed <= policy.most_perturbed; ++passes) {
       stages_.make_ancestors_strict();
       status = launch_factor(policy, progress);
     }
@@ -370,7 +374,6 @@ class PortableFactors final : public Factors<Value>, public ResidentFactors<Valu
       }
     };
     if (!(policy == policy_)) factor_.forget();
-    if (policy.substitutes() != policy_.substitutes()) forget_solves();
     policy_ = policy;
     factor_.run(queue(), [&] { stages_.factor(policy, after_depth); });
     if constexpr (!kOnHost<Exec>) queue().to_host(host_status_, stages_.store().status, sizeof(Status));

@@ -164,7 +164,7 @@ class PortableStages {
     store_.fronts.n = plan_.n;
     store_.fronts.max_block_size = plan_.max_block_size;
     store_.fronts.status = nullptr;
-    queue_.fill(store_.strict, 0, plan_.num_fronts * static_cast<Offset>(sizeof(int)));
+    forget_strict_fronts();
     queue_.fill(store_.status, 0, sizeof(Status));
     states_.resize(static_cast<std::size_t>(plan_.num_fronts));
     queue_.wait();
@@ -178,6 +178,10 @@ class PortableStages {
   /// Operations of a factorization.
   const BlockFlops& flops() const { return flops_; }
 
+  /// No front is strict any more, until a factorization finds that it has to be.
+  void forget_strict_fronts() {
+    queue_.fill(store_.strict, 0, plan_.num_fronts * static_cast<Offset>(sizeof(int)));
+  }
   /// Before a factorization is repeated that found strict fronts. Waits for it.
   void make_ancestors_strict() {
     const Offset bytes = plan_.num_fronts * static_cast<Offset>(sizeof(int));

@@ -62,6 +62,21 @@ TEST(Substitution, SolvesWhatEngineersMake) {
   }
 }
 
+// Factors that perturb too many pivots to be of use are not made again for strict fronts, and those that
+// divide instead begin with none.
+TEST(Substitution, ComesAfterOneFactorizationThatPerturbs) {
+  const SparseMatrix a = curl_curl(12, 1e-12);
+  in_engine(1, [&] {
+    DeviceCode code(a);
+    PivotPolicy perturbing = kTiny;
+    EXPECT_GT(code.factor(perturbing), 1.5);
+    EXPECT_LE(code.factor(dividing()), 1.5);
+    perturbing.most_perturbed = 300;
+    EXPECT_LE(code.factor(perturbing), 1.5);
+    EXPECT_LE(code.factor(dividing()), 1.5);
+  });
+}
+
 // The diagonal holds pivots where U is substituted with, else their inverses.
 TEST(Substitution, LeavesPivotsOnTheDiagonal) {
   const SparseMatrix a = curl_curl(5, 1);

@@ -6,7 +6,7 @@
 namespace mfs {
 
 /// A slower way: once it was needed it stays active, but now and then it is tried without, as other values
-/// may not need it: at once, and if that is in vain after 2, 4, ... factorizations, at most kLongestInterval.
+/// may not need it: at once, and if that is in vain after 8 and then after each 64 factorizations.
 class Fallback {
  public:
   bool active() const { return active_; }
@@ -18,11 +18,11 @@ class Fallback {
   void activate() { active_ = true; }
   void end() {
     if (retried_ || !active_) active_for_ = 0;
-    interval_ = !active_ ? 1 : retried_ ? std::min(2 * interval_, kLongestInterval) : interval_;
+    interval_ = !active_ ? 1 : retried_ ? std::min(kGrowth * interval_, kLongestInterval) : interval_;
   }
 
  private:
-  static constexpr int kLongestInterval = 64;
+  static constexpr int kGrowth = 8, kLongestInterval = 64;
   bool active_ = false, retried_ = false;
   int active_for_ = 0, interval_ = 1;
 };

@@ -289,10 +289,12 @@ double MatrixFactors<Scalar>::pivot_tolerance() const {
 // Factors what is in matrix_values().
 template <class Scalar>
 void MatrixFactors<Scalar>::factor_values() {
-  factor_values(policy());
-  if (tiny_pivots_ == TinyPivots::data ||
-      report_.perturbed_pivots <= static_cast<std::int64_t>(numeric_->most_corrected()))
-    return;
+  constexpr std::size_t kMany = 4;  // times as many perturbed pivots as can be corrected
+  PivotPolicy present = policy();
+  const std::size_t most = numeric_->most_corrected();
+  if (tiny_pivots_ == TinyPivots::noise) present.most_perturbed = kMany * most;
+  factor_values(present);
+  if (tiny_pivots_ == TinyPivots::data || report_.perturbed_pivots <= static_cast<std::int64_t>(most)) return;
   tiny_pivots_ = TinyPivots::data;
   factor_values(policy());
 }

@@ -38,8 +38,8 @@ class MatrixFactors {
   bool within_range() const { return !nonfinite_ && !analysis_->matched.beyond_range; }
   const Analysis& analysis() const { return *analysis_; }
   bool on_device() const { return backend_.info().memory == MemorySpace::device; }
-  /// A device multiplies by the inverses of pivot blocks, with errors that grow with the condition of a
-  /// block. That is large where tiny pivots were divided by. The host substitutes.
+  /// A device searches pivots in tiles and multiplies by inverses of L's blocks, which lets more grow than
+  /// the host's search in all rows and substitution do. Where tiny pivots were divided by that may matter.
   bool host_is_better() const { return on_device() && tiny_pivots_ == TinyPivots::data; }
   /// These numbers change with each analysis and with each set of values.
   std::int64_t analyses() const { return analyses_; }

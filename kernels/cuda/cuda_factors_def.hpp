@@ -179,7 +179,10 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
     stream_.to_host(inverse.data(), substitution_.v, plan().n * sizeof(Scalar));
     stream_.synchronize();
     take_diagonal_of_host(inverse);
-    for (const Scalar& entry : inverse) *pivots++ = 1.0 / std::complex<double>(entry);
+    for (const Scalar& entry : inverse) {
+      const std::complex<double> left(entry);
+      *pivots++ = stages_.store().substitutes ? left : 1.0 / left;
+    }
   }
   Movement movement() const override { return movement_of(plan(), stages_.lists()); }
   static Movement movement_of(const SymbolicPlan& plan, const DevicePlan& lists) {
@@ -257,24 +260,30 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
 
   // Again where fronts have to be strict, or roots do need pivots.
   void find_factors(const PivotPolicy& policy) {
-    strict_.begin();
     pivoted_roots_.begin();
-    if (!strict_.active()) stages_.forget_strict_fronts();
+    if (policy.substitutes() != stages_.store().substitutes) {
+      forget_solves();
+      stages_.forget_strict_fronts();
+      strict_ = false;
+    }
     for (bool found = false; !found;) {
       const DeviceStatus& status = launch_factor(policy);
-      found = status.found_strict == 0 && status.pivots_needed == 0;
+      found = (status.found_strict == 0 && status.pivots_needed == 0) ||
+              status.pivots.perturbed > policy.most_perturbed;
       if (status.found_strict > 0) {
-        strict_.activate();
-      } else if (!found) {
+        strict_ = true;
+        if (!found) stages_.make_ancestors_strict();
+      } else if (found) {
+        strict_ = status.strict_left > 0;
+      } else {
         pivoted_roots_.activate();
       }
     }
-    strict_.end();
     pivoted_roots_.end();
   }
 
   PivotSearch search() const {
-    return strict_.active()                                          ? PivotSearch::strict
+    return strict_                                                   ? PivotSearch::strict
            : pivoted_roots_.active() || !stages_.has_library_roots() ? PivotSearch::tiles
                                                                      : PivotSearch::not_in_roots;
   }
@@ -465,6 +474,9 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
     device_error_ = reinterpret_cast<double*>(at(layout.error));
     vectors_ = std::move(beside);
     width_ = width;
+    forget_solves();
+  }
+  void forget_solves() {
     for (auto& graphs : solve_graph_) {
       for (Graph& graph : graphs) graph.reset();
     }
@@ -520,7 +532,7 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   DeviceStatus* status_;
   bool scales_sent_ = false, values_sent_ = false, values_here_ = true, warm_ = false;
   BlockFlops done_{0, 0, 0};  // by the present factorization and those that it had to repeat
-  Fallback strict_;           // some front is, else none
+  bool strict_ = false;       // some front is, else none
   Fallback pivoted_roots_;    // those that the vendor's LAPACK could have are factored by tiles
   Event foreign_;
   Graph graph_[3], solve_graph_[2][3];  // by PivotSearch; by transposed, by width

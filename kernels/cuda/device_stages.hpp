@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <type_traits>
+#include <vector>
 
 #include "kernels/cuda/factor/device_store.hpp"
 #include "kernels/cuda/runtime/device.hpp"
@@ -23,6 +24,7 @@ struct DeviceStatus {
   FactorStatus pivots;
   int found_strict, pivots_needed;
   double largest;
+  int strict_left;  // fronts that the next factorization has to search in all rows
 };
 
 /// Where pivots are searched: in strict fronts in all rows of the pivot block, or, as long as no front is
@@ -123,7 +125,11 @@ class DeviceStages {
   /// Whether PivotSearch::not_in_roots is another way than `tiles`.
   bool has_library_roots() const { return !lists_.roots.empty(); }
   /// No front is strict any more, until a factorization finds that it has to be.
-  void forget_strict_fronts();
+  void forget_strict_fronts() {
+    stream_.clear(store_.strict, plan_.num_fronts * static_cast<Offset>(sizeof(int)));
+  }
+  /// Before a factorization is repeated that found strict fronts. Waits for it.
+  void make_ancestors_strict();
   /// Launches v := A'^-1 v (elimination order, scaled) for the factors, or the transposed. All have
   /// solve_width(...) columns side by side: v and y n rows, border border_rows(), partial partial_rows().
   struct Vectors {
@@ -158,7 +164,7 @@ class DeviceStages {
   void launch_side_by_side(bool has_side, bool has_main, const Side& side, const Main& main);
   template <class Work>
   void with_sides(const Work& work);
-  template <int K, bool Transposed>
+  template <int K, bool Transposed, bool Substituted>
   void substitute_columns(const Vectors& vectors);
 
   const SymbolicPlan& plan_;
@@ -175,6 +181,7 @@ class DeviceStages {
   std::unique_ptr<PinnedArena> host_arena_;  // where the matrix lies there
   DeviceStore<S, V> store_;
   DeviceStatus* status_;
+  std::vector<int> states_;  // of fronts, on their way
   Vertex most_columns_ = 1;
   bool short_products_ = false;  // a block may have too little shared memory for NarrowShape
 };

@@ -157,7 +157,10 @@ DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& patter
   store_.pivots_needed = &status_->pivots_needed;
   store_.largest = &status_->largest;
   store_.tile = lists_.tile;
+  store_.substitutes = false;
+  states_.resize(static_cast<std::size_t>(plan_.num_fronts));
   forget_strict_fronts();
+  stream_.clear(status_, sizeof(DeviceStatus));
   stream_.synchronize();  // copies that failed are told of here
   lists_.entry_place = {};
   set_kernel_attributes();
@@ -260,8 +263,13 @@ void DeviceStages<S, V>::open_libraries() {
 }
 
 template <class S, class V>
-void DeviceStages<S, V>::forget_strict_fronts() {
-  stream_.clear(store_.strict, plan_.num_fronts * static_cast<Offset>(sizeof(int)));
+void DeviceStages<S, V>::make_ancestors_strict() {
+  const Offset bytes = plan_.num_fronts * static_cast<Offset>(sizeof(int));
+  stream_.to_host(states_.data(), store_.strict, bytes);
+  stream_.synchronize();
+  mfs::make_ancestors_strict(plan_, states_);
+  stream_.to_device(store_.strict, states_.data(), bytes);
+  stream_.synchronize();
 }
 
 template <class S, class V>
@@ -344,10 +352,11 @@ void DeviceStages<S, V>::launch_stages(const PivotPolicy& policy, PivotSearch se
   const bool look_ahead = search != PivotSearch::strict && !mark;
   const bool library_roots = search == PivotSearch::not_in_roots && has_library_roots();
   store_.pivots = pivot_rule<RealOf<S>>(policy, 1);
+  store_.substitutes = policy.substitutes();
+  settle_strict_fronts<<<vector_blocks(plan_.num_fronts), kVectorThreads, 0, stream_.get()>>>(
+      store_.strict, plan_.num_fronts, store_.found_strict);
   stream_.clear(status_, sizeof(DeviceStatus));
   stream_.clear(store_.fronts.shift, plan_.n * static_cast<Offset>(sizeof(S)));
-  settle_strict_fronts<<<vector_blocks(plan_.num_fronts), kVectorThreads, 0, stream_.get()>>>(
-      store_.strict, plan_.num_fronts);
   Vertex step = 0;
   const auto next = [&](Kernel kernel) {
     if (mark) mark(kernel, step);
@@ -393,6 +402,10 @@ void DeviceStages<S, V>::launch_stages(const PivotPolicy& policy, PivotSearch se
     copies_->end_factorization(stream_);
   } else {
     invert({0, static_cast<Offset>(lists_.wide_tiles.size())});
+  }
+  if (search == PivotSearch::strict) {
+    count_strict_fronts<<<vector_blocks(plan_.num_fronts), kVectorThreads, 0, stream_.get()>>>(
+        store_.strict, plan_.num_fronts, &status_->strict_left);
   }
   next(Kernel::end);
   check_launch("factor");
@@ -498,11 +511,14 @@ void DeviceStages<S, V>::launch_side_by_side(bool has_side, bool has_main, const
 }
 
 template <class S, class V>
-template <int K, bool Transposed>
+template <int K, bool Transposed, bool Substituted>
 void DeviceStages<S, V>::substitute_columns(const Vectors& at) {
+  constexpr bool kForward = Transposed && Substituted, kBackward = !Transposed && Substituted;
   constexpr std::size_t kBytes = substitution_bytes<S, K>();
-  set_shared_memory(reinterpret_cast<const void*>(&substitute_forward<Transposed, K, S, V>), kBytes);
-  set_shared_memory(reinterpret_cast<const void*>(&substitute_backward<Transposed, K, S, V>), kBytes);
+  const auto forward = &substitute_forward<Transposed, kForward, K, S, V>;
+  const auto backward = &substitute_backward<Transposed, kBackward, K, S, V>;
+  for (const void* kernel : {reinterpret_cast<const void*>(forward), reinterpret_cast<const void*>(backward)})
+    set_shared_memory(kernel, kBytes);
   constexpr int kTinyThreads = kTinyFrontsPerBlock * kWarp;
   const auto tiny_blocks = [](const SolveLaunch& launch) {
     return static_cast<unsigned>((launch.tiny.count() + kTinyFrontsPerBlock - 1) / kTinyFrontsPerBlock);
@@ -522,13 +538,13 @@ void DeviceStages<S, V>::substitute_columns(const Vectors& at) {
     launch_side_by_side(
         launch.tiny.count() > 0, launch.tiles.count() > 0,
         [&](const Stream& stream) {
-          substitute_tiny_forward<Transposed, K><<<tiny_blocks(launch), kTinyThreads, 0, stream.get()>>>(
-              store, vectors, launch.tiny.begin, static_cast<int>(launch.tiny.count()));
+          substitute_tiny_forward<Transposed, kForward, K>
+              <<<tiny_blocks(launch), kTinyThreads, 0, stream.get()>>>(store, vectors, launch.tiny.begin,
+                                                                       static_cast<int>(launch.tiny.count()));
         },
         [&] {
-          substitute_forward<Transposed, K>
-              <<<static_cast<unsigned>(launch.tiles.count()), kSolveThreads, kBytes, stream_.get()>>>(
-                  store, vectors, launch.tiles.begin);
+          forward<<<static_cast<unsigned>(launch.tiles.count()), kSolveThreads, kBytes, stream_.get()>>>(
+              store, vectors, launch.tiles.begin);
         });
     if (copies_) copies_->end_pass(segment++, stream_);
   }
@@ -539,13 +555,13 @@ void DeviceStages<S, V>::substitute_columns(const Vectors& at) {
     launch_side_by_side(
         launch.tiny.count() > 0, launch.tiles.count() > 0,
         [&](const Stream& stream) {
-          substitute_tiny_backward<Transposed, K><<<tiny_blocks(launch), kTinyThreads, 0, stream.get()>>>(
-              store, vectors, launch.tiny.begin, static_cast<int>(launch.tiny.count()));
+          substitute_tiny_backward<Transposed, kBackward, K>
+              <<<tiny_blocks(launch), kTinyThreads, 0, stream.get()>>>(store, vectors, launch.tiny.begin,
+                                                                       static_cast<int>(launch.tiny.count()));
         },
         [&] {
-          substitute_backward<Transposed, K>
-              <<<static_cast<unsigned>(launch.tiles.count()), kSolveThreads, kBytes, stream_.get()>>>(
-                  store, vectors, launch.tiles.begin);
+          backward<<<static_cast<unsigned>(launch.tiles.count()), kSolveThreads, kBytes, stream_.get()>>>(
+              store, vectors, launch.tiles.begin);
         });
     if (copies_) copies_->end_pass(segment, stream_);
   }
@@ -556,7 +572,11 @@ template <class S, class V>
 void DeviceStages<S, V>::substitute(const Vectors& vectors, Vertex width, bool transposed) {
   with_sides([&] {
     with_width(width, [&](auto k) {
-      transposed ? substitute_columns<k(), true>(vectors) : substitute_columns<k(), false>(vectors);
+      const auto solve = [&](auto by) {
+        transposed ? substitute_columns<k(), true, by()>(vectors)
+                   : substitute_columns<k(), false, by()>(vectors);
+      };
+      store_.substitutes ? solve(std::true_type()) : solve(std::false_type());
     });
   });
 }

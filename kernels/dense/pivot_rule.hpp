@@ -36,7 +36,12 @@ struct PivotPolicy {
   double tolerance;
   TinyPivots tiny = TinyPivots::noise;
   double border_part = kBorderThreshold;
+  /// Factors with more perturbed pivots are of no use: they are not made again with fronts that are strict.
+  unsigned long long most_perturbed = std::numeric_limits<unsigned long long>::max();
 
+  /// Whether kernels that multiply by inverses of U's diagonal blocks substitute with them instead: the
+  /// errors of such products grow with the condition of a block, which is large where its pivots are tiny.
+  bool substitutes() const { return tiny == TinyPivots::data; }
   bool operator==(const PivotPolicy& other) const {
     return tolerance == other.tolerance && tiny == other.tiny && border_part == other.border_part;
   }

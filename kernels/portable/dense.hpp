@@ -4,7 +4,8 @@
 // caller's unless told otherwise.
 //
 // OwnDense works in place in whatever memory. Its diagonal tiles have the triangles of their diagonal blocks
-// inverted (own_panel.hpp); those of LibraryDense are as BLAS wants them.
+// inverted (own_panel.hpp), those of U unless it is substituted with; those of LibraryDense are as BLAS wants
+// them.
 #pragma once
 
 #include "kernels/dense/host_dense.hpp"
@@ -20,6 +21,8 @@ template <class S>
 struct OwnDense {
   // Panels of tiles first, all rows only where a front is strict; diagonal blocks are left inverted.
   static constexpr bool kSearchesAll = false;
+  /// U is substituted with: where tiny pivots are divided by, inverses of its blocks lose what they have left.
+  bool substitutes = false;
 
   /// C (m x n) -= op(A) B, for small n.
   template <class Team>
@@ -52,15 +55,16 @@ struct OwnDense {
     }
   }
 
-  /// B := op(T)^-1 B for few columns; the triangles of diagonal blocks of T are inverted. `room` has
-  /// kInvertedBlock x columns entries of scratch memory. Both end with a barrier.
+  /// B := op(T)^-1 B for few columns; the triangles of diagonal blocks of T are inverted, those of U unless it
+  /// is substituted with. `room` has kInvertedBlock x columns entries of scratch memory. Both end with a
+  /// barrier.
   template <class Team>
   KOKKOS_INLINE_FUNCTION void solve_unit_lower(const Team& team, Transpose transpose, Vertex n,
                                                Vertex columns, const S* t, Offset ldt, S* b, Offset ldb,
                                                S* room) const {
     const bool plain = transpose == Transpose::no;
     solve_by_blocks(
-        team, n, columns, plain,
+        team, n, columns, plain, false,
         [&](Vertex i, Vertex l) {
           const Vertex row = plain ? i : l, column = plain ? l : i;
           return row > column ? t[row + column * ldt] : S(row == column ? 1 : 0);
@@ -72,7 +76,7 @@ struct OwnDense {
                                           const S* t, Offset ldt, S* b, Offset ldb, S* room) const {
     const bool plain = transpose == Transpose::no;
     solve_by_blocks(
-        team, n, columns, !plain,
+        team, n, columns, !plain, substitutes,
         [&](Vertex i, Vertex l) {
           const Vertex row = plain ? i : l, column = plain ? l : i;
           return row <= column ? t[row + column * ldt] : S(0);
@@ -87,14 +91,15 @@ struct OwnDense {
   KOKKOS_INLINE_FUNCTION void solve_upper_right(const Team& team, Vertex rows, Vertex n, const S* u,
                                                 Offset ldu, S* b, Offset ldb, S* room) const {
     solve_strip(
-        team, rows, n, [&](Vertex l, Vertex c) { return l <= c ? u[l + c * ldu] : S(0); }, b, 1, ldb, room);
+        team, rows, n, substitutes, [&](Vertex l, Vertex c) { return l <= c ? u[l + c * ldu] : S(0); }, b, 1,
+        ldb, room);
   }
   template <class Team>
   KOKKOS_INLINE_FUNCTION void solve_unit_lower_strip(const Team& team, Vertex n, Vertex columns, const S* t,
                                                      Offset ldt, S* b, Offset ldb, S* room) const {
     solve_strip(
-        team, columns, n, [&](Vertex l, Vertex c) { return l < c ? t[c + l * ldt] : S(l == c ? 1 : 0); }, b,
-        ldb, 1, room);
+        team, columns, n, false,
+        [&](Vertex l, Vertex c) { return l < c ? t[c + l * ldt] : S(l == c ? 1 : 0); }, b, ldb, 1, room);
   }
   /// The same in small fronts, with triangles as they are, a thread for each row or column.
   template <class Team>
@@ -234,21 +239,30 @@ struct OwnDense {
     });
   }
 
-  // Block after block: what is known of one goes to the others as a product.
+  // Block after block: what is known of one goes to the others as a product. Blocks on the diagonal are
+  // inverted, or substituted with by a thread for each column.
   template <class Team, class Entry>
   KOKKOS_INLINE_FUNCTION static void solve_by_blocks(const Team& team, Vertex n, Vertex columns,
-                                                     bool ascending, const Entry& entry, S* b, Offset ldb,
-                                                     S* x) {
+                                                     bool ascending, bool substitutes, const Entry& entry,
+                                                     S* b, Offset ldb, S* x) {
     constexpr Vertex kBlock = kInvertedBlock;
     const Vertex blocks = (n + kBlock - 1) / kBlock;
     for (Vertex turn = 0; turn < blocks; ++turn) {
       const Vertex k = kBlock * (ascending ? turn : blocks - 1 - turn);
       const Vertex width = kBlock < n - k ? kBlock : n - k;
-      for_each_entry(team, width, columns, [&](Vertex i, Vertex j) {
-        S sum(0);
-        for (Vertex l = 0; l < width; ++l) sum += entry(k + i, k + l) * b[k + l + j * ldb];
-        x[i + j * kBlock] = sum;
-      });
+      if (substitutes) {
+        for_each(team, columns, [&](Vertex j) {
+          substitute(
+              width, ascending, [&](Vertex i, Vertex l) { return entry(k + i, k + l); }, b + k + j * ldb,
+              x + j * kBlock);
+        });
+      } else {
+        for_each_entry(team, width, columns, [&](Vertex i, Vertex j) {
+          S sum(0);
+          for (Vertex l = 0; l < width; ++l) sum += entry(k + i, k + l) * b[k + l + j * ldb];
+          x[i + j * kBlock] = sum;
+        });
+      }
       team.team_barrier();
       const Vertex first = ascending ? k : 0, last = ascending ? n : k + width;
       for_each_entry(team, last - first, columns, [&](Vertex at, Vertex j) {
@@ -264,6 +278,24 @@ struct OwnDense {
       });
       team.team_barrier();
     }
+  }
+
+  // x = T^-1 b for a block on the diagonal. Nothing that is loaded waits for what is solved for.
+  template <class Entry>
+  KOKKOS_INLINE_FUNCTION static void substitute(Vertex width, bool ascending, const Entry& entry, const S* b,
+                                                S* x) {
+    S solved[kInvertedBlock];
+    unrolled<kInvertedBlock>([&](auto turn) {
+      solved[turn] = S(0);
+      if (turn >= width) return;
+      const Vertex i = ascending ? turn : width - 1 - turn;
+      S sum = b[i];
+      unrolled<turn>([&](auto known) {
+        sum -= entry(i, ascending ? Vertex(known) : width - 1 - known) * solved[known];
+      });
+      solved[turn] = sum / entry(i, i);
+      x[i] = solved[turn];
+    });
   }
 
   // Four unknowns at a time.

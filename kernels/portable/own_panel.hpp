@@ -6,7 +6,8 @@
 // one barrier. The rows that gave the pivots, in their order, are the exchanges.
 //
 // Triangles of diagonal blocks of kInvertedBlock pivots are left inverted in their place, so that strips and
-// solves are products but for the few steps from block to block.
+// solves are products but for the few steps from block to block. Where tiny pivots are divided by, U stays as
+// it is, and is substituted with.
 #pragma once
 
 #include <cstring>
@@ -34,8 +35,8 @@ struct PanelPlace {
   const S* border;  // entry (i, j) of the border rows at border[i + j * border_ld]
   Offset border_ld;
   BorderRows below;
-  PivotRule rule;
-  S *shift, *work;  // of the panel's pivots; work is anyone's between two panels
+  PivotRule rule, tile_rule;  // the second tells whether all rows are needed
+  S *shift, *work;            // of the panel's pivots; work is anyone's between two panels
 };
 
 template <class S>
@@ -253,6 +254,17 @@ KOKKOS_INLINE_FUNCTION void factor_columns(const Team& team, S* a, Offset lda, V
         LargestCandidate(best));
     const Vertex chosen = best.row;
     const S pivot = column[chosen];
+    if (n < m && !tally.needed_all && (chosen >= n || magnitude(pivot) < place.tile_rule.bound)) {
+      double most = 0;
+      Kokkos::parallel_reduce(
+          Kokkos::TeamVectorRange(team, n - j),
+          [&](Vertex i, double& largest) {
+            const double size = magnitude(column[j + i]);
+            if (size > largest) largest = size;
+          },
+          Kokkos::Max<double>(most));
+      tally.needed_all = needs_strict(magnitude(pivot), most, place.tile_rule);
+    }
     const S accepted = accept_pivot(pivot, place, tally, [&]() {
       for_each(team, j, [&](Vertex i) { place.work[i] = column[i]; });
       team.team_barrier();
@@ -315,17 +327,19 @@ KOKKOS_INLINE_FUNCTION PanelTally factor_rows(const Team& team, S* a, Offset lda
 }
 
 /// Writes the inverted triangles of the diagonal blocks of an n x n tile to `to`, all other entries as they
-/// are: entry(i, j) gives those of L (whose diagonal is one) and U, and lies in other memory than `to`.
+/// are, and with `keeps_upper` those of U: entry(i, j) gives those of L (whose diagonal is one) and U, and
+/// lies in other memory than `to`.
 template <class Team, class S, class Entry>
-KOKKOS_INLINE_FUNCTION void write_inverted(const Team& team, Vertex n, const Entry& entry, S* to, Offset ld) {
+KOKKOS_INLINE_FUNCTION void write_inverted(const Team& team, Vertex n, bool keeps_upper, const Entry& entry,
+                                           S* to, Offset ld) {
   constexpr Vertex kBlock = kInvertedBlock;
   for_each_entry(team, n, n, [&](Vertex i, Vertex j) {
-    if (i / kBlock != j / kBlock) to[i + j * ld] = entry(i, j);
+    if (i / kBlock != j / kBlock || (keeps_upper && i <= j)) to[i + j * ld] = entry(i, j);
   });
   // Columns of the inverses, each by substitution: those of U are those of a lower triangle, seen from its
   // last row and column.
   const Vertex blocks = (n + kBlock - 1) / kBlock;
-  for_each(team, 2 * blocks * kBlock, [&](Vertex t) {
+  for_each(team, (keeps_upper ? 1 : 2) * blocks * kBlock, [&](Vertex t) {
     const bool upper = t >= blocks * kBlock;
     const Vertex begin = t / kBlock % blocks * kBlock, c = t % kBlock;
     const Vertex width = kBlock < n - begin ? kBlock : n - begin;

@@ -1,7 +1,7 @@
 // The strips beside a diagonal tile, without a library, for any space: X T = B for the upper triangle T of a
 // tile whose diagonal blocks are inverted, so that all is products from block to block. A team of as many
 // threads as a strip has parts keeps X in their registers, where each has kMicro rows of every block; another
-// one takes a row by a thread.
+// one takes a row by a thread. Blocks that are not inverted are substituted with, by a thread for each row.
 #pragma once
 
 #include "kernels/portable/own_panel.hpp"
@@ -17,12 +17,14 @@ constexpr Offset kStripLd = 65, kStripEntries = 2 * kInvertedBlock * kStripLd;
 template <class Team, class S, class Triangle>
 class StripSolve {
  public:
-  /// Entry (i, c) of B, for i < count and c < n, at b[i * row + c * step]; triangle(l, c) is T.
-  KOKKOS_FORCEINLINE_FUNCTION StripSolve(const Team& team, Vertex count, Vertex n, const Triangle& triangle,
-                                         S* b, Offset row, Offset step, S* room)
+  /// Entry (i, c) of B, for i < count and c < n, at b[i * row + c * step]; triangle(l, c) is T, its diagonal
+  /// blocks inverted unless it `substitutes`.
+  KOKKOS_FORCEINLINE_FUNCTION StripSolve(const Team& team, Vertex count, Vertex n, bool substitutes,
+                                         const Triangle& triangle, S* b, Offset row, Offset step, S* room)
       : team_(team),
         count_(count),
         n_(n),
+        substitutes_(substitutes),
         triangle_(triangle),
         b_(b),
         row_(row),
@@ -63,14 +65,20 @@ class StripSolve {
       put_block<kAt>();
       fetch_triangle<kAt>();
       team_.team_barrier();
-      unrolled<kMicro>([&](auto q) { x_[kAt][q] = S(0); });
-      for (Vertex l = 0; l < kBlock; ++l) {
-        const S entry = beside_[l * kStripLd + kAt * kBlock + own_column_];
-        unrolled<kMicro>([&](auto q) { x_[kAt][q] += block_entry(q, l) * entry; });
+      if (substitutes_) {
+        if (team_.team_rank() < kStripRows) substitute(team_.team_rank(), kAt * kBlock);
+        team_.team_barrier();
+        unrolled<kMicro>([&](auto q) { x_[kAt][q] = block_entry(q, own_column_); });
+      } else {
+        unrolled<kMicro>([&](auto q) { x_[kAt][q] = S(0); });
+        for (Vertex l = 0; l < kBlock; ++l) {
+          const S entry = beside_[l * kStripLd + kAt * kBlock + own_column_];
+          unrolled<kMicro>([&](auto q) { x_[kAt][q] += block_entry(q, l) * entry; });
+        }
+        team_.team_barrier();
+        put_block<kAt>();
+        team_.team_barrier();
       }
-      team_.team_barrier();
-      put_block<kAt>();
-      team_.team_barrier();
       for (Vertex l = 0; l < kBlock; ++l) {
         S known[kMicro];
         unrolled<kMicro>([&](auto q) { known[q] = block_entry(q, l); });
@@ -81,6 +89,16 @@ class StripSolve {
       }
       team_.team_barrier();
       eliminate<kAt + 1>();
+    }
+  }
+  // The block of X from column `begin` on, which lies in scratch memory: its row i.
+  KOKKOS_FORCEINLINE_FUNCTION void substitute(Vertex i, Vertex begin) const {
+    const Vertex width = kBlock < n_ - begin ? kBlock : n_ - begin;
+    for (Vertex c = 0; c < width; ++c) {
+      S sum = block_[i + c * kStripLd];
+      for (Vertex l = 0; l < c; ++l)
+        sum -= block_[i + l * kStripLd] * beside_[l * kStripLd + begin + c];
+      block_[i + c * kStripLd] = sum / beside_[c * kStripLd + begin + c];
     }
   }
   KOKKOS_FORCEINLINE_FUNCTION S block_entry(Vertex q, Vertex l) const {
@@ -101,6 +119,7 @@ class StripSolve {
 
   const Team& team_;
   Vertex count_, n_;
+  bool substitutes_;
   const Triangle& triangle_;
   S* b_;
   Offset row_, step_;
@@ -111,11 +130,11 @@ class StripSolve {
 
 /// X := B T^-1 in place, for at most kStripRows rows. Ends with a barrier.
 template <class Team, class S, class Triangle>
-KOKKOS_INLINE_FUNCTION void solve_strip(const Team& team, Vertex count, Vertex n, const Triangle& triangle,
-                                        S* b, Offset row, Offset step, S* room) {
+KOKKOS_INLINE_FUNCTION void solve_strip(const Team& team, Vertex count, Vertex n, bool substitutes,
+                                        const Triangle& triangle, S* b, Offset row, Offset step, S* room) {
   if (count <= 0 || n <= 0) return;
   if (team.team_size() == kStripThreads && n <= kMostTile && count <= kStripRows) {
-    StripSolve<Team, S, Triangle>(team, count, n, triangle, b, row, step, room).run();
+    StripSolve<Team, S, Triangle>(team, count, n, substitutes, triangle, b, row, step, room).run();
     team.team_barrier();
     return;
   }
@@ -133,6 +152,12 @@ KOKKOS_INLINE_FUNCTION void solve_strip(const Team& team, Vertex count, Vertex n
       for (Vertex q = 0; q < kBlock; ++q) {
         const Vertex c = begin + q;
         if (c >= n) break;
+        if (substitutes) {
+          for (Vertex l = 0; l < q; ++l) sum[q] -= sum[l] * triangle(begin + l, c);
+          sum[q] = sum[q] / triangle(c, c);
+          x[c * step] = sum[q];
+          continue;
+        }
         S solved(0);
         for (Vertex l = 0; l <= q; ++l) solved += sum[l] * triangle(begin + l, c);
         x[c * step] = solved;

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "kernels/factors.hpp"
-#include "kernels/fallback.hpp"
 #include "kernels/portable/factors_of_scalars.hpp"
 #include "kernels/portable/stages.hpp"
 #include "kernels/stages/pivots_on_host.hpp"
@@ -90,15 +89,16 @@ class PortableFactors final : public Factors<Value>, public ResidentFactors<Valu
     const CallerScope callers(threads_);
     pivots_.forget();
     send_matrix();
-    strict_.begin();
-    if (!strict_.active()) stages_.forget_strict_fronts();
+    if (policy.substitutes() != policy_.substitutes()) {
+      forget_solves();
+      stages_.forget_strict_fronts();
+    }
     Status status = launch_factor(policy, progress);
     int passes = 1;
-    for (; status.found_strict > 0; ++passes) {
-      strict_.activate();
+    for (; status.found_strict > 0 && status.pivots.perturbed <= policy.most_perturbed; ++passes) {
+      stages_.make_ancestors_strict();
       status = launch_factor(policy, progress);
     }
-    strict_.end();
     if (progress) progress(1.0);
     const BlockFlops& flops = stages_.flops();
     status.pivots.getrf = passes * flops.getrf;
@@ -213,7 +213,7 @@ class PortableFactors final : public Factors<Value>, public ResidentFactors<Valu
     queue().wait();
     for (const Scalar& entry : found) {
       const std::complex<double> pivot(entry);
-      *pivots++ = Dense::kSearchesAll ? pivot : 1.0 / pivot;
+      *pivots++ = stages_.has_pivots() ? pivot : 1.0 / pivot;
     }
   }
 
@@ -398,7 +398,6 @@ class PortableFactors final : public Factors<Value>, public ResidentFactors<Valu
   Status* host_status_ = nullptr;
   double* host_errors_ = nullptr;
   bool scales_sent_ = false, values_sent_ = false, values_here_ = true;
-  Fallback strict_;        // some front is, else none
   PivotPolicy policy_{0};  // of the recorded launches
   std::unique_ptr<typename Space<Exec>::Arena> vector_memory_, transposed_;
   Vectors<S> vectors_{};

@@ -61,8 +61,8 @@ struct SmallFronts {
       if (!stages.factor) return;
       team.team_barrier();
       write_inverted(
-          team, at.pivots, [&](Vertex i, Vertex j) { return at.lower[i + j * at.lower_ld]; }, own.lower,
-          own.lower_ld);
+          team, at.pivots, dense.substitutes,
+          [&](Vertex i, Vertex j) { return at.lower[i + j * at.lower_ld]; }, own.lower, own.lower_ld);
     }
   }
 
@@ -95,9 +95,13 @@ struct SmallFronts {
                      at.upper, at.upper_ld, at.contribution, at.contribution_ld);
   }
   KOKKOS_INLINE_FUNCTION PanelPlace<S> panel_place(Vertex first, const Blocks<S>& at) const {
-    return {at.lower + at.pivots,          at.lower_ld,
-            {at.pivots, at.border, false}, store.rule(),
-            store.fronts.shift + first,    store.fronts.work + first};
+    return {at.lower + at.pivots,
+            at.lower_ld,
+            {at.pivots, at.border, false},
+            store.rule(),
+            store.rule(),
+            store.fronts.shift + first,
+            store.fronts.work + first};
   }
 
   // `held` has kSmallThreads entries of scratch memory for each pivot.

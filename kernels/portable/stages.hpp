@@ -111,17 +111,14 @@ inline Lists make_lists(const SymbolicPlan& plan, const Sizes& sizes) {
   return made;
 }
 
-/// Fronts that became strict in the factorization before are it in this one.
+/// Of the factorization before and what it found.
 struct SettleStrictFronts {
   int* strict;
+  const Status* before;
   KOKKOS_FUNCTION void operator()(Offset f) const {
-    if (strict[f] != 0) strict[f] = kStrict;
+    if (strict[f] != 0) strict[f] = settled_state(strict[f], before->found_strict > 0);
   }
 };
-template <class Exec>
-void settle_strict_fronts(const Exec& exec, Vertex fronts, int* strict) {
-  for_each_index(exec, "mfs::strict", fronts, SettleStrictFronts{strict});
-}
 
 /// S: numbers of the factors, V: of the matrix, both as device code calls them.
 template <class Exec, class S, class V, class Dense = DenseOf<Exec, S>>
@@ -168,6 +165,8 @@ class PortableStages {
     store_.fronts.max_block_size = plan_.max_block_size;
     store_.fronts.status = nullptr;
     forget_strict_fronts();
+    queue_.fill(store_.status, 0, sizeof(Status));
+    states_.resize(static_cast<std::size_t>(plan_.num_fronts));
     queue_.wait();
   }
 
@@ -179,8 +178,18 @@ class PortableStages {
   /// Operations of a factorization.
   const BlockFlops& flops() const { return flops_; }
 
+  /// No front is strict any more, until a factorization finds that it has to be.
   void forget_strict_fronts() {
     queue_.fill(store_.strict, 0, plan_.num_fronts * static_cast<Offset>(sizeof(int)));
+  }
+  /// Before a factorization is repeated that found strict fronts. Waits for it.
+  void make_ancestors_strict() {
+    const Offset bytes = plan_.num_fronts * static_cast<Offset>(sizeof(int));
+    queue_.to_host(states_.data(), store_.strict, bytes);
+    queue_.wait();
+    mfs::make_ancestors_strict(plan_, states_);
+    queue_.to_space(store_.strict, states_.data(), bytes);
+    queue_.wait();
   }
 
   /// Launches all stages for what is in the store's matrix_values. The tolerance of pivots is relative to the
@@ -194,12 +203,22 @@ class PortableStages {
       after_depth(step);
     }
   }
+  /// Whether pivots lie in the factors as they are, else their inverses.
+  bool has_pivots() const {
+    if constexpr (Dense::kSearchesAll) {
+      return true;
+    } else {
+      return dense_.substitutes;
+    }
+  }
   /// What factor() does before the first depth, but for the largest entry.
   void begin(const PivotPolicy& policy) {
     store_.pivots = pivot_rule<RealOf<S>>(policy, 1);
+    if constexpr (!Dense::kSearchesAll) dense_.substitutes = policy.substitutes();
+    for_each_index(queue_.exec(), "mfs::strict", plan_.num_fronts,
+                   SettleStrictFronts{store_.strict, store_.status});
     queue_.fill(store_.status, 0, sizeof(Status));
     queue_.fill(store_.displacement, 0, plan_.n * static_cast<Offset>(sizeof(Vertex)));
-    settle_strict_fronts(queue_.exec(), plan_.num_fronts, store_.strict);
   }
   void factor_depth(Vertex step, const Stages& stages) {
     const DepthLaunches& depth = lists_.depths[static_cast<std::size_t>(step)];
@@ -425,6 +444,7 @@ class PortableStages {
   std::unique_ptr<Arena> arena_;
   Store<S, V> store_{};
   ListPointers on_space_{};
+  std::vector<int> states_;  // of fronts, on their way
   Dense dense_;
 };
 

@@ -13,10 +13,6 @@
 
 namespace mfs::portable {
 
-/// A multiplier beyond this, of a row that the pivot search left out, makes its front strict. Ten times what
-/// kBorderThreshold allows, as a repeated factorization costs more than refinement does.
-constexpr double kMostGrowth = 10 / kBorderThreshold;
-
 /// The task that `place` belongs to: the last of `count` whose `first` member is not beyond it.
 template <class Task>
 KOKKOS_INLINE_FUNCTION Vertex find_task(const Task* tasks, Vertex count, Vertex Task::*first, Vertex place) {
@@ -89,8 +85,21 @@ struct DiagonalTiles {
     const FrontStore<S, V>& fronts = store.fronts;
     const Vertex left = front.pivots - task.k, first = fronts.pivot_begin[task.front] + task.k;
     const S* const border = front.lower + front.pivots + task.k * static_cast<Offset>(front.lower_ld);
-    return {border,       front.lower_ld,       {left, front.border, !all_rows && s < left},
-            store.rule(), fronts.shift + first, fronts.work + first};
+    const PivotRule of_tile = store.tile_rule(divides());
+    return {border,
+            front.lower_ld,
+            {left, front.border, !all_rows && s < left},
+            all_rows ? store.rule() : of_tile,
+            of_tile,
+            fronts.shift + first,
+            fronts.work + first};
+  }
+  KOKKOS_INLINE_FUNCTION bool divides() const {
+    if constexpr (Dense::kSearchesAll) {
+      return false;
+    } else {
+      return dense.substitutes;
+    }
   }
   KOKKOS_INLINE_FUNCTION S* diagonal(const StepTask& task, const Front<S>& front) const {
     return front.lower + task.k + task.k * static_cast<Offset>(front.lower_ld);
@@ -108,7 +117,7 @@ struct DiagonalTiles {
     team.team_barrier();
     const PanelTally tally = factor_tile(team, in_scratch, panel_place(task, front, s, false));
     write_inverted(
-        team, s, [&](Vertex i, Vertex j) { return in_scratch.at(i, j); }, in_place, ld);
+        team, s, dense.substitutes, [&](Vertex i, Vertex j) { return in_scratch.at(i, j); }, in_place, ld);
     const Offset first = store.fronts.pivot_begin[task.front] + static_cast<Offset>(task.k);
     for_each(team, s, [&](Vertex j) {
       store.fronts.local_row[first + j] = task.k + order[j];
@@ -134,12 +143,14 @@ struct DiagonalTiles {
                                                    scratch<S>(team, static_cast<Offset>(tile) * tile);
     const PanelTally tally = factor_rows(team, in_place, ld, front.pivots - task.k, s,
                                          panel_place(task, front, s, true), store.fronts.interchange + first);
+    if (tally.needed_all || (dense.substitutes && tally.perturbed > 0))
+      once(team, [&]() { store.need_strict(task.front); });
     note_exchanges(team, task, front, s, tally);
     exchange_whole_rows(team, front, task.k, s, store.moves(task.front, task.k), held);
     for_each_entry(team, s, s, [&](Vertex i, Vertex j) { held[i + j * s] = in_place[i + j * ld]; });
     team.team_barrier();
     write_inverted(
-        team, s, [&](Vertex i, Vertex j) { return held[i + j * s]; }, in_place, ld);
+        team, s, dense.substitutes, [&](Vertex i, Vertex j) { return held[i + j * s]; }, in_place, ld);
   }
 
   KOKKOS_INLINE_FUNCTION void factor_by_library(const TeamOf<Exec>& team, const StepTask& task,
@@ -242,10 +253,15 @@ struct Strips {
     const S* const diagonal = front.lower + task.k + task.k * ld;
     S* const rows = front.lower + task.k + s + begin + task.k * ld;
     dense.solve_upper_right(team, end - begin, s, diagonal, ld, rows, ld, held);
-    if (all_rows || begin >= rest) return;
-    for_each_entry(team, (rest < end ? rest : end) - begin, s, [&](Vertex i, Vertex j) {
-      if (magnitude(rows[i + j * ld]) > kMostGrowth) store.make_strict(task.front);
-    });
+    if constexpr (!Dense::kSearchesAll) {
+      if (all_rows || (begin >= rest && !dense.substitutes)) return;
+      const Vertex last = dense.substitutes || end < rest ? end : rest;
+      const double most = most_in_border(store.pivots, true);
+      for_each_entry(team, last - begin, s, [&](Vertex i, Vertex j) {
+        if (magnitude(rows[i + j * ld]) > (begin + i < rest ? kMostGrowth : most))
+          store.make_strict(task.front);
+      });
+    }
   }
 
   // Columns count from the tile's right edge; those of P lie in other places than those of U.

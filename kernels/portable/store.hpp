@@ -7,6 +7,7 @@
 #include "kernels/dense/panel_lu.hpp"
 #include "kernels/space/space.hpp"
 #include "kernels/stages/front_store.hpp"
+#include "kernels/stages/strict_fronts.hpp"
 #include "plan/device_plan.hpp"
 
 namespace mfs::portable {
@@ -29,14 +30,15 @@ struct RowMoves {
 struct PanelTally {
   Vertex perturbed = 0;
   Vertex nonfinite = 0;
-  bool undecided = false;  // a pivot was small, and rows that might have better ones were left out
+  bool undecided = false;   // a pivot was small, and rows that might have better ones were left out
+  bool needed_all = false;  // rows beyond the tile, for a pivot
 };
 
 template <class S, class V>
 struct Store {
   FrontStore<S, V> fronts;
 
-  int* strict;       // by front: 0, kStrict or kBecomesStrict
+  int* strict;       // by front: its state
   PivotRule pivots;  // relative to the largest scaled entry
   Status* status;
 
@@ -46,10 +48,14 @@ struct Store {
   Vertex* move_count;           // n, at the first position of each step
 
   KOKKOS_INLINE_FUNCTION PivotRule rule() const { return pivots.times(status->largest); }
-  KOKKOS_INLINE_FUNCTION bool is_strict(Vertex f) const { return strict[f] == kStrict; }
+  KOKKOS_INLINE_FUNCTION PivotRule tile_rule(bool divides) const { return rule_of_tiles(rule(), divides); }
+  KOKKOS_INLINE_FUNCTION bool is_strict(Vertex f) const { return strict[f] & kStrict; }
   KOKKOS_INLINE_FUNCTION void make_strict(Vertex f) const {
-    if (Kokkos::atomic_compare_exchange(strict + f, 0, kBecomesStrict) == 0)
+    if (!(Kokkos::atomic_fetch_or(strict + f, kBecomesStrict) & kBecomesStrict))
       Kokkos::atomic_add(&status->found_strict, 1);
+  }
+  KOKKOS_INLINE_FUNCTION void need_strict(Vertex f) const {
+    Kokkos::atomic_fetch_or(strict + f, kNeedsStrict);
   }
   KOKKOS_INLINE_FUNCTION void note(const PanelTally& tally) const {
     if (tally.perturbed)

@@ -101,11 +101,6 @@ void for_each_plan_array(FrontStore<Scalar, Value>& store, const SymbolicPlan& p
   take(store.matrix_columns, pattern.columns);
 }
 
-/// States of a front, 0 at first, where pivots are searched in tiles: it is strict once a pivot of a tile was
-/// too small, or let something below it grow. From the next factorization on its pivots are searched in all
-/// rows of the pivot block.
-constexpr int kStrict = 1, kBecomesStrict = 2;
-
 /// First index of a sorted array that is not below `value`.
 KOKKOS_INLINE_FUNCTION Vertex lower_bound(const Vertex* sorted, Vertex count, Vertex value) {
   Vertex begin = 0;

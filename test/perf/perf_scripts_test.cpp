@@ -4,6 +4,7 @@
 #include <regex>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "test/perf/shell.hpp"
 
@@ -207,6 +208,32 @@ TEST(PackDevice, SaysThatNothingIsBuilt) {
       shell(kScripts + "pack_device --build " + folder.path("") + " " + folder.path("device"));
   EXPECT_EQ(run.code, 2);
   EXPECT_THAT(run.err, HasSubstr("build it first"));
+}
+
+TEST(EngineeringCases, AreSolved) {
+  if (shell("python3 -c 'import scipy.sparse'").code != 0) GTEST_SKIP() << "no scipy";
+  const TemporaryFolder folder;
+  const std::vector<std::string> names{"curl_curl_10",   "curl_curl_12", "curl_curl_14", "shell",
+                                       "incompressible", "darcy",        "penalties",    "oseen",
+                                       "lattice",        "skew"};
+  std::string cases;
+  for (const std::string& name : names) cases += " " + name + ":5";
+  ProgramRun run = shell(kScripts + "engineering_cases " + folder.path("made") + cases);
+  ASSERT_EQ(run.code, 0) << run.err;
+  for (const std::string& name : names) {
+    const std::string file = folder.path("made/" + name + ".petsc");
+    EXPECT_THAT(run.out, HasSubstr(file));
+    const ProgramRun solved = shell(MFS_BUILD "/bin/mfs solve " + file + " --threads 1");
+    EXPECT_EQ(solved.code, 0) << name << ": " << solved.err;
+  }
+}
+
+TEST(EngineeringCases, RefuseUnknownNames) {
+  if (shell("python3 -c 'import scipy.sparse'").code != 0) GTEST_SKIP() << "no scipy";
+  const TemporaryFolder folder;
+  const ProgramRun run = shell(kScripts + "engineering_cases " + folder.path("made") + " shells");
+  EXPECT_EQ(run.code, 1);
+  EXPECT_THAT(run.err, HasSubstr("'shells' is none of: curl_curl_10"));
 }
 
 const std::string kSeries = "time,a.v,von_mises_max,von_mises_node m\n0,3,0,7\n0.5,4,0,8\n";

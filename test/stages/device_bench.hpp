@@ -36,13 +36,13 @@ class DeviceBench {
   void put_values(const std::vector<Scalar>& values) { put(stages_.matrix_values(), values); }
 
   /// Factors until no front becomes strict and no root needs pivots, as often as passes() then says.
-  FactorStatus factor(double tolerance, Launches launches = Launches::direct) {
+  FactorStatus factor(const PivotPolicy& policy, Launches launches = Launches::direct) {
     const auto& at = stages_.store().fronts;
     stream_.fill(at.storage, kNan, plan_->storage_entries * size_of<S>());
     stream_.fill(at.local_row, kNan, plan_->n * size_of<Vertex>());
     stream_.fill(at.shift, kNan, plan_->n * size_of<S>());
     for (passes_ = 0;;) {
-      const auto launch = [&] { stages_.factor(tolerance, search_); };
+      const auto launch = [&] { stages_.factor(policy, search_); };
       if (launches == Launches::recorded) {
         graph_.record(stream_, launch);
         graph_.launch(stream_);
@@ -53,6 +53,7 @@ class DeviceBench {
       const cuda::DeviceStatus status = get(stages_.status(), 1)[0];
       if (passes_ > plan_->num_fronts + 1 || (status.found_strict == 0 && status.pivots_needed == 0))
         return status_ = status.pivots;
+      if (status.found_strict > 0) stages_.make_ancestors_strict();
       search_ = status.found_strict > 0 ? cuda::PivotSearch::strict : cuda::PivotSearch::tiles;
     }
   }
@@ -65,7 +66,8 @@ class DeviceBench {
     FactoredFronts<Scalar> result = as_left();
     for (Vertex f = 0; f < plan_->num_fronts; ++f) {
       const Vertex p = plan_->pivots(f);
-      invert_diagonal(result.fronts[f].lower, p, p + plan_->border_rows(f), kSolveTile);
+      invert_diagonal(result.fronts[f].lower, p, p + plan_->border_rows(f), kSolveTile,
+                      stages_.store().substitutes);
     }
     return result;
   }
@@ -92,7 +94,12 @@ class DeviceBench {
   bool library_roots() const {
     return search_ == cuda::PivotSearch::not_in_roots && stages_.has_library_roots();
   }
-  std::vector<int> strict() const { return get_as<int>(stages_.store().strict, plan_->num_fronts); }
+  /// By front: whether it is.
+  std::vector<int> strict() const {
+    std::vector<int> states = get_as<int>(stages_.store().strict, plan_->num_fronts);
+    for (int& state : states) state &= kStrict;
+    return states;
+  }
 
   /// v: n x columns by position.
   Substitution<Scalar> solve(Vertex columns, const std::vector<Scalar>& v, bool transposed,

@@ -31,8 +31,9 @@ SearchedRows searched(const SymbolicPlan& plan, const DeviceBench<Scalar>& bench
   const Vertex p = plan.pivots(f);
   if (bench.library_roots() && plan.parent[f] < 0 && !is_small(plan, bench, f))
     return {p, 1 / kBorderThreshold};
-  if (strict[f] || p + plan.border_rows(f) <= kOneWarpRows) return {p};
+  if (p + plan.border_rows(f) <= kOneWarpRows) return {p};
   if (is_small(plan, bench, f)) return {p, 1 / kDiagonalThreshold};
+  if (strict[f]) return {p};
   return {std::min(p, k / tile * tile + tile), 1 / kDiagonalThreshold};
 }
 

@@ -48,14 +48,20 @@ class PortableBench {
   }
 
   // Single stages.
-  void begin() { stages_.begin(0); }
+  void begin() { stages_.begin(policy_); }
+  /// U is substituted with from now on.
+  void substitute() {
+    policy_ = {0, TinyPivots::data, 0};
+    begin();
+  }
   void factor_depth(Vertex step, const portable::Stages& stages) {
     stages_.factor_depth(step, stages);
     stages_.queue().wait();
   }
   /// Pivots are searched in all rows of all fronts.
   void make_all_strict() {
-    put(stages_.store().strict, std::vector<int>(static_cast<std::size_t>(plan_->num_fronts), kStrict));
+    put(stages_.store().strict,
+        std::vector<int>(static_cast<std::size_t>(plan_->num_fronts), kStrict | kNeedsStrict));
   }
   void put_front(Vertex f, const FrontBlocks<Scalar>& blocks) {
     std::vector<Scalar> storage = get<Scalar>(stages_.store().fronts.storage, plan_->storage_entries);
@@ -84,7 +90,8 @@ class PortableBench {
   /// Factored blocks as the executor keeps them, and back.
   FrontBlocks<Scalar> as_kept(FrontBlocks<Scalar> blocks, Vertex f) const {
     if (!Dense::kSearchesAll)
-      invert_diagonal(blocks.lower, plan_->pivots(f), plan_->rows(f), portable::kInvertedBlock);
+      invert_diagonal(blocks.lower, plan_->pivots(f), plan_->rows(f), portable::kInvertedBlock,
+                      policy_.substitutes());
     return blocks;
   }
   std::vector<Vertex> row_at(Vertex f) const {
@@ -94,7 +101,12 @@ class PortableBench {
     return part(get<Scalar>(stages_.store().fronts.shift, plan_->n), f);
   }
   portable::Status status() const { return get<portable::Status>(stages_.store().status, 1)[0]; }
-  std::vector<int> strict() const { return get<int>(stages_.store().strict, plan_->num_fronts); }
+  /// By front: whether it is.
+  std::vector<int> strict() const {
+    std::vector<int> states = get<int>(stages_.store().strict, plan_->num_fronts);
+    for (int& state : states) state &= kStrict;
+    return states;
+  }
 
   /// Factors until no front becomes strict, as often as passes() then says.
   FactoredFronts<Scalar> factor(double tolerance) {
@@ -168,6 +180,7 @@ class PortableBench {
   std::shared_ptr<const SymbolicPlan> plan_;
   std::shared_ptr<const Pattern> pattern_;
   Stages stages_;
+  PivotPolicy policy_{0};  // of single stages
   int passes_ = 0;
 };
 

@@ -118,21 +118,21 @@ class PortableStagesTest : public testing::Test {
     }
   }
 
-  void check_stages(const std::vector<Case<Scalar>>& cases) {
+  void check_stages(const std::vector<Case<Scalar>>& cases, bool substitutes = false) {
     in_space([&](const Sizes& sizes) {
       for (const Case<Scalar>& tested : cases) {
         SCOPED_TRACE(tested.name);
-        check_stages(tested, sizes);
+        check_stages(tested, sizes, substitutes);
         if (this->HasFailure()) return;  // one broken case says enough
       }
     });
   }
-  void check_stages(const Case<Scalar>& tested, const Sizes& sizes) {
+  void check_stages(const Case<Scalar>& tested, const Sizes& sizes, bool substitutes) {
     const SymbolicPlan& plan = *tested.problem.plan;
     if (refuses(plan, sizes)) return;
     Bench bench(tested.problem, sizes);
     bench.make_all_strict();
-    bench.begin();
+    substitutes ? bench.substitute() : bench.begin();
     for (Vertex step = 0; step < plan.num_depths; ++step) check_depth(bench, plan, tested.reference, step);
     const portable::Status status = bench.status();
     EXPECT_EQ(status.pivots.perturbed, 0u);
@@ -182,12 +182,13 @@ class PortableStagesTest : public testing::Test {
     });
   }
 
-  void check_solves(const std::vector<Case<Scalar>>& cases) {
+  void check_solves(const std::vector<Case<Scalar>>& cases, bool substitutes = false) {
     in_space([&](const Sizes& sizes) {
       for (const Case<Scalar>& tested : cases) {
         SCOPED_TRACE(tested.name);
         if (refuses(*tested.problem.plan, sizes)) continue;
         Bench bench(tested.problem, sizes);
+        if (substitutes) bench.substitute();
         for (Vertex f = 0; f < tested.problem.plan->num_fronts; ++f)
           bench.put_factored(f, tested.reference.fronts[f]);
         for (const Vertex columns : {1, 2, 5, 16}) check_solve(bench, tested, columns);
@@ -248,6 +249,13 @@ TYPED_TEST(PortableStagesTest, SolvesWithAllFrontSizes) {
 }
 TYPED_TEST(PortableStagesTest, SolvesWithTrees) {
   this->check_solves(trees<typename TypeParam::Scalar>());
+}
+
+// As where tiny pivots are divided by.
+TYPED_TEST(PortableStagesTest, SubstitutesWithU) {
+  if (TypeParam::Dense::kSearchesAll) GTEST_SKIP() << "a library substitutes always";
+  this->check_stages(trees<typename TypeParam::Scalar>(), true);
+  this->check_solves(trees<typename TypeParam::Scalar>(), true);
 }
 
 // Pivots where they happen to be, in the rows that are searched.

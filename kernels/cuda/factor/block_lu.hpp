@@ -8,11 +8,6 @@
 
 namespace mfs::cuda {
 
-/// A multiplier beyond this, of a row that the pivot search left out, makes its front strict. Ten times what
-/// kBorderThreshold allows: strict fronts cost up to as much as the factorization, and what such growth takes
-/// from the accuracy of a solve is seen, and mended by refinement.
-constexpr double kMostGrowth = 10 / kBorderThreshold;
-
 constexpr int kTileThreads = 256;
 
 /// A tile of up to so many pivots has half the threads, so that a multiprocessor holds more of them.
@@ -86,10 +81,15 @@ __device__ __noinline__ void factor_strict(const DeviceStore<S, Value>& store, V
   StrictPanels<S, Value>(store, f, front, k, s, memory, entries, column, work).factor();
 }
 
-/// Fronts that became strict in the factorization before are it in this one.
-__global__ inline void settle_strict_fronts(int* strict, int fronts) {
+/// Of the factorization before and what it found.
+__global__ inline void settle_strict_fronts(int* strict, int fronts, const int* found_strict) {
   const int f = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
-  if (f < fronts && strict[f] != 0) strict[f] = kStrict;
+  if (f < fronts && strict[f] != 0) strict[f] = settled_state(strict[f], *found_strict > 0);
+}
+/// Counts those that will be strict in the next factorization, if this one need not be repeated.
+__global__ inline void count_strict_fronts(const int* strict, int fronts, int* count) {
+  const int f = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
+  if (f < fronts && (settled_state(strict[f], false) & kStrict)) atomicAdd(count, 1);
 }
 
 /// Tiles of at most Pivots pivots.
@@ -118,17 +118,17 @@ __global__ void __launch_bounds__(Threads) factor_diagonal_tiles(DeviceStore<S, 
     if (static_cast<int>(threadIdx.x) < s) row_at[threadIdx.x] = threadIdx.x;
     load_tile(tile, diagonal, ld);
     if (k + s < front.pivots) {
-      tile_lu<Threads>(tile, store.rule(), UndecidedBelow<S, Value>{&store, f}, row_at,
-                       store.fronts.shift + begin, store.fronts.status, work, pivot_work);
+      tile_lu<Threads>(tile, store.tile_rule(), store.diagonal_bound(), UndecidedBelow<S, Value>{&store, f},
+                       row_at, store.fronts.shift + begin, store.fronts.status, work, pivot_work);
     } else {
       const BorderBelow<S> below{front.lower + front.pivots + k * ld, ld, front.border, column_work,
                                  work.border};
-      tile_lu<Threads>(tile, store.rule(), below, row_at, store.fronts.shift + begin, store.fronts.status,
-                       work, pivot_work);
+      tile_lu<Threads>(tile, store.tile_rule(), store.diagonal_bound(), below, row_at,
+                       store.fronts.shift + begin, store.fronts.status, work, pivot_work);
     }
     for (int i = threadIdx.x; i < s; i += blockDim.x) store.fronts.local_row[begin + i] = k + row_at[i];
   }
-  invert_diagonal_blocks(tile);
+  invert_diagonal_blocks(tile, store.substitutes);
   store_tile(tile, diagonal, ld);
 }
 

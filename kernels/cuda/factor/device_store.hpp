@@ -4,20 +4,26 @@
 #include "kernels/cuda/runtime/device_scalar.hpp"
 #include "kernels/dense/panel_lu.hpp"
 #include "kernels/stages/front_store.hpp"
+#include "kernels/stages/strict_fronts.hpp"
 #include "plan/device_plan.hpp"
 
 namespace mfs::cuda {
+
+/// Of the largest entry: the least pivot of a panel that is factored in one sweep (diagonal_panel.hpp) where
+/// tiny ones are divided by.
+constexpr double kLeastSwept = 0.01;
 
 template <class S, class Value>
 struct DeviceStore {
   FrontStore<S, Value> fronts;
 
-  int* strict;            // by front: 0, kStrict or kBecomesStrict
+  int* strict;            // by front: its state
   int* found_strict;      // fronts that became strict in this factorization
   int* pivots_needed;     // whether a root of this factorization should have been searched for pivots
   const double* largest;  // scaled entry of the matrix
   PivotRule pivots;       // relative to it
   int tile;               // pivots of a diagonal tile, at most kTile<S>
+  bool substitutes;       // with U, whose diagonal blocks are left as they are, else inverted
 
   const Vertex *small_fronts, *tiny_fronts;
   const AssemblyPart* assemble;
@@ -36,12 +42,20 @@ struct DeviceStore {
   Vertex* row_place;         // n, where some front is divided: local_row the other way round
 
   __device__ PivotRule rule() const { return pivots.times(*largest); }
-  __device__ bool is_strict(Vertex f) const { return strict[f] == kStrict; }
+  /// A panel with a smaller pivot on the diagonal is searched. Where tiny pivots are divided by, that is one
+  /// that is small at all: what a sweep of pairs divides by and what it leaves as U differ by rounding of the
+  /// entries that cancel in them.
+  __device__ double diagonal_bound() const {
+    return substitutes ? fmax(kLeastSwept * *largest, rule().bound) : rule().bound;
+  }
+  __device__ PivotRule tile_rule() const { return rule_of_tiles(rule(), substitutes); }
+  __device__ bool is_strict(Vertex f) const { return strict[f] & kStrict; }
   /// U is made when all pivots are known, in segments of its own.
   __device__ bool is_divided(Vertex f) const { return divided && divided[f]; }
   __device__ void make_strict(Vertex f) const {
-    if (atomicCAS(strict + f, 0, kBecomesStrict) == 0) atomicAdd(found_strict, 1);
+    if (!(atomicOr(strict + f, kBecomesStrict) & kBecomesStrict)) atomicAdd(found_strict, 1);
   }
+  __device__ void need_strict(Vertex f) const { atomicOr(strict + f, kNeedsStrict); }
 };
 
 /// The task that `place` belongs to: the last of `count` whose `first` member is not beyond it. One warp

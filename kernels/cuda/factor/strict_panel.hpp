@@ -87,6 +87,7 @@ class StrictPanels {
         copy_entries_(entries - kPanelColumns * kTile<S>),
         column_(column),
         work_(work),
+        front_index_(f),
         begin_(store.fronts.pivot_begin[f]),
         columns_(store.is_divided(f) ? front.pivots : front.rows()) {}
 
@@ -151,8 +152,24 @@ class StrictPanels {
     return chosen < rows_ ? chosen : j;
   }
 
+  // Whether the tile's own rows would have done for the pivot in row `row` of the panel, by the first warp.
+  __device__ void learn(int first, int j, int row) {
+    const int of_tile = s_ - first, lane = threadIdx.x % kWarp;
+    if (threadIdx.x >= kWarp || needed_ || rows_ <= of_tile) return;
+    const S* const column = panel_ + j * static_cast<Offset>(panel_ld_);
+    const PivotRule rule = store_.tile_rule();
+    if (row < of_tile && magnitude(column[row]) >= rule.bound) return;
+    double most = 0;
+    for (int r = j + lane; r < of_tile; r += kWarp) most = fmax(most, magnitude(column[r]));
+    for (int step = 16; step > 0; step /= 2) most = fmax(most, __shfl_xor_sync(0xffffffffu, most, step));
+    needed_ = needs_strict(magnitude(column[row]), most, rule);
+    if (needed_ && lane == 0) store_.need_strict(front_index_);
+    __syncwarp();
+  }
+
   __device__ void eliminate(int first, int width, int j) {
     const int row = search(j);
+    learn(first, j, row);
     if (row != j && static_cast<int>(threadIdx.x) < width) {
       S* const x = panel_ + threadIdx.x * static_cast<Offset>(panel_ld_);
       const S held = x[j];
@@ -173,7 +190,10 @@ class StrictPanels {
       const S accepted = replacement(pivot, below(tile, first + j, PivotPlaces{s_, nullptr}), rule_);
       added = accepted - pivot;
       pivot = accepted;
-      if (threadIdx.x == 0 && magnitude(added) != 0) atomicAdd(&store_.fronts.status->perturbed, 1ull);
+      if (threadIdx.x == 0 && magnitude(added) != 0) {
+        atomicAdd(&store_.fronts.status->perturbed, 1ull);
+        if (store_.substitutes) store_.need_strict(front_index_);  // its border decided
+      }
     }
     __syncthreads();
     if (threadIdx.x == 0) {
@@ -246,8 +266,9 @@ class StrictPanels {
   const int copy_entries_;
   S* const column_;
   TileWork<S>& work_;
-  const Vertex begin_, columns_;
+  const Vertex front_index_, begin_, columns_;
   bool copied_ = false;
+  bool needed_ = false;  // strictness, for a pivot before
   S* panel_ = nullptr;
   int panel_ld_ = 0, rows_ = 0;  // of the panel
 };

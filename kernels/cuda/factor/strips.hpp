@@ -1,8 +1,8 @@
 // The triangular solves beside a diagonal tile T: strips of rows of the block column, X := X U^-1, and of
 // columns of the block row, X := L^-1 X, which is solved transposed, X^T := X^T L^-T. The 32 x 32 blocks
-// on T's diagonal are inverted already, so all is products, on the tensor cores. A strip lies in shared
-// memory and is read and written in rows of memory: what a strip costs is its instructions, most of all where
-// few run.
+// on T's diagonal are inverted already, so all is products, on the tensor cores, but where tiny pivots are
+// divided by: then blocks of U are as they are, and are substituted with. A strip lies in shared memory and
+// is read and written in rows of memory: what a strip costs is its instructions, most of all where few run.
 #pragma once
 
 #include "kernels/cuda/factor/block_lu.hpp"
@@ -80,8 +80,8 @@ struct StripRows {
   static constexpr int row_step = Upper ? 1 : transposed_ld(Blocks), column_step = Upper ? tile_ld(Rows) : 1;
   S* x;
 
-  // X := X t^-1 in place, t upper triangular or the transposed of what was loaded.
-  __device__ void solve(const S* t, int blocks) const {
+  // X := X t^-1 in place, t upper triangular, of s columns, or the transposed of what was loaded.
+  __device__ void solve(const S* t, int blocks, bool substitutes, int s) const {
     constexpr int k_step = Upper ? 1 : kBlockLd, n_step = Upper ? kBlockLd : 1;
 #pragma unroll 1
     for (int j = 0; j < blocks; ++j) {
@@ -95,6 +95,12 @@ struct StripRows {
                               t + block_place(i, j), k_step, n_step, kInverted);
       }
       keep(sums, own);
+      if constexpr (Upper) {
+        if (substitutes) {
+          substitute(own, t + block_place(j, j), min(kInverted, s - j * kInverted));
+          continue;
+        }
+      }
       sums.clear();
       sums.multiply(own, row_step, column_step, t + block_place(j, j), k_step, n_step, kInverted);
       keep(sums, own);
@@ -102,6 +108,31 @@ struct StripRows {
   }
 
  private:
+  // The same for one block of columns. Two lanes share a row: each has every second column. Not inlined: the
+  // products would pay with registers.
+  static __device__ __noinline__ void substitute(S* own, const S* t, int width) {
+    static_assert(Upper && kInverted == kWarp);
+    const int lane = threadIdx.x % kWarp, row = lane % 16, half = lane / 16;
+    S* const x = own + row * row_step + half * column_step;
+    const S reciprocal = lane < width ? reciprocal_of(t[lane + lane * kBlockLd]) : S(0);
+    S rest[kInverted / 2];
+#pragma unroll
+    for (int i = 0; i < kInverted / 2; ++i) rest[i] = x[2 * i * column_step];
+#pragma unroll
+    for (int c = 0; c < kInverted; ++c) {
+      if (c >= width) break;
+      const S solved = shuffle(rest[c / 2], row + 16 * (c % 2)) * shuffle(reciprocal, c);
+      if (half == c % 2) rest[c / 2] = solved;
+#pragma unroll
+      for (int i = c / 2; i < kInverted / 2; ++i) {
+        const int column = 2 * i + half;
+        if (column > c) rest[i] -= solved * t[c + column * kBlockLd];
+      }
+    }
+#pragma unroll
+    for (int i = 0; i < kInverted / 2; ++i) x[2 * i * column_step] = rest[i];
+    __syncwarp();
+  }
   static __device__ void keep(WarpTile<S, 1, 4>& sums, S* own) {
     __syncwarp();
     sums.for_each([&](int r, int c, S& value) { own[r * row_step + c * column_step] = value; });
@@ -142,16 +173,17 @@ __device__ void solve_column_strip(const DeviceStore<S, Value>& store, const Ste
   wait_copies<0>();
   __syncthreads();
   if (begin >= length) return;
-  rows.solve(t, blocks);
+  rows.solve(t, blocks, store.substitutes, s);
   if (!there || (strict && begin + row < rest)) return;
   S* to = column + first * ld;
 #pragma unroll 8
   for (int c = first; c < s; c += 2, to += 2 * ld) *to = own[c * kLd];
-  if (begin + row >= rest) return;
+  const bool border = begin + row >= rest;
+  if (border && (strict || !store.substitutes)) return;
   double most = 0;
 #pragma unroll 4
   for (int c = first; c < s; c += 2) most = fmax(most, magnitude(own[c * kLd]));
-  if (most > kMostGrowth) store.make_strict(f);
+  if (most > (border ? most_in_border(store.pivots, true) : kMostGrowth)) store.make_strict(f);
 }
 
 // Columns right of a tile, which come with their rows exchanged.
@@ -195,7 +227,7 @@ __device__ void solve_row_strip(const DeviceStore<S, Value>& store, const StepTa
   wait_copies<0>();
   __syncthreads();
   if (width <= 0) return;
-  rows.solve(t, blocks);
+  rows.solve(t, blocks, false, s);
 #pragma unroll 4
   for (int r = 0; r < width; ++r) {
     S* const to = block_row(r);

@@ -61,13 +61,7 @@ struct BorderBelow {
   double* work;
 
   __device__ double operator()(const Tile<S>& tile, int j, const PivotPlaces& place) const {
-    if (threadIdx.x == 0) {
-      for (int i = 0; i < j; ++i) column[i] = tile.a[place(i) + j * tile.ld];
-      for (int i = j - 1; i >= 0; --i) {
-        column[i] /= tile.a[place(i) + i * tile.ld];
-        for (int k = 0; k < i; ++k) column[k] -= tile.a[place(k) + i * tile.ld] * column[i];
-      }
-    }
+    if (threadIdx.x < kWarp) solve_above(tile, j, place);
     __syncthreads();
     double most = 0;
     for (int r = threadIdx.x; r < count; r += blockDim.x) {
@@ -76,6 +70,35 @@ struct BorderBelow {
       most = fmax(most, magnitude(sum));
     }
     return block_max(most, work);
+  }
+
+ private:
+  // column = U^-1 times the column above its pivot, by one warp: a lane has every 32nd row.
+  __device__ void solve_above(const Tile<S>& tile, int j, const PivotPlaces& place) const {
+    constexpr int kEach = kTile<S> / kWarp;
+    const int lane = threadIdx.x % kWarp;
+    S x[kEach];
+#pragma unroll
+    for (int q = 0; q < kEach; ++q) {
+      const int k = lane + q * kWarp;
+      x[q] = k < j ? tile.a[place(k) + j * tile.ld] : S(0);
+    }
+#pragma unroll
+    for (int own = kEach - 1; own >= 0; --own) {
+      for (int i = min(j, (own + 1) * kWarp) - 1; i >= own * kWarp; --i) {
+        const S solved = shuffle(x[own], i % kWarp) / tile.a[place(i) + i * tile.ld];
+#pragma unroll
+        for (int q = 0; q <= own; ++q) {
+          const int k = lane + q * kWarp;
+          if (k < i) x[q] -= tile.a[place(k) + i * tile.ld] * solved;
+          if (k == i) x[q] = solved;
+        }
+      }
+    }
+#pragma unroll
+    for (int q = 0; q < kEach; ++q) {
+      if (lane + q * kWarp < j) column[lane + q * kWarp] = x[q];
+    }
   }
 };
 
@@ -282,10 +305,12 @@ __device__ void update_tile(const Tile<S>& tile, int first, int width) {
 /// Factors the tile. row_at (in shared memory, set to the identity by the caller) follows the row exchanges;
 /// shift[j] (global memory, zero before) becomes what was added to pivot j. In place of the unit lower
 /// triangle of each panel comes its inverse. All threads of the block call it, at least `rows` of them; a
-/// lone warp searches every panel and needs no work for the pivots.
+/// lone warp searches every panel and needs no work for the pivots. Panels with smaller pivots on the
+/// diagonal than `diagonal_bound` are searched.
 template <int Threads, class S, class Border>
-__device__ void tile_lu(const Tile<S>& tile, const PivotRule& rule, const Border& further_border, int* row_at,
-                        S* shift, FactorStatus* status, TileWork<S>& work, PivotWork<S>* pivot_work) {
+__device__ void tile_lu(const Tile<S>& tile, const PivotRule& rule, double diagonal_bound,
+                        const Border& further_border, int* row_at, S* shift, FactorStatus* status,
+                        TileWork<S>& work, PivotWork<S>* pivot_work) {
   constexpr int warps = Threads / kWarp;
   const int t = threadIdx.x, warp = t / kWarp;
   const int rows = tile.rows, pivots = tile.pivots, ld = tile.ld;
@@ -296,7 +321,7 @@ __device__ void tile_lu(const Tile<S>& tile, const PivotRule& rule, const Border
     __syncthreads();
     bool factored = false;
     if constexpr (warps > 1)
-      factored = DiagonalPanel<Threads, S>(tile, first, rule.bound, *pivot_work).factor();
+      factored = DiagonalPanel<Threads, S>(tile, first, diagonal_bound, *pivot_work).factor();
     if (!factored) {
       factor_tile_panel(tile, first, width, rule, further_border, shift, status, work);
       __syncthreads();
@@ -381,9 +406,10 @@ __device__ void join_inverses(S* m, int ld, int size) {
 }
 
 /// Puts the inverses of the unit lower and of the upper triangle of each 32 x 32 diagonal block in its place:
-/// what follows only multiplies. Those of the unit lower triangles of panels are there.
+/// what follows only multiplies. Those of the unit lower triangles of panels are there. Upper triangles that
+/// are substituted with stay as they are.
 template <class S>
-__device__ void invert_diagonal_blocks(const Tile<S>& tile) {
+__device__ void invert_diagonal_blocks(const Tile<S>& tile, bool keeps_upper) {
   const int warp = threadIdx.x / kWarp, warps = blockDim.x / kWarp;
   const int blocks = (tile.pivots + kInverted - 1) / kInverted;
   for (int task = warp; task < 2 * blocks; task += warps) {
@@ -391,7 +417,7 @@ __device__ void invert_diagonal_blocks(const Tile<S>& tile) {
     S* const m = tile.a + begin + begin * tile.ld;
     if (task % 2 == 0) {
       join_inverses<false>(m, tile.ld, size);
-    } else {
+    } else if (!keeps_upper) {
       invert_upper_blocks(m, tile.ld, size);
       join_inverses<true>(m, tile.ld, size);
     }

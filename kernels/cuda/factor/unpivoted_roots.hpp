@@ -61,7 +61,7 @@ __global__ void __launch_bounds__(kTileThreads)
   const Vertex begin = store.fronts.pivot_begin[part.front] + k;
   for (int i = threadIdx.x; i < s; i += blockDim.x) store.fronts.local_row[begin + i] = k + i;
   invert_panels(tile);
-  invert_diagonal_blocks(tile);
+  invert_diagonal_blocks(tile, store.substitutes);
   store_tile(tile, diagonal, front.lower_ld);
 }
 

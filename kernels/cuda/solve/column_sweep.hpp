@@ -84,6 +84,18 @@ class ColumnSweep {
     __syncthreads();
     if (has_row()) write(static_cast<int>(threadIdx.x), 0, total_of(solved_, threadIdx.x));
   }
+  /// The same where the diagonal tile is U, or its transposed, as it is: by one warp.
+  template <bool Upper, class Write>
+  __device__ void substitute_diagonal(const Write& write) {
+    if (threadIdx.x >= kWarp) return;
+    S x[2][1];
+#pragma unroll
+    for (int i = 0; i < 2; ++i) x[i][0] = rest(lane() + i * kWarp);
+    substitute_tile<Upper>(
+        width_, [&](int row, int k) { return diagonal_[row * Place::row + k * Place::k]; }, x);
+#pragma unroll
+    for (int i = 0; i < 2; ++i) write(lane() + i * kWarp, 0, x[i][0]);
+  }
 
  private:
   __device__ static int lane() {

@@ -97,6 +97,40 @@ __device__ S triangle_entry(const S& value, int i, int j) {
   return i == j && Unit ? S(1) : (Upper ? j < i : j > i) ? S(0) : value;
 }
 
+/// Solves with U, or with its transposed, a lower triangle, for C columns by one warp: lane l has rows l and
+/// l + 32 of them. entry(i, k) is the triangle, of `width` rows.
+template <bool Upper, int C, class S, class Entry>
+__device__ void substitute_tile(int width, const Entry& entry, S (&x)[2][C]) {
+  static_assert(kSolveTile == 2 * kWarp);
+  const int lane = threadIdx.x % kWarp;
+  S reciprocal[2];
+#pragma unroll
+  for (int i = 0; i < 2; ++i) {
+    const int row = lane + i * kWarp;
+    reciprocal[i] = row < width ? reciprocal_of(entry(row, row)) : S(0);
+  }
+#pragma unroll
+  for (int half = 0; half < 2; ++half) {
+    const int own = Upper ? 1 - half : half;  // of the rows that are solved for
+#pragma unroll 8
+    for (int turn = 0; turn < kWarp; ++turn) {
+      const int at = Upper ? kWarp - 1 - turn : turn, k = at + own * kWarp;
+      S solved[C];
+#pragma unroll
+      for (int c = 0; c < C; ++c) solved[c] = shuffle(x[own][c] * reciprocal[own], at);
+#pragma unroll
+      for (int i = 0; i < 2; ++i) {
+        if (Upper ? i > own : i < own) continue;  // solved for
+        const int row = lane + i * kWarp;
+        const bool waits = Upper ? row < k : row > k;
+        const S factor = waits ? entry(row, k) : S(0);
+#pragma unroll
+        for (int c = 0; c < C; ++c) x[i][c] = row == k ? solved[c] : x[i][c] - factor * solved[c];
+      }
+    }
+  }
+}
+
 // An entry that no one needs again: what has been asked for ahead should stay in the L2 instead.
 __device__ inline double once(const double* place) {
   return __ldcs(place);

@@ -18,9 +18,9 @@
 // what it then does.
 //
 // What multiplies the vector comes in steps of 64 columns, and at the end the diagonal tile, which is
-// inverted: for one column column_sweep.hpp does them, for 4 and 16 tile_sweep.hpp. From the last entries
-// that a tile waits for to the first that others wait for takes about 1.5 us, for each tile of a large front:
-// nothing is loaded on that path, and it has few barriers.
+// inverted, or U as it is where tiny pivots are divided by: for one column column_sweep.hpp does them, for 4
+// and 16 tile_sweep.hpp. From the last entries that a tile waits for to the first that others wait for takes
+// about 1.5 us, for each tile of a large front: nothing is loaded on that path, and it has few barriers.
 //
 // The transposed system takes U^T forward and L^T backward, and undoes the row exchanges at the end.
 #pragma once
@@ -60,7 +60,8 @@ __device__ int own_column() {
   return threadIdx.x % K;
 }
 
-template <bool Transposed, int K, class S, class Value>
+/// `Substituted`: U is, which the transposed system has forward and the other one backward.
+template <bool Transposed, bool Substituted, int K, class S, class Value>
 __device__ void solve_forward(const DeviceStore<S, Value>& store, const DeviceVectors<S>& vectors,
                               const SolvePart& part, void* memory) {
   const SolveTile<S> tile = solve_tile(store.fronts, part);
@@ -117,7 +118,12 @@ __device__ void solve_forward(const DeviceStore<S, Value>& store, const DeviceVe
     if (row < tile.width) to[goes_to[row] * K + column] = value;
   };
   if (tile.has_pivots) {
-    sweep.template solve_diagonal<false, !Transposed>(write);
+    if constexpr (Substituted) {
+      static_assert(Transposed);
+      sweep.template substitute_diagonal<false>(write);
+    } else {
+      sweep.template solve_diagonal<false, !Transposed>(write);
+    }
   } else {
     sweep.write_rest(write);
   }
@@ -168,7 +174,7 @@ __device__ void subtract_tall_tile(const DeviceStore<S, Value>& store, const Dev
   if (has_row) vectors.border[to] = sum[0] - ((product[0] + product[1]) + (product[2] + product[3]));
 }
 
-template <bool Transposed, int K, class S, class Value>
+template <bool Transposed, bool Substituted, int K, class S, class Value>
 __global__ void __launch_bounds__(kSolveThreads, kSolveBlocks<K>)
     substitute_forward(DeviceStore<S, Value> store, DeviceVectors<S> vectors, Offset first) {
   extern __shared__ __align__(16) unsigned char memory[];
@@ -177,18 +183,18 @@ __global__ void __launch_bounds__(kSolveThreads, kSolveBlocks<K>)
     if (part.rows > kSolveTile) {
       subtract_tall_tile(store, vectors, part, reinterpret_cast<S*>(memory));
     } else {
-      solve_forward<Transposed, K>(store, vectors, part, memory);
+      solve_forward<Transposed, Substituted, K>(store, vectors, part, memory);
     }
   } else {
     for (const int end = part.begin + part.rows; part.begin < end; part.begin += kSolveTile) {
       part.rows = min(kSolveTile, end - part.begin);
-      solve_forward<Transposed, K>(store, vectors, part, memory);
+      solve_forward<Transposed, Substituted, K>(store, vectors, part, memory);
       __syncthreads();
     }
   }
 }
 
-template <bool Transposed, int K, class S, class Value>
+template <bool Transposed, bool Substituted, int K, class S, class Value>
 __global__ void __launch_bounds__(kSolveThreads, kSolveBlocks<K>)
     substitute_backward(DeviceStore<S, Value> store, DeviceVectors<S> vectors, Offset first) {
   extern __shared__ __align__(16) unsigned char memory[];
@@ -233,9 +239,15 @@ __global__ void __launch_bounds__(kSolveThreads, kSolveBlocks<K>)
   }
   sweep.begin_with(own);
   sweep.subtract_sums(vectors.v, vectors.partial);
-  sweep.template solve_diagonal<true, Transposed>([&](int row, int column, const S& value) {
+  const auto write = [&](int row, int column, const S& value) {
     if (row < tile.width) vectors.v[row_of(tile.begin + row) * K + column] = value;
-  });
+  };
+  if constexpr (Substituted) {
+    static_assert(!Transposed);
+    sweep.template substitute_diagonal<true>(write);
+  } else {
+    sweep.template solve_diagonal<true, Transposed>(write);
+  }
 }
 
 }  // namespace mfs::cuda

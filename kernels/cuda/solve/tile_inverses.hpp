@@ -1,6 +1,6 @@
 // The two triangles of each 64 x 64 tile on the diagonal of a pivot block inverted as a whole, in place, from
 // the inverses of their 32 x 32 blocks: one product for the solve instead of three that wait for each other.
-// After everything that needs the blocks.
+// After everything that needs the blocks. U is left alone where it is substituted with.
 //
 //   [A  B]^-1   [A^-1  -A^-1 B C^-1]          [A   ]^-1   [A^-1              ]
 //   [   C]    = [              C^-1]          [B  C]    = [-C^-1 B A^-1  C^-1]
@@ -42,7 +42,7 @@ __global__ void __launch_bounds__(kInverseThreads) invert_tiles(DeviceStore<S, V
     for (int i = threadIdx.x; i < 2 * kInverted * kInverted; i += kInverseThreads) {
       const bool upper = i >= kInverted * kInverted;
       const int r = i % kInverted, c = i / kInverted % kInverted;
-      if ((upper ? c : r) < second) body(upper, r, c);
+      if ((upper ? c : r) < second && !(upper && store.substitutes)) body(upper, r, c);
     }
   };
   for_each([&](bool upper, int r, int c) {  // B A^-1 of the lower, B C^-1 of the upper

@@ -144,6 +144,25 @@ class TileSweep {
                     result_, kLd);
     solved.for_each(write);
   }
+  /// The same where T is U, or its transposed, as it is: by some warps, a few columns each.
+  template <bool Upper, class Write>
+  __device__ void substitute_diagonal(const Write& write) {
+    constexpr int kWarps = kSolveThreads / kWarp, kEach = (K + kWarps - 1) / kWarps;
+    const int lane = threadIdx.x % kWarp, first = static_cast<int>(threadIdx.x) / kWarp * kEach;
+    if (first >= K) return;
+    S x[2][kEach];
+#pragma unroll
+    for (int i = 0; i < 2; ++i) {
+#pragma unroll
+      for (int c = 0; c < kEach; ++c) x[i][c] = result_[(lane + i * kWarp) * kLd + first + c];
+    }
+    substitute_tile<Upper>(width_, entries(part_.last_step), x);
+#pragma unroll
+    for (int i = 0; i < 2; ++i) {
+#pragma unroll
+      for (int c = 0; c < kEach; ++c) write(lane + i * kWarp, first + c, x[i][c]);
+    }
+  }
 
  private:
   // Calls before_last() where the last step may have to wait for the results of another tile.

@@ -32,6 +32,33 @@ __device__ void add_products(int count, bool minus, const Entry& entry, const S 
   }
 }
 
+// x := U^-1 x, or U^-T x, for p <= 32 pivots; entry(k) is that of the lane's row of the triangle.
+template <bool Upper, int C, class S, class Entry>
+__device__ void substitute_pivots(int p, const Entry& entry, S (&x)[C]) {
+  constexpr int kAtOnce = 16;
+  const int lane = threadIdx.x % kWarp;
+  const S reciprocal = lane < p ? reciprocal_of(entry(lane)) : S(0);
+  for (int begin = 0; begin < p; begin += kAtOnce) {
+    const auto column = [&](int j) { return Upper ? p - 1 - begin - j : begin + j; };
+    S value[kAtOnce];
+#pragma unroll
+    for (int j = 0; j < kAtOnce; ++j) {
+      const int k = column(j);
+      value[j] = begin + j < p && lane < p && (Upper ? lane < k : lane > k) ? entry(k) : S(0);
+    }
+#pragma unroll
+    for (int j = 0; j < kAtOnce; ++j) {
+      const int k = column(j);
+      if (begin + j >= p) break;
+#pragma unroll
+      for (int c = 0; c < C; ++c) {
+        const S solved = shuffle(x[c] * reciprocal, k);
+        x[c] = lane == k ? solved : x[c] - value[j] * solved;
+      }
+    }
+  }
+}
+
 // What the children, of a launch before, have left for a row of the front, column c.
 template <int K, class S, class Value>
 __device__ S from_children(const DeviceStore<S, Value>& store, const S* border, Offset row, int c) {
@@ -40,7 +67,7 @@ __device__ S from_children(const DeviceStore<S, Value>& store, const S* border, 
   return sum;
 }
 
-template <bool Transposed, int K, class S, class Value>
+template <bool Transposed, bool Substituted, int K, class S, class Value>
 __global__ void __launch_bounds__(kTinyFrontsPerBlock* kWarp)
     substitute_tiny_forward(DeviceStore<S, Value> store, DeviceVectors<S> vectors, Offset first, int count) {
   constexpr int C = kTinyColumns<K>;
@@ -62,13 +89,21 @@ __global__ void __launch_bounds__(kTinyFrontsPerBlock* kWarp)
                        : S(0);
       y[c] = Transposed ? S(0) : v[c];
     }
-    add_products(
-        p, false,
-        [&](int k) {
-          if (!has_pivot || (Transposed ? k > lane : k >= lane)) return S(0);
-          return Transposed ? front.lower[k + lane * ld] : front.lower[lane + k * ld];
-        },
-        v, y);
+    if constexpr (Substituted) {
+      static_assert(Transposed);
+#pragma unroll
+      for (int c = 0; c < C; ++c) y[c] = v[c];
+      substitute_pivots<false>(
+          p, [&](int k) { return front.lower[k + lane * ld]; }, y);
+    } else {
+      add_products(
+          p, false,
+          [&](int k) {
+            if (!has_pivot || (Transposed ? k > lane : k >= lane)) return S(0);
+            return Transposed ? front.lower[k + lane * ld] : front.lower[lane + k * ld];
+          },
+          v, y);
+    }
 #pragma unroll
     for (int c = 0; c < C; ++c) {
       if (has_pivot) vectors.y[(pivots_at + lane) * K + column + c] = y[c];
@@ -95,7 +130,7 @@ __global__ void __launch_bounds__(kTinyFrontsPerBlock* kWarp)
   }
 }
 
-template <bool Transposed, int K, class S, class Value>
+template <bool Transposed, bool Substituted, int K, class S, class Value>
 __global__ void __launch_bounds__(kTinyFrontsPerBlock* kWarp)
     substitute_tiny_backward(DeviceStore<S, Value> store, DeviceVectors<S> vectors, Offset first, int count) {
   constexpr int C = kTinyColumns<K>;
@@ -129,14 +164,20 @@ __global__ void __launch_bounds__(kTinyFrontsPerBlock* kWarp)
           x, sum);
     }
 #pragma unroll
-    for (int c = 0; c < C; ++c) x[c] = Transposed ? sum[c] : S(0);
-    add_products(
-        p, false,
-        [&](int k) {
-          if (!has_pivot || (Transposed ? k <= lane : k < lane)) return S(0);
-          return Transposed ? front.lower[k + lane * ld] : front.lower[lane + k * ld];
-        },
-        sum, x);
+    for (int c = 0; c < C; ++c) x[c] = Transposed || Substituted ? sum[c] : S(0);
+    if constexpr (Substituted) {
+      static_assert(!Transposed);
+      substitute_pivots<true>(
+          p, [&](int k) { return front.lower[lane + k * ld]; }, x);
+    } else {
+      add_products(
+          p, false,
+          [&](int k) {
+            if (!has_pivot || (Transposed ? k <= lane : k < lane)) return S(0);
+            return Transposed ? front.lower[k + lane * ld] : front.lower[lane + k * ld];
+          },
+          sum, x);
+    }
     const int row = has_pivot && Transposed ? store.fronts.local_row[pivots_at + lane] : lane;
 #pragma unroll
     for (int c = 0; c < C; ++c) {

@@ -1,4 +1,4 @@
-"""What the package finds out about arrays on a device and about CUDA's libraries, without either."""
+"""What the package finds out about arrays on a device and about libraries, without a device."""
 
 import ctypes
 import importlib
@@ -7,6 +7,7 @@ import pathlib
 import sys
 import tempfile
 import unittest
+import warnings
 from unittest import mock
 
 import numpy as np
@@ -257,8 +258,8 @@ class DeviceArrays(unittest.TestCase):
                 self.lu.refactor(wanted((self.lu._entries,)))
 
 
-class LibrariesOfCuda(unittest.TestCase):
-    """The loader of a wheel with CUDA, with a module that wants what is not there."""
+class Libraries(unittest.TestCase):
+    """The loader of the package, as of a wheel with CUDA, with a module that wants what is not there."""
 
     ENDING = "cannot open shared object file: No such file or directory"
 
@@ -309,6 +310,14 @@ class LibrariesOfCuda(unittest.TestCase):
         # One of the wheels that cannot be loaded is left to the system.
         with self.assertRaisesRegex(ImportError, "and libcudart.so.13 is not there"):
             self.load(["libcudart.so.13"], ["cu13/lib/libcudart.so.13"], broken=["libcudart.so.13"])
+
+    def test_kernels_of_an_old_processor_are_warned_of(self):
+        with self.assertWarnsRegex(RuntimeWarning, "OPENBLAS_CORETYPE=SkylakeX before"):
+            mfs._library.warn_of_slow_blas("SkylakeX")
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            mfs._library.warn_of_slow_blas("")
+        self.assertIsInstance(mfs._mfs.better_blas_kernels(), str)
 
     def test_the_build_has_told_what_is_needed(self):
         for name in mfs._library.needed():

@@ -9,6 +9,7 @@ import os
 import pathlib
 import re
 import sys
+import warnings
 from types import ModuleType
 from typing import Optional
 
@@ -63,4 +64,16 @@ def load(name: str) -> ModuleType:
         ) from error
 
 
+def warn_of_slow_blas(kernels: str) -> None:
+    """A warning, where OpenBLAS uses kernels of an old processor; `kernels` are those it should use, or nothing."""
+    if kernels:
+        warnings.warn(
+            f"OpenBLAS does not know this processor, and MFS takes up to three times as long as it could: set the environment "
+            f"variable OPENBLAS_CORETYPE={kernels} before Python is started",
+            RuntimeWarning,
+            stacklevel=2,
+        )
+
+
 _mfs = load("mfs._mfs")
+warn_of_slow_blas(_mfs.better_blas_kernels())

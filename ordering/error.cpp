@@ -64,7 +64,7 @@ OutOfMemory::OutOfMemory(MemorySpace space, std::size_t needed, std::size_t avai
     : Error(memory_text(space, needed, available)), space_(space), needed_(needed), available_(available) {}
 
 BackendError::BackendError(std::string library, int code, const std::string& what)
-    : Error(library + " failed with code " + std::to_string(code) + ": " + what),
+    : Error(library + (code != 0 ? " failed with code " + std::to_string(code) : "") + ": " + what),
       library_(std::move(library)),
       code_(code) {}
 

@@ -57,6 +57,7 @@ TEST(Error, BackendErrorSaysLibraryAndCode) {
   EXPECT_EQ(error.library(), "METIS");
   EXPECT_EQ(error.code(), -4);
   EXPECT_STREQ(error.what(), "METIS failed with code -4: vertex separator");
+  EXPECT_STREQ(BackendError("CUDA", 0, "no device").what(), "CUDA: no device");  // nothing of it was called
 }
 
 TEST(Error, AllAreErrors) {

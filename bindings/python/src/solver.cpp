@@ -197,6 +197,7 @@ NB_MODULE(_mfs, m) {
   m.def("describe", py::describe<nanobind::ndarray<nanobind::ro>, false>, nanobind::arg("array"), described);
   m.def("option_names", mfs::option_names);
   m.def("version", mfs::version);
+  m.def("better_blas_kernels", mfs::better_blas_kernels);
   m.def("set_default_threads", mfs::set_default_threads, nanobind::arg("threads"));
   m.def("backends", [] {
     std::vector<std::string> names;

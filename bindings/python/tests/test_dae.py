@@ -19,6 +19,8 @@ import numpy as np
 import mfs
 import mfs.dae
 
+signal.signal(signal.SIGINT, signal.default_int_handler)  # jobs in the background of a script ignore it
+
 FALLING = {
     "name": "falling", "end": 1, "outputs": 4, "gravity": [0, 0, -10], "parameters": {"m": 2},
     "bodies": {"block": {"type": "rigid", "mass": "m", "inertia": [1, 1, 1]}},

@@ -17,7 +17,7 @@ SOLVERS = {
     np.dtype(np.complex128): _mfs.SolverComplexDouble,
 }
 _CUDA, _HOST = (2, 13), (1, 3)  # device types of DLPack: memory of CUDA, also managed; of the host, also page-locked
-_KINDS = {2: "f", 5: "c"}  # kinds of DLPack
+_KINDS = {0: "i", 1: "u", 2: "f", 5: "c", 6: "b"}  # kinds of DLPack
 
 
 def number_type(dtype: Any) -> np.dtype:
@@ -40,11 +40,43 @@ class Matrix(NamedTuple):
     n: int
 
 
+def is_sparse(a: Any) -> bool:
+    """Whether it is a matrix of scipy.sparse or cupyx.scipy.sparse, or a sparse tensor of torch."""
+    return hasattr(a, "tocsr") or str(getattr(a, "layout", "")).startswith("torch.sparse")
+
+
+class _Parts(NamedTuple):
+    """A matrix in compressed rows or columns as scipy.sparse names its parts."""
+
+    format: str
+    indptr: np.ndarray
+    indices: np.ndarray
+    data: np.ndarray
+    shape: tuple
+
+    @property
+    def dtype(self) -> np.dtype:
+        return self.data.dtype
+
+
+def _on_host(a: Any) -> Any:
+    """A copy on the host of a matrix of cupyx.scipy.sparse; the parts of a sparse tensor of torch."""
+    layout = str(getattr(a, "layout", ""))
+    if layout in ("torch.sparse_csr", "torch.sparse_csc"):
+        parts = (a.crow_indices(), a.col_indices()) if layout.endswith("csr") else (a.ccol_indices(), a.row_indices())
+        host = (part.detach().cpu().resolve_conj().numpy() for part in (*parts, a.values()))
+        return _Parts(layout[-3:], *host, tuple(a.shape))
+    if layout.startswith("torch.sparse"):
+        raise TypeError(f"a sparse tensor is needed in the layout torch.sparse_csr or torch.sparse_csc, not {layout}")
+    return a.get() if hasattr(a, "get") and is_on_device(getattr(a, "data", None)) else a
+
+
 def compressed(a: Any) -> Matrix:
-    """The arrays of a square scipy.sparse matrix or array; those of csr and csc are not copied."""
-    layout = getattr(a, "format", None)
-    if layout is None or not hasattr(a, "tocsr"):
-        raise TypeError(f"a matrix of scipy.sparse is needed, not {type(a).__name__}")
+    """The arrays of a square sparse matrix on the host; those of csr and csc of scipy.sparse are not copied."""
+    if not is_sparse(a):
+        raise TypeError(f"a matrix of scipy.sparse, cupyx.scipy.sparse or torch is needed, not {type(a).__name__}")
+    a = _on_host(a)
+    layout = a.format
     if layout not in ("csr", "csc"):
         a = a.tocsr()
     if len(a.shape) != 2 or a.shape[0] != a.shape[1]:
@@ -79,6 +111,8 @@ def is_on_device(array: Any) -> bool:
     """Whether an array lies on a CUDA device. Raises InvalidInput for devices of other kinds."""
     if isinstance(array, np.ndarray):
         return False
+    if is_sparse(array):
+        raise InvalidInput("a sparse matrix stands where a dense array has to be")
     if _interface(array) is not None:
         return True
     if not hasattr(array, "__dlpack_device__"):
@@ -134,7 +168,7 @@ def _by_dlpack(array: Any, stream: int) -> DeviceArray:
     address, kind, bits, shape, strides, writable, owner = _mfs.describe(capsule)
     # Arrays of JAX must not be written to, which DLPack could not say before version 1.
     writable = writable and not type(array).__module__.startswith("jax")
-    dtype = np.dtype(f"{_KINDS.get(kind, 'V')}{bits // 8}")
+    dtype = np.dtype(f"{_KINDS.get(kind, 'V')}{max(1, bits // 8)}")
     device = int(array.__dlpack_device__()[1])
     return DeviceArray(address, dtype, tuple(shape), tuple(strides), writable, device, owner)
 
@@ -148,6 +182,8 @@ def columns_on_device(array: DeviceArray, name: str, dtype: np.dtype, n: int) ->
     many = array.shape[1] if len(array.shape) == 2 else 1
     next_row = array.strides[0] if n > 1 else 1
     next_column = array.strides[1] if many > 1 else n
+    if next_row != 1 and many == 1:
+        raise InvalidInput(f"{name} has gaps between its entries")
     if next_row != 1 or next_column < n:
         raise InvalidInput(f"{name} is not column-major (order='F')")
     return many, next_column

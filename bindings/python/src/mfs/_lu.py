@@ -7,7 +7,7 @@ from typing import Any, Optional
 import numpy as np
 
 from ._library import _mfs
-from ._arrays import SOLVERS, Matrix, columns_on_device, compressed, device_arrays, empty_like, is_on_device, number_type
+from ._arrays import SOLVERS, Matrix, columns_on_device, compressed, device_arrays, empty_like, is_on_device, is_sparse, number_type
 from .errors import Error, InvalidInput, StateError
 
 _TEXT = {"backend", "rung"}
@@ -78,8 +78,8 @@ class LU:
     def refactor(self, a_or_data: Any) -> None:
         """Factors new values on the same pattern: no analysis, and no new memory.
 
-        `a_or_data` is a sparse matrix in the format of the first one, whose pattern is compared, or its array `data`,
-        of the host or of a CUDA device.
+        `a_or_data` is a sparse matrix in the format of the first one, whose pattern is compared (on the host), or its array
+        `data` (`values()` of torch), of the host or of a CUDA device.
 
         >>> import scipy.sparse, mfs
         >>> A = scipy.sparse.eye_array(4, format="csr")
@@ -88,7 +88,7 @@ class LU:
         >>> round(lu.logdet()[1], 9)
         2.772588722
         """
-        if hasattr(a_or_data, "indptr"):
+        if is_sparse(a_or_data):
             self.factorize(a_or_data)
             return
         if not is_on_device(a_or_data):
@@ -242,7 +242,8 @@ def splu(A: Any, **options: Any) -> LU:
     """Factors a square sparse matrix, as scipy.sparse.linalg.splu does.
 
     `A` is a matrix or array of scipy.sparse; csr and csc are taken as they lie, with any type of indices, others are
-    converted. Numbers of type float32, float64, complex64 and complex128 are kept, integers become float64.
+    converted. Matrices of cupyx.scipy.sparse, and tensors of torch in the layouts sparse_csr and sparse_csc, are copied to
+    the host, where the first factorization takes its matrix from. Numbers of type float32, float64, complex64 and complex128 are kept, integers become float64.
 
     `options` are those of mfs/options.hpp and mfs/analysis_options.hpp by name; mfs.option_names() lists them. Besides,
     `progress` is a function that is called now and then with the name of the phase that runs ("matching", "ordering",
@@ -313,7 +314,7 @@ class Solver:
         if self._lu is None or not self._planned:
             raise StateError("plan comes before factorize")
         self._factored = False
-        if hasattr(self._a, "indptr") or hasattr(self._a, "tocsr"):
+        if is_sparse(self._a):
             self._lu.factorize(self._a)
         else:
             self._lu.refactor(self._a)

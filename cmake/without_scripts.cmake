@@ -1,0 +1,10 @@
+# Takes the scripts postinst and postrm out of the packages of Debian that cpack has made (CPACK_PACKAGE_FILES).
+foreach(package IN LISTS CPACK_PACKAGE_FILES)
+  set(folder ${package}.unpacked)
+  execute_process(COMMAND dpkg-deb --raw-extract ${package} ${folder} COMMAND_ERROR_IS_FATAL ANY)
+  if(EXISTS ${folder}/DEBIAN/postinst OR EXISTS ${folder}/DEBIAN/postrm)
+    file(REMOVE ${folder}/DEBIAN/postinst ${folder}/DEBIAN/postrm)
+    execute_process(COMMAND dpkg-deb --root-owner-group --build ${folder} ${package} OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
+  endif()
+  file(REMOVE_RECURSE ${folder})
+endforeach()

@@ -158,8 +158,9 @@ struct OutOfCore {
   NumericBytes bytes;  // without the ladder's
   Movement movement;
 };
-/// In `available` bytes, `ladder_bytes(columns)` of which are others'. The vectors of as many columns as can
-/// be are solved with at once. Throws OutOfMemory with bytes that would do.
+/// In `available` bytes, `ladder_bytes(columns)` of which are others'. Fewer than kSolveColumns columns are
+/// solved for at once only where the vectors of so many have no room. Throws OutOfMemory with bytes that
+/// would do.
 OutOfCore plan_out_of_core(const SymbolicPlan& plan, Offset scalar_bytes, Offset value_bytes,
                            const std::function<Offset(Vertex)>& ladder_bytes, const std::string& folder,
                            Offset available);

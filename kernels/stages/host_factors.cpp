@@ -55,7 +55,6 @@ Movement movement_of(const SymbolicPlan& plan, const SegmentPlan& segments, Offs
 OutOfCore plan_out_of_core(const SymbolicPlan& plan, Offset scalar_bytes, Offset value_bytes,
                            const std::function<Offset(Vertex)>& ladder_bytes, const std::string& folder,
                            Offset available) {
-  constexpr Offset kPart = 3;  // of the region, which vectors of many columns may have in a solve
   const SegmentPlan nothing;
   const Offset others = NumericLayout(plan, scalar_bytes, value_bytes, &nothing).arena.total();
   const auto spare_for = [&](Vertex columns) {
@@ -67,7 +66,7 @@ OutOfCore plan_out_of_core(const SymbolicPlan& plan, Offset scalar_bytes, Offset
   for (made.columns = kSolveColumns; made.columns > 0; made.columns /= 4) {
     const Offset ladder = ladder_bytes(made.columns), spare = spare_for(made.columns);
     const Offset region = (available - others - ladder) / scalar_bytes / kAlignment * kAlignment;
-    if (region <= 0 || (made.columns > 1 && spare > region / kPart)) continue;
+    if (region <= spare) continue;
     made.segments = make_segments(plan, region, spare, kUndivided, Outside::file);
     if (!made.segments.empty()) break;
   }

@@ -1,6 +1,9 @@
 #include "kernels/stages/segment_moves.hpp"
 
 #include <csignal>
+#include <system_error>
+
+#include <mfs/error.hpp>
 
 namespace mfs {
 
@@ -66,13 +69,14 @@ MovingPass::MovingPass(FactorFile& file, const SegmentMoves& moves, char* storag
   sigset_t all, before;
   sigfillset(&all);
   pthread_sigmask(SIG_SETMASK, &all, &before);
+  int refused = 0;
   try {
     thread_ = std::thread([this] { run(); });
-  } catch (...) {
-    pthread_sigmask(SIG_SETMASK, &before, nullptr);
-    throw;
+  } catch (const std::system_error& error) {
+    refused = error.code().value();
   }
   pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  if (refused != 0) throw BackendError("threads", refused, std::generic_category().message(refused));
 }
 
 MovingPass::~MovingPass() {

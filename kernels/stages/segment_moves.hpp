@@ -42,7 +42,7 @@ std::vector<Offset> file_extents(const SegmentPlan& plan, Offset entry_bytes);
 /// One pass. Its thread begins with it and ends with it, and takes no signals.
 class MovingPass {
  public:
-  /// All must outlive this; the region begins at `storage`. Throws std::system_error, std::bad_alloc.
+  /// All must outlive this; the region begins at `storage`. Throws BackendError("threads"), std::bad_alloc.
   MovingPass(FactorFile& file, const SegmentMoves& moves, char* storage);
   ~MovingPass();
   MovingPass(const MovingPass&) = delete;

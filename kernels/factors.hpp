@@ -171,12 +171,13 @@ NumericBytes host_bytes(const SymbolicPlan& plan, Offset scalar_bytes, Offset va
 
 /// With single_precision the factors are float or complex<float>, whatever Value is. Must be made and used
 /// inside Engine::run, with `threads` the number given there. `outside` is null where all factors are in
-/// memory. Throws std::bad_alloc, and then BackendError("file") as all that moves factors to the file or
-/// back.
+/// memory; `columns` are solved for at once then. Throws std::bad_alloc, and then BackendError("file") as all
+/// that moves factors to the file or back.
 template <class Value>
 std::unique_ptr<Factors<Value>> make_host_factors(HostSpace space, bool single_precision,
                                                   std::shared_ptr<const SymbolicPlan> plan,
                                                   std::shared_ptr<const Pattern> pattern, int threads,
-                                                  const OutOfCore* outside = nullptr);
+                                                  const OutOfCore* outside = nullptr,
+                                                  Vertex columns = kSolveColumns);
 
 }  // namespace mfs

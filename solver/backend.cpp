@@ -59,8 +59,13 @@ struct HostPlan {
   std::shared_ptr<const Pattern> pattern;
   int threads;
 
-  std::unique_ptr<Factorization<Scalar>> make(const OutOfCore* outside) const {
-    auto factors = make_host_factors<Scalar>(space, single_precision, plan, pattern, threads, outside);
+  Offset scalar_bytes() const { return single_precision ? sizeof(Narrow<Scalar>) : sizeof(Scalar); }
+  NumericBytes bytes(Vertex columns) const {
+    return numeric_bytes(*plan, scalar_bytes(), sizeof(Scalar), columns);
+  }
+  std::unique_ptr<Factorization<Scalar>> make(const OutOfCore* outside, Vertex columns) const {
+    auto factors =
+        make_host_factors<Scalar>(space, single_precision, plan, pattern, threads, outside, columns);
     return make_factorization<Scalar>(space, std::move(factors), plan, pattern);
   }
   Planned<Factorization<Scalar>> planned(const NumericBytes& bytes, const Movement& movement,
@@ -88,21 +93,19 @@ Offset most_of(Offset bytes) {
 template <class Scalar>
 Planned<Factorization<Scalar>> plan_out_of_core(const HostPlan<Scalar>& host, const MemoryRoom& room,
                                                 Offset available) {
-  const Offset scalar_bytes = host.single_precision ? sizeof(Narrow<Scalar>) : sizeof(Scalar);
   const auto ladder = [n = host.plan->n](Vertex columns) { return ladder_bytes(n, sizeof(Scalar), columns); };
   auto outside = std::make_shared<const OutOfCore>(mfs::plan_out_of_core(
-      *host.plan, scalar_bytes, sizeof(Scalar), ladder, room.out_of_core_dir, available));
+      *host.plan, host.scalar_bytes(), sizeof(Scalar), ladder, room.out_of_core_dir, available));
   return host.planned(outside->bytes, outside->movement, [=] {
     const Offset left = free_host_bytes();
     if (outside->bytes.total() > left) return plan_out_of_core(host, room, most_of(left)).make();
-    return host.make(outside.get());
+    return host.make(outside.get(), outside->columns);
   });
 }
 
 template <class Scalar>
 Planned<Factorization<Scalar>> plan_on_host(const HostPlan<Scalar>& host, const MemoryRoom& room) {
-  const Offset scalar_bytes = host.single_precision ? sizeof(Narrow<Scalar>) : sizeof(Scalar);
-  const NumericBytes bytes = numeric_bytes(*host.plan, scalar_bytes, sizeof(Scalar));
+  const NumericBytes bytes = host.bytes(1);
   const bool has_folder = !room.out_of_core_dir.empty();
   if (has_folder) {
     const Offset free = free_host_bytes() + room.held;
@@ -111,9 +114,11 @@ Planned<Factorization<Scalar>> plan_on_host(const HostPlan<Scalar>& host, const 
   } else if (room.limit > 0 && bytes.total() > room.limit) {
     refuse_in_memory(bytes.total(), room.limit);
   }
+  Vertex columns = kSolveColumns;
+  while (room.limit > 0 && columns > 1 && host.bytes(columns).total() > room.limit) columns /= 4;
   return host.planned(bytes, {}, [=] {
     const Offset available = free_host_bytes();
-    if (bytes.total() <= available) return host.make(nullptr);
+    if (bytes.total() <= available) return host.make(nullptr, columns);
     if (has_folder) return plan_out_of_core(host, room, most_of(available)).make();
     refuse_in_memory(bytes.total(), available);
   });

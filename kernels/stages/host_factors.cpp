@@ -128,12 +128,12 @@ namespace {
 template <class Value, class Scalar>
 std::unique_ptr<Factors<Value>> make(HostSpace space, std::shared_ptr<const SymbolicPlan> plan,
                                      std::shared_ptr<const Pattern> pattern, int threads,
-                                     const OutOfCore* outside) {
+                                     const OutOfCore* outside, Vertex columns) {
   if (space == HostSpace::serial)
     return std::make_unique<HostFactors<OneThread, Value, Scalar>>(std::move(plan), std::move(pattern), 1,
-                                                                   outside);
+                                                                   outside, columns);
   return std::make_unique<HostFactors<HostThreads, Value, Scalar>>(std::move(plan), std::move(pattern),
-                                                                   threads, outside);
+                                                                   threads, outside, columns);
 }
 
 }  // namespace
@@ -142,10 +142,10 @@ template <class Value>
 std::unique_ptr<Factors<Value>> make_host_factors(HostSpace space, bool single_precision,
                                                   std::shared_ptr<const SymbolicPlan> plan,
                                                   std::shared_ptr<const Pattern> pattern, int threads,
-                                                  const OutOfCore* outside) {
+                                                  const OutOfCore* outside, Vertex columns) {
   if (single_precision)
-    return make<Value, Narrow<Value>>(space, std::move(plan), std::move(pattern), threads, outside);
-  return make<Value, Value>(space, std::move(plan), std::move(pattern), threads, outside);
+    return make<Value, Narrow<Value>>(space, std::move(plan), std::move(pattern), threads, outside, columns);
+  return make<Value, Value>(space, std::move(plan), std::move(pattern), threads, outside, columns);
 }
 
 #define MFS_INSTANTIATE(Value)                                                                              \
@@ -153,7 +153,7 @@ std::unique_ptr<Factors<Value>> make_host_factors(HostSpace space, bool single_p
                                                                    const NumericLayout&, const HostArena&); \
   template std::unique_ptr<Factors<Value>> make_host_factors<Value>(                                        \
       HostSpace, bool, std::shared_ptr<const SymbolicPlan>, std::shared_ptr<const Pattern>, int,            \
-      const OutOfCore*);
+      const OutOfCore*, Vertex);
 MFS_INSTANTIATE(float)
 MFS_INSTANTIATE(double)
 MFS_INSTANTIATE(std::complex<float>)

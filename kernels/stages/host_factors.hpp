@@ -57,9 +57,10 @@ template <class Exec, class Value, class Scalar>
 class HostFactors final : public Factors<Value> {
  public:
   HostFactors(std::shared_ptr<const SymbolicPlan> plan, std::shared_ptr<const Pattern> pattern, int threads,
-              const OutOfCore* outside)
+              const OutOfCore* outside, Vertex columns)
       : plan_(std::move(plan)),
         pattern_(std::move(pattern)),
+        columns_at_once_(outside ? outside->columns : columns),
         outside_(outside ? std::make_unique<SegmentedFactors>(*outside, sizeof(Scalar)) : nullptr),
         schedule_(make_schedule(*plan_, threads)),
         subtrees_(make_subtrees(*plan_, threads)),
@@ -136,7 +137,7 @@ class HostFactors final : public Factors<Value> {
     y_ = layout.y;
     border_ = layout.border;
   }
-  Vertex columns_at_once() const override { return outside_ ? outside_->made().columns : kSolveColumns; }
+  Vertex columns_at_once() const override { return columns_at_once_; }
 
   std::shared_ptr<char> host_vectors(Offset bytes) const override {
     const auto arena = std::make_shared<HostArena>(bytes);
@@ -198,6 +199,7 @@ class HostFactors final : public Factors<Value> {
 
   std::shared_ptr<const SymbolicPlan> plan_;
   std::shared_ptr<const Pattern> pattern_;
+  const Vertex columns_at_once_;
   std::unique_ptr<SegmentedFactors> outside_;  // null: all factors are in memory
   Exec exec_;
   Schedule schedule_;

@@ -22,6 +22,7 @@ namespace mfs::test {
 namespace {
 
 using testing::AllOf;
+using testing::Contains;
 using testing::HasSubstr;
 
 /// What a solver says of a matrix: solutions of one and of many columns, plain and transposed, and more.
@@ -55,6 +56,20 @@ void expect_same(const Answers<Scalar>& actual, const Answers<Scalar>& expected)
   EXPECT_EQ(actual.condition, expected.condition);
 }
 
+/// Answers::many as that many columns at a time give it; BLAS rounds them differently.
+template <class Scalar>
+std::vector<std::vector<Scalar>> in_blocks(BasicSolver<Scalar>& solver, const BasicSparseMatrix<Scalar>& a) {
+  const std::vector<Scalar> b = right_hand_sides(a, kMany, a.n, 6);
+  std::vector<std::vector<Scalar>> all;
+  for (const std::int64_t columns : {16, 4, 1}) {
+    std::vector<Scalar> x = b;
+    for (std::int64_t first = 0; first < kMany; first += columns)
+      solver.solve(b.data() + first * a.n, x.data() + first * a.n, std::min(columns, kMany - first));
+    all.push_back(std::move(x));
+  }
+  return all;
+}
+
 class OutOfCore : public testing::Test {
  protected:
   ~OutOfCore() override { end_fault(); }
@@ -86,6 +101,8 @@ class OutOfCore : public testing::Test {
     EXPECT_FALSE(in_memory.report().partial);
     const std::int64_t enough = in_memory.report().bytes_peak;
     expected = answers_of(in_memory, a);
+    const std::vector<std::vector<Scalar>> blocks = in_blocks(in_memory, a);
+    EXPECT_EQ(blocks.front(), expected.many);
     in_memory.refactor(next.view());
     expected_next = answers_of(in_memory, next);
     const std::int64_t least = least_limit(options, a);
@@ -97,12 +114,7 @@ class OutOfCore : public testing::Test {
       solver.factor(a.view());
       const Answers<Scalar> answers = answers_of(solver, a);
       expect_same(answers, expected);
-      const std::vector<Scalar> block = right_hand_sides(a, kMany, a.n, 6);
-      EXPECT_LE(worst_error(a, block, a.n, answers.many, a.n, kMany), kPromisedFor<Scalar>);
-      // With the least limit fewer than 16 columns may be solved for at once.
-      if (limit > least) {
-        EXPECT_EQ(answers.many, expected.many);
-      }
+      EXPECT_THAT(blocks, Contains(answers.many)) << "as of no number of columns that are solved for at once";
       EXPECT_LE(solver.report().bytes_used, limit);
       solver.refactor(next.view());
       expect_same(answers_of(solver, next), expected_next);

@@ -117,13 +117,6 @@ void FactorFile::write(std::size_t extent, const char* data) {
   }
 }
 
-void FactorFile::expect(std::size_t extent) const {
-  constexpr std::size_t kBlocks = 4;
-  const std::size_t begin = first_block_[extent], end = first_block_[extent + 1];
-  for (std::size_t i = begin; i < std::min(begin + kBlocks, end); ++i)
-    posix_fadvise(file_, blocks_[i].at, blocks_[i].bytes, POSIX_FADV_WILLNEED);
-}
-
 void FactorFile::read(std::size_t extent, char* data) {
   for (std::size_t i = first_block_[extent]; i < first_block_[extent + 1]; ++i) {
     const Block& block = blocks_[i];

@@ -24,8 +24,6 @@ class FactorFile {
 
   /// The error names the file and the block, counted through all extents.
   void write(std::size_t extent, const char* data);
-  /// Lets the system fetch the begin of an extent that will be read soon, which may do without.
-  void expect(std::size_t extent) const;
   /// Of an extent that was written. EBADMSG: a block is not what was written.
   void read(std::size_t extent, char* data);
 

@@ -120,7 +120,6 @@ bool MovingPass::wait_for_lists(std::size_t count) {
 void MovingPass::run() {
   try {
     for (const SegmentMove& move : moves_.moves) {
-      if (!moves_.out) file_.expect(move.extent);
       if (!wait_for_lists(move.after)) return;
       char* const data = storage_ + move.place;
       if (moves_.out) {

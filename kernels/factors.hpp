@@ -5,6 +5,7 @@
 #include <complex>
 #include <functional>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include <mfs/error.hpp>
@@ -12,6 +13,7 @@
 #include "kernels/dense/pivot_rule.hpp"
 #include "kernels/factor_status.hpp"
 #include "ordering/transpose.hpp"
+#include "plan/segments.hpp"
 #include "plan/symbolic_plan.hpp"
 
 namespace mfs {
@@ -148,15 +150,34 @@ class Factors {
 
 enum class HostSpace { serial, openmp };
 
+/// How factors in the memory of the host do with less of it: by a file in `folder`.
+struct OutOfCore {
+  std::string folder;
+  SegmentPlan segments;
+  Vertex columns = 1;  // whose vectors have room in the region
+  NumericBytes bytes;  // without the ladder's
+  Movement movement;
+};
+/// In `available` bytes, `ladder_bytes(columns)` of which are others'. Fewer than kSolveColumns columns are
+/// solved for at once only where the vectors of so many have no room. Throws OutOfMemory with bytes that
+/// would do.
+OutOfCore plan_out_of_core(const SymbolicPlan& plan, Offset scalar_bytes, Offset value_bytes,
+                           const std::function<Offset(Vertex)>& ladder_bytes, const std::string& folder,
+                           Offset available);
+
 /// Of factors in the memory of the host: `scalar_bytes` of an entry of the factors, `value_bytes` of one of
 /// the matrix; `columns` right-hand sides that there is room for.
 NumericBytes host_bytes(const SymbolicPlan& plan, Offset scalar_bytes, Offset value_bytes, Vertex columns);
 
 /// With single_precision the factors are float or complex<float>, whatever Value is. Must be made and used
-/// inside Engine::run, with `threads` the number given there. Throws std::bad_alloc.
+/// inside Engine::run, with `threads` the number given there. `outside` is null where all factors are in
+/// memory; `columns` are solved for at once then. Throws std::bad_alloc, and then BackendError("file") as all
+/// that moves factors to the file or back.
 template <class Value>
 std::unique_ptr<Factors<Value>> make_host_factors(HostSpace space, bool single_precision,
                                                   std::shared_ptr<const SymbolicPlan> plan,
-                                                  std::shared_ptr<const Pattern> pattern, int threads);
+                                                  std::shared_ptr<const Pattern> pattern, int threads,
+                                                  const OutOfCore* outside = nullptr,
+                                                  Vertex columns = kSolveColumns);
 
 }  // namespace mfs

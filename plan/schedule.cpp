@@ -41,6 +41,16 @@ std::vector<Group> cut(const std::vector<Vertex>& fronts, const std::vector<doub
   return groups;
 }
 
+void put_in_groups(const std::vector<Vertex>& small, const std::vector<double>& flops, int threads,
+                   DepthSchedule& depth) {
+  depth.small.reserve(small.size());
+  depth.group_begin.push_back(0);
+  for (const Group& group : cut(small, flops, threads)) {
+    depth.small.insert(depth.small.end(), small.begin() + group.begin, small.begin() + group.end);
+    depth.group_begin.push_back(static_cast<Vertex>(depth.small.size()));
+  }
+}
+
 DepthSchedule schedule_depth(const SymbolicPlan& plan, Vertex first, Vertex last, int threads) {
   const std::vector<double>& flops = plan.front_flops;
   double total = 0;
@@ -54,13 +64,7 @@ DepthSchedule schedule_depth(const SymbolicPlan& plan, Vertex first, Vertex last
                    [&](Vertex a, Vertex b) { return flops[a] > flops[b]; });
   for (const Vertex f : depth.large)
     depth.share.push_back(std::max(1, static_cast<int>(std::lround(threads * flops[f] / total))));
-
-  depth.small.reserve(small.size());
-  depth.group_begin.push_back(0);
-  for (const Group& group : cut(small, flops, threads)) {
-    depth.small.insert(depth.small.end(), small.begin() + group.begin, small.begin() + group.end);
-    depth.group_begin.push_back(static_cast<Vertex>(depth.small.size()));
-  }
+  put_in_groups(small, flops, threads, depth);
   return depth;
 }
 
@@ -71,6 +75,31 @@ Schedule make_schedule(const SymbolicPlan& plan, int threads) {
   schedule.reserve(plan.num_depths);
   for (Vertex k = 0; k < plan.num_depths; ++k) {
     schedule.push_back(schedule_depth(plan, plan.depth_begin[k], plan.depth_begin[k + 1], threads));
+  }
+  return schedule;
+}
+
+Schedule make_schedule(const SymbolicPlan& plan, const SegmentPlan& segments, const Schedule& by_depth,
+                       Vertex alone, int threads) {
+  std::vector<int> share(static_cast<std::size_t>(plan.num_fronts), 0);  // 0: of one thread
+  for (std::size_t step = static_cast<std::size_t>(alone); step < by_depth.size(); ++step) {
+    const DepthSchedule& depth = by_depth[step];
+    for (std::size_t i = 0; i < depth.large.size(); ++i) share[depth.large[i]] = depth.share[i];
+  }
+  Schedule schedule;
+  schedule.reserve(segments.segments.size());
+  for (const Segment& segment : segments.segments) {
+    DepthSchedule own;
+    std::vector<Vertex> small;
+    for (Vertex i = segment.begin; i < segment.end; ++i) {
+      const Vertex f = segments.order[i];
+      (share[f] > 0 ? own.large : small).push_back(f);
+    }
+    std::stable_sort(own.large.begin(), own.large.end(),
+                     [&](Vertex a, Vertex b) { return plan.front_flops[a] > plan.front_flops[b]; });
+    for (const Vertex f : own.large) own.share.push_back(share[f]);
+    put_in_groups(small, plan.front_flops, threads, own);
+    schedule.push_back(std::move(own));
   }
   return schedule;
 }

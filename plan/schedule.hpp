@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "plan/segments.hpp"
 #include "plan/symbolic_plan.hpp"
 
 namespace mfs {
@@ -21,5 +22,11 @@ struct DepthSchedule {
 using Schedule = std::vector<DepthSchedule>;  // by step of the plan, deepest depth first
 
 Schedule make_schedule(const SymbolicPlan& plan, int threads);
+
+/// The same for segments in place of depths. Each front is large, and worth as many threads, as in
+/// `by_depth`, but for those of the first `alone` steps, which are never shared: what is computed of it
+/// depends on that.
+Schedule make_schedule(const SymbolicPlan& plan, const SegmentPlan& segments, const Schedule& by_depth,
+                       Vertex alone, int threads);
 
 }  // namespace mfs

@@ -52,7 +52,8 @@ Offset SegmentPlaces::place(Vertex first_staying, const Ahead& ahead, Offset spa
     Segment& segment = made_.segments[t];
     const bool leaves = t < stay_ && segment.entries > 0;
     segment.host = leaves ? host : -1;
-    segment.solved_on_host = leaves && (segment.divided || segment.entries > (region_ - spare) / 2);
+    segment.solved_on_host =
+        leaves && outside_ == Outside::memory && (segment.divided || segment.entries > (region_ - spare) / 2);
     host += leaves ? segment.entries : 0;
   }
   made_.host_entries = host;

@@ -48,8 +48,8 @@ struct Contributions {
 class SegmentPlaces {
  public:
   SegmentPlaces(const SymbolicPlan& plan, const SegmentOrder& order, const Way& way, Offset region,
-                Vertex small_rows)
-      : plan_(plan), way_(way), region_(region), small_rows_(small_rows) {
+                Vertex small_rows, Outside outside)
+      : plan_(plan), way_(way), region_(region), small_rows_(small_rows), outside_(outside) {
     list_segments(order);
     group_contributions();
   }
@@ -110,6 +110,7 @@ class SegmentPlaces {
   const Way way_;
   const Offset region_;
   const Vertex small_rows_;
+  const Outside outside_;
   std::vector<Contributions> contributions_;  // one for each pair of segments, by the first
   std::vector<Offset> on_host_;               // of them: where they lie there, -1 if they do not leave
   std::vector<Offset> group_of_;              // of fronts: the (first) one in contributions_, -1 for none

@@ -110,6 +110,11 @@ constexpr struct {
              {2, {5, 2, 5}},      {3, {5, 4, 12}}, {4, {2, 3, 5}},      {4, {2, 4, 12}}};
 constexpr int kTurns = 5;
 
+/// What those read in place that leaves the region.
+bool reads_outside(const Way& way) {
+  return way.leaving_distance != kNever || way.fronts > 0;
+}
+
 /// Whether each front that stays whole has room alone.
 bool have_room(const SymbolicPlan& plan, Offset region, const Way& way) {
   for (Vertex f = 0; f < plan.num_fronts; ++f) {
@@ -136,7 +141,7 @@ double cost_of(const SegmentPlaces& places) {
 /// Makes `least` the best of one way if that costs less. Some levels at a time: more of them can only pay by
 /// what they keep on the device.
 void improve(const SymbolicPlan& plan, Offset region, Offset spare, const Way& way, Vertex small_rows,
-             Found& least) {
+             Outside outside, Found& least) {
   constexpr Vertex kLevelsAtOnce = 4;
   const auto level_cost = [&](Vertex level) {
     return level * kLevelCost * static_cast<double>(plan.factor_entries);
@@ -146,7 +151,7 @@ void improve(const SymbolicPlan& plan, Offset region, Offset spare, const Way& w
     std::vector<SegmentOrder> orders = orders_of(plan, region, level, level + kLevelsAtOnce);
     std::vector<Found> found(orders.size());
     for_all(orders.size(), [&](std::size_t i) {
-      SegmentPlaces places(plan, orders[i], way, region, small_rows);
+      SegmentPlaces places(plan, orders[i], way, region, small_rows, outside);
       const std::optional<Fit> fit = fit_into(places, region, spare);
       if (!fit) return;
       places.place(fit->first_staying, fit->ahead, spare);
@@ -161,37 +166,39 @@ void improve(const SymbolicPlan& plan, Offset region, Offset spare, const Way& w
 
 }  // namespace
 
-SegmentPlan make_segments(const SymbolicPlan& plan, Offset region, Offset spare, Vertex small_rows) {
+SegmentPlan make_segments(const SymbolicPlan& plan, Offset region, Offset spare, Vertex small_rows,
+                          Outside outside) {
   Found least;
   for (int turn = 0; turn < kTurns && least.order.step.empty(); ++turn) {
     for (const auto& [when, way] : kWays) {
-      if (when == turn) improve(plan, region, spare, way, small_rows, least);
+      if (when != turn || (outside == Outside::file && reads_outside(way))) continue;
+      improve(plan, region, spare, way, small_rows, outside, least);
     }
   }
   if (least.order.step.empty()) return {};
-  SegmentPlaces places(plan, least.order, least.way, region, small_rows);
+  SegmentPlaces places(plan, least.order, least.way, region, small_rows, outside);
   places.place(least.fit.first_staying, least.fit.ahead, spare);
   return places.finish();
 }
 
-Offset least_region(const SymbolicPlan& plan, Offset spare, Vertex small_rows) {
+Offset least_region(const SymbolicPlan& plan, Offset spare, Vertex small_rows, Outside outside) {
   Offset least = plan.storage_entries + spare;
   // The sizes of segments are bounded by parts of the region: what was found is tried for what it takes.
   for (Offset before = 0; before != least;) {
     before = least;
     const std::vector<SegmentOrder> orders = orders_of(plan, before, 0, kMostLevel + 1);
     for (const auto& [turn, way] : kWays) {
-      if (turn + 1 < kTurns) continue;
+      if (outside == Outside::file ? reads_outside(way) : turn + 1 < kTurns) continue;
       std::vector<Offset> takes(orders.size());
       for_all(orders.size(), [&](std::size_t i) {
-        SegmentPlaces places(plan, orders[i], way, before, small_rows);
+        SegmentPlaces places(plan, orders[i], way, before, small_rows, outside);
         takes[i] = places.place(places.count(), kLeastAhead, spare);
       });
       for (const Offset entries : takes) least = std::min(least, entries);
     }
     if (before - least < before / 16) break;
   }
-  while (make_segments(plan, least, spare, small_rows).empty()) least += aligned(least / 50 + 1);
+  while (make_segments(plan, least, spare, small_rows, outside).empty()) least += aligned(least / 50 + 1);
   return least;
 }
 

@@ -18,7 +18,7 @@
 //   | stay: 7 ... 6 | factors and contribution blocks ... |   | stay | vectors | segments that come and go |
 //
 // Each front has the operations of the same tiles as in a plan of one piece, and so the same factors, bit for
-// bit.
+// bit. The host does the same with a file in place of its memory (kernels/stages/segment_moves.hpp).
 #pragma once
 
 #include <utility>
@@ -98,12 +98,18 @@ struct SegmentPlan {
   Vertex last_segment_of(Vertex f) const;
 };
 
+/// Where that goes which leaves the region: to memory, where segments may read it, or to a file, from where
+/// it must come back first. Then factors alone leave, and no front is divided.
+enum class Outside { memory, file };
+
 /// For at most `region` entries of which `spare` are free in a solve. Of the plans that fit, one that leaves
 /// most on the device, the fewer levels the better; contribution blocks leave, and fronts of more than
 /// `small_rows` rows are divided, only if that must be. Empty where none fits.
-SegmentPlan make_segments(const SymbolicPlan& plan, Offset region, Offset spare, Vertex small_rows);
+SegmentPlan make_segments(const SymbolicPlan& plan, Offset region, Offset spare, Vertex small_rows,
+                          Outside outside = Outside::memory);
 /// The least region for which make_segments finds a plan, to a few percent.
-Offset least_region(const SymbolicPlan& plan, Offset spare, Vertex small_rows);
+Offset least_region(const SymbolicPlan& plan, Offset spare, Vertex small_rows,
+                    Outside outside = Outside::memory);
 
 /// The symbolic plan with the places that the segments give to factors and contribution blocks, and all of
 /// these assembled in one turn.

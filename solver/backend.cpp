@@ -1,6 +1,8 @@
 #include "solver/backend.hpp"
 
+#include <algorithm>
 #include <complex>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -24,11 +26,13 @@ void refuse_memory_limit(const Options& options) {
                                            " obeys none: its factors need all memory of their plan");
 }
 
-}  // namespace
-
-void BackendRules::check(const Options& options) const {
-  refuse_memory_limit(options);
+void refuse_out_of_core(const Options& options) {
+  if (!options.out_of_core_dir.empty())
+    throw InvalidInput("out_of_core_dir", std::string("factors of backend ") + backend_name(options.backend) +
+                                              " do not go to files");
 }
+
+}  // namespace
 
 std::size_t BackendRules::available_memory() const {
   return available_host_memory();
@@ -46,20 +50,78 @@ namespace {
 // that suit its processor (docs/experiments).
 constexpr double kHostEntry = 40;
 
+/// How the factors of a plan are made on the host.
 template <class Scalar>
-Planned<Factorization<Scalar>> plan_on_host(HostSpace space, bool single_precision,
-                                            std::shared_ptr<const SymbolicPlan> plan,
-                                            std::shared_ptr<const Pattern> pattern, int threads) {
-  const NumericBytes bytes =
-      numeric_bytes(*plan, single_precision ? sizeof(Narrow<Scalar>) : sizeof(Scalar), sizeof(Scalar));
-  const auto make = [=] {
-    const auto needed = static_cast<std::size_t>(bytes.total());
-    const std::size_t available = available_host_memory();
-    if (needed > available) throw OutOfMemory(MemorySpace::host, needed, available);
-    auto factors = make_host_factors<Scalar>(space, single_precision, plan, pattern, threads);
+struct HostPlan {
+  HostSpace space;
+  bool single_precision;
+  std::shared_ptr<const SymbolicPlan> plan;
+  std::shared_ptr<const Pattern> pattern;
+  int threads;
+
+  Offset scalar_bytes() const { return single_precision ? sizeof(Narrow<Scalar>) : sizeof(Scalar); }
+  NumericBytes bytes(Vertex columns) const {
+    return numeric_bytes(*plan, scalar_bytes(), sizeof(Scalar), columns);
+  }
+  std::unique_ptr<Factorization<Scalar>> make(const OutOfCore* outside, Vertex columns) const {
+    auto factors =
+        make_host_factors<Scalar>(space, single_precision, plan, pattern, threads, outside, columns);
     return make_factorization<Scalar>(space, std::move(factors), plan, pattern);
-  };
-  return {bytes, plan->flops, {}, make, {}, space == HostSpace::serial};
+  }
+  Planned<Factorization<Scalar>> planned(const NumericBytes& bytes, const Movement& movement,
+                                         std::function<std::unique_ptr<Factorization<Scalar>>()> made) const {
+    return {bytes, plan->flops, movement, std::move(made), {}, space == HostSpace::serial};
+  }
+};
+
+Offset free_host_bytes() {
+  return static_cast<Offset>(
+      std::min<std::size_t>(available_host_memory(), std::numeric_limits<Offset>::max() / 2));
+}
+
+/// For segments that are made for what is free: other things need some as well.
+Offset most_of(Offset bytes) {
+  return bytes - bytes / 8;
+}
+
+[[noreturn]] void refuse_in_memory(Offset needed, Offset available) {
+  OutOfMemory error(MemorySpace::host, static_cast<std::size_t>(needed), static_cast<std::size_t>(available));
+  error.append("; with out_of_core_dir, factors that do not fit would go to a file");
+  throw error;
+}
+
+template <class Scalar>
+Planned<Factorization<Scalar>> plan_out_of_core(const HostPlan<Scalar>& host, const MemoryRoom& room,
+                                                Offset available) {
+  const auto ladder = [n = host.plan->n](Vertex columns) { return ladder_bytes(n, sizeof(Scalar), columns); };
+  auto outside = std::make_shared<const OutOfCore>(mfs::plan_out_of_core(
+      *host.plan, host.scalar_bytes(), sizeof(Scalar), ladder, room.out_of_core_dir, available));
+  return host.planned(outside->bytes, outside->movement, [=] {
+    const Offset left = free_host_bytes();
+    if (outside->bytes.total() > left) return plan_out_of_core(host, room, most_of(left)).make();
+    return host.make(outside.get(), outside->columns);
+  });
+}
+
+template <class Scalar>
+Planned<Factorization<Scalar>> plan_on_host(const HostPlan<Scalar>& host, const MemoryRoom& room) {
+  const NumericBytes bytes = host.bytes(1);
+  const bool has_folder = !room.out_of_core_dir.empty();
+  if (has_folder) {
+    const Offset free = free_host_bytes() + room.held;
+    if (bytes.total() > (room.limit > 0 ? room.limit : free))
+      return plan_out_of_core(host, room, room.limit > 0 ? room.limit : most_of(free));
+  } else if (room.limit > 0 && bytes.total() > room.limit) {
+    refuse_in_memory(bytes.total(), room.limit);
+  }
+  Vertex columns = kSolveColumns;
+  while (room.limit > 0 && columns > 1 && host.bytes(columns).total() > room.limit) columns /= 4;
+  return host.planned(bytes, {}, [=] {
+    const Offset available = free_host_bytes();
+    if (bytes.total() <= available) return host.make(nullptr, columns);
+    if (has_folder) return plan_out_of_core(host, room, most_of(available)).make();
+    refuse_in_memory(bytes.total(), available);
+  });
 }
 
 template <class Scalar>
@@ -69,9 +131,9 @@ class SerialBackend final : public BackendFor<Scalar> {
   bool one_thread() const override { return true; }
   Planned<Factorization<Scalar>> plan(bool single_precision, std::shared_ptr<const SymbolicPlan> plan,
                                       std::shared_ptr<const Pattern> pattern, int threads,
-                                      const MemoryRoom&) const override {
-    return plan_on_host<Scalar>(HostSpace::serial, single_precision, std::move(plan), std::move(pattern),
-                                threads);
+                                      const MemoryRoom& room) const override {
+    return plan_on_host<Scalar>(
+        {HostSpace::serial, single_precision, std::move(plan), std::move(pattern), threads}, room);
   }
 };
 
@@ -81,13 +143,14 @@ class OpenMPBackend final : public BackendFor<Scalar> {
   BackendInfo info() const override { return {MemorySpace::host, 2e11, kHostEntry}; }
   Planned<Factorization<Scalar>> plan(bool single_precision, std::shared_ptr<const SymbolicPlan> plan,
                                       std::shared_ptr<const Pattern> pattern, int threads,
-                                      const MemoryRoom&) const override {
+                                      const MemoryRoom& room) const override {
     // Below about a millisecond of work, waking other threads costs more than they save; with a BLAS that
     // only one thread may call, they would do harm.
     constexpr double kSerialFlops = 2e7;
     const bool serial = threads == 1 || plan->flops.total() < kSerialFlops || !blas::many_callers();
-    return plan_on_host<Scalar>(serial ? HostSpace::serial : HostSpace::openmp, single_precision,
-                                std::move(plan), std::move(pattern), threads);
+    return plan_on_host<Scalar>({serial ? HostSpace::serial : HostSpace::openmp, single_precision,
+                                 std::move(plan), std::move(pattern), threads},
+                                room);
   }
 };
 
@@ -104,6 +167,7 @@ class CudaBackend final : public BackendFor<Scalar> {
   BackendInfo info() const override { return {MemorySpace::device, 1e13, 100}; }
   bool present() const override { return cuda::device_found(); }
   void check(const Options& options) const override {
+    refuse_out_of_core(options);
     check_block_size(options, "cuda");
     cuda::require_device();
   }
@@ -141,6 +205,7 @@ class PortableBackend final : public BackendFor<Scalar> {
   bool present() const override { return portable::on_host() || cuda::device_found(); }
   void check(const Options& options) const override {
     refuse_memory_limit(options);
+    refuse_out_of_core(options);
     check_block_size(options, "kokkos");
     if (!portable::on_host()) cuda::require_device();
   }

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <future>
 #include <memory>
+#include <string>
 
 #include <mfs/options.hpp>
 #include <mfs/version.hpp>
@@ -22,7 +23,7 @@ class BackendRules {
   /// Whether this build and this machine have it.
   virtual bool present() const { return true; }
   /// Throws InvalidInput for an option that it cannot obey, BackendError unless it is present.
-  virtual void check(const Options& options) const;
+  virtual void check(const Options&) const {}
   /// Whether every phase has one thread, whatever is asked for.
   virtual bool one_thread() const { return false; }
   /// Whether its work starts kernels of Kokkos.
@@ -38,9 +39,10 @@ class BackendRules {
 const BackendRules& rules_of(Backend backend);
 
 /// Bytes where the factors lie: Options::memory_limit, and what factors hold that will be gone before others
-/// are made.
+/// are made; and Options::out_of_core_dir.
 struct MemoryRoom {
   Offset limit = 0, held = 0;
+  std::string out_of_core_dir{};
 };
 
 template <class Scalar>
@@ -48,8 +50,8 @@ class BackendFor : public BackendRules {
  public:
   /// What it may load beside the analysis of a matrix with this pattern. The future ends when that has.
   virtual std::future<void> load_beside(bool single_precision, const Pattern& pattern) const;
-  /// The factors of a plan and the ladder over them. `make` throws OutOfMemory before it takes what is not
-  /// there, and is called inside Engine::run with `threads`.
+  /// The factors of a plan and the ladder over them. Throws OutOfMemory where no plan obeys a limit. `make`
+  /// throws OutOfMemory before it takes what is not there, and is called inside Engine::run with `threads`.
   virtual Planned<Factorization<Scalar>> plan(bool single_precision, std::shared_ptr<const SymbolicPlan> plan,
                                               std::shared_ptr<const Pattern> pattern, int threads,
                                               const MemoryRoom& room) const = 0;

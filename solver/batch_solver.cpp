@@ -40,6 +40,11 @@ namespace {
 
 Options checked(Options options) {
   check_options(options);
+  if (options.memory_limit > 0 && rules_of(options.backend).info().memory == MemorySpace::host)
+    throw InvalidInput("memory_limit",
+                       "batches on the host obey none: each thread has the factors of a system");
+  if (!options.out_of_core_dir.empty())
+    throw InvalidInput("out_of_core_dir", "factors of a batch do not go to files");
   if (!options.dump_prefix.empty())
     throw InvalidInput("dump_prefix", "systems of a batch are not left in files");
   return options;

@@ -98,6 +98,7 @@ constexpr Option kOptions[] = {
      [](Options& o, const std::string& text) { o.solve.max_refinement_steps = number<int>(text); }},
     {"row_floor", [](Options& o, const std::string& text) { o.solve.row_floor = number<double>(text); }},
     {"solve_singular", [](Options& o, const std::string& text) { o.solve.solve_singular = flag(text); }},
+    {"out_of_core_dir", [](Options& o, const std::string& text) { o.out_of_core_dir = text; }},
     {"dump_prefix", [](Options& o, const std::string& text) { o.dump_prefix = text; }},
 };
 

@@ -187,7 +187,8 @@ void MatrixFactors<Scalar>::report_movement(Movement movement) {
 template <class Scalar>
 Planned<Factorization<Scalar>> MatrixFactors<Scalar>::planned_for(
     std::shared_ptr<const SymbolicPlan> plan, std::shared_ptr<const Pattern> pattern) const {
-  const MemoryRoom room{static_cast<Offset>(options_.memory_limit), numeric_ ? numeric_->bytes() : 0};
+  const MemoryRoom room{static_cast<Offset>(options_.memory_limit), numeric_ ? numeric_->bytes() : 0,
+                        options_.out_of_core_dir};
   return backend_.plan(report_.single_precision, std::move(plan), std::move(pattern), phases_.threads(),
                        room);
 }
@@ -384,7 +385,11 @@ bool MatrixFactors<Scalar>::merge_failed_fronts(double allowed_flops) {
     const bool cheap =
         plan->num_fronts != analysis_->plan->num_fronts && plan->flops.total() <= allowed_flops;
     if (!cheap) return;
-    planned = planned_for(plan, analysis_->pattern);
+    try {
+      planned = planned_for(plan, analysis_->pattern);
+    } catch (const OutOfMemory&) {  // of a limit
+      return;
+    }
     const auto held = static_cast<std::size_t>(numeric_->bytes());  // by the factors that they replace
     fits = static_cast<std::size_t>(planned.bytes.total()) <= backend_.available_memory() + held;
   });

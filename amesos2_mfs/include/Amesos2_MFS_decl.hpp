@@ -25,8 +25,9 @@ namespace Amesos2 {
 
 /// The parameters of the sublist "MFS" of a list named "Amesos2", with defaults, documentation and
 /// validators: "Backend", "Threads", "DefaultThreads", "AnalysisThreads", "Matching", "Scaling",
-/// "MaxBlockSize", "MemoryLimit", "LeafSize", "PivotTolerance", "Precision", "MaxReanalyses", "Tolerance",
-/// "MaxRefinementSteps", "RowFloor", "SolveSingular", "DumpPrefix", "Verbosity", "Trans" and "IsContiguous".
+/// "MaxBlockSize", "MemoryLimit", "OutOfCoreDir", "LeafSize", "PivotTolerance", "Precision", "MaxReanalyses",
+/// "Tolerance", "MaxRefinementSteps", "RowFloor", "SolveSingular", "DumpPrefix", "Verbosity", "Trans" and
+/// "IsContiguous".
 Teuchos::RCP<const Teuchos::ParameterList> mfs_valid_parameters();
 
 /// What all solvers named MFS have done in this process. Ifpack2, FROSch and MueLu keep the solvers that they

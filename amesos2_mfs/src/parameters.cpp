@@ -86,10 +86,13 @@ Teuchos::RCP<ParameterList> valid_parameters() {
   list->set("Scaling", defaults.analysis.scaling, "Whether rows and columns are scaled");
   list->set("MaxBlockSize", defaults.analysis.max_block_size,
             "Widest block into which a pivot block is divided; backend cuda has blocks of its own");
-  list->set(
-      "MemoryLimit", static_cast<double>(defaults.memory_limit),
-      "Bytes of a device's memory for backend cuda, beyond which factors lie in the memory of the host; 0: "
-      "all that are free");
+  list->set("MemoryLimit", static_cast<double>(defaults.memory_limit),
+            "Bytes of a device's memory for backend cuda, beyond which factors lie in the memory of the "
+            "host, or of "
+            "the host's for serial and openmp, beyond which they go to a file; 0: all that are free");
+  list->set("OutOfCoreDir", defaults.out_of_core_dir,
+            "Not empty: a folder for a file of factors that the memory of the host has no room for; backends "
+            "serial and openmp");
   list->set("LeafSize", defaults.analysis.leaf_size,
             "Sub-graphs of at most this many unknowns are not dissected further");
   set_choice(
@@ -133,6 +136,7 @@ Parameters read_parameters(const ParameterList& list) {
   options.analysis.scaling = all.get<bool>("Scaling");
   options.analysis.max_block_size = in_range(all, "MaxBlockSize", 1, kAny);
   options.memory_limit = static_cast<std::int64_t>(in_range(all, "MemoryLimit", 0.0, 1e15));
+  options.out_of_core_dir = all.get<std::string>("OutOfCoreDir");
   options.analysis.leaf_size = in_range(all, "LeafSize", 1, kAny);
   options.factor.precision = get_choice(all, "Precision", kPrecisions);
   options.factor.max_reanalyses = in_range(all, "MaxReanalyses", 0, kAny);

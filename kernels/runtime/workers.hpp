@@ -74,6 +74,15 @@ struct WorkList {
   Vertex shared, single;
 };
 
+/// Of lists that wait for nothing but those before them.
+struct AtOnce {
+  bool operator()(std::size_t) const { return true; }
+};
+/// Where nobody is told.
+struct Unheard {
+  void operator()(std::size_t) const {}
+};
+
 /// What an item does its loops with.
 class Worker {
  public:
@@ -98,13 +107,15 @@ class Workers {
   int count() const { return static_cast<int>(loops_.size()); }
 
   /// Calls item(worker, list, i) for each item of size_of(list), list = 0 ... lists-1, and done(list) in
-  /// one worker some time after all items of the list are done. Items throw nothing.
-  template <class Exec, class SizeOf, class Item, class Done>
+  /// one worker some time after all items of the list are done. Items throw nothing. Each worker calls
+  /// may_begin(list) before it looks at a list, which may wait for anything but another worker's items, and
+  /// leaves all to the others where that is false.
+  template <class Exec, class SizeOf, class Item, class Done, class MayBegin = AtOnce>
   void run(const Exec& exec, const char* label, std::size_t lists, const SizeOf& size_of, const Item& item,
-           const Done& done) {
+           const Done& done, const MayBegin& may_begin = {}) {
     begin(lists, size_of);
     for_each_index(exec, label, static_cast<Offset>(loops_.size()), [&, this](Offset worker) {
-      work(static_cast<std::size_t>(worker), lists, size_of, item, done);
+      work(static_cast<std::size_t>(worker), lists, size_of, item, done, may_begin);
     });
   }
 
@@ -118,9 +129,11 @@ class Workers {
       lists_[k].left.store(size.shared + size.single, std::memory_order_relaxed);
     }
   }
-  template <class SizeOf, class Item, class Done>
-  void work(std::size_t me, std::size_t lists, const SizeOf& size_of, const Item& item, const Done& done) {
+  template <class SizeOf, class Item, class Done, class MayBegin = AtOnce>
+  void work(std::size_t me, std::size_t lists, const SizeOf& size_of, const Item& item, const Done& done,
+            const MayBegin& may_begin = {}) {
     for (std::size_t k = 0; k < lists; ++k) {
+      if (!may_begin(k)) return;
       work_on(me, k, size_of(k), item);
       if (me == 0) done(k);
     }

@@ -36,9 +36,10 @@ template <class Scalar, class Value>
 Offset first_entry(const FrontStore<Scalar, Value>& store, Vertex f, Vertex column) {
   const Front<Scalar> front = store.front(f);
   const Offset target =
-      column < front.pivots
-          ? store.lower_begin[f] + static_cast<Offset>(column) * front.lower_ld
-          : store.upper_begin[f] + static_cast<Offset>(column - front.pivots) * front.pivots;
+      store.planned_lower[f] + (column < front.pivots
+                                    ? static_cast<Offset>(column) * front.lower_ld
+                                    : store.upper_begin[f] - store.lower_begin[f] +
+                                          static_cast<Offset>(column - front.pivots) * front.pivots);
   Offset begin = store.entry_begin[f], count = store.entry_begin[f + 1] - begin;
   while (count > 0) {
     const Offset half = count / 2;
@@ -52,10 +53,13 @@ Offset first_entry(const FrontStore<Scalar, Value>& store, Vertex f, Vertex colu
   return begin;
 }
 
+/// Entries of front f. Its U follows its [P; L] as in the plan, wherever the two lie.
 template <class Scalar, class Value>
-void scatter_entries(const FrontStore<Scalar, Value>& store, Offset begin, Offset end) {
+void scatter_entries(const FrontStore<Scalar, Value>& store, Vertex f, Offset begin, Offset end) {
+  Scalar* const lower = store.storage + store.lower_begin[f];
+  const Offset planned = store.planned_lower[f];
   for (Offset e = begin; e < end; ++e)
-    store.storage[store.entry_target[e]] = store.scaled_entry(e, store.entry_row[e]);
+    lower[store.entry_target[e] - planned] = store.scaled_entry(e, store.entry_row[e]);
 }
 
 /// Adds rows [row, rows) of columns [begin, end) of a contribution block, which lie `row_shift` and
@@ -92,7 +96,7 @@ void assemble_columns(const FrontStore<Scalar, Value>& store, const Fronts& fron
   const Front<Scalar> front = fronts(f);
   const bool whole = begin == 0 && end == front.rows();
   clear_columns(front, begin, end);
-  scatter_entries(store, whole ? store.entry_begin[f] : first_entry(store, f, begin),
+  scatter_entries(store, f, whole ? store.entry_begin[f] : first_entry(store, f, begin),
                   end == front.rows() ? store.entry_begin[f + 1] : first_entry(store, f, end));
   for (Vertex c = store.child_begin[f]; c < store.child_begin[f + 1]; ++c) {
     const Vertex child = store.children[c];

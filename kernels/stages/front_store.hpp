@@ -39,7 +39,8 @@ struct FrontStore {
   const Offset* upper_begin;
   const Offset* contribution_begin;
   const Offset* entry_begin;
-  const Offset* entry_target;  // on the host only, as entry_row is
+  const Offset* entry_target;   // on the host only, as entry_row is
+  const Offset* planned_lower;  // the same: where the targets of a front's entries count its [P; L] from
   const Vertex* entry_row;
   const Vertex* entry_in_row;
 

@@ -113,11 +113,12 @@ struct TreeSchedule {
   }
 };
 
-/// Factors all fronts; done(k) is called when list k is finished.
-template <class Exec, class Scalar, class Value, class Done>
+/// Factors all fronts; done(k) is called when list k is finished, may_begin(k) before it is begun, as
+/// Workers::run has them.
+template <class Exec, class Scalar, class Value, class Done, class MayBegin = AtOnce>
 void factor_tree(const Exec& exec, Workers& workers, StackPool& stacks,
                  const FrontStore<Scalar, Value>& store, const TreeSchedule& tree, const PivotRule& rule,
-                 Stages stages, const Done& done) {
+                 Stages stages, const Done& done, const MayBegin& may_begin = {}) {
   const FrontWork<Scalar, Value> work{store, rule, stages};
   const auto do_subtrees = [&](Vertex task, FrontTally& tally) {
     const Subtrees& subtrees = *tree.subtrees;
@@ -141,16 +142,18 @@ void factor_tree(const Exec& exec, Workers& workers, StackPool& stacks,
         }
         add_to_status(store.status, tally);
       },
-      done);
+      done, may_begin);
 }
 
-/// Forward substitution of the tree, or backward substitution in opposite order.
+/// Forward substitution of the tree, or backward substitution in opposite order: its lists follow those of
+/// the other. done and may_begin are those of Workers::run.
 struct Substitution {
   bool forward, backward, transposed;
 };
-template <class Exec, class Scalar, class Value>
+template <class Exec, class Scalar, class Value, class Done = Unheard, class MayBegin = AtOnce>
 void solve_tree(const Exec& exec, Workers& workers, const FrontStore<Scalar, Value>& store,
-                const TreeSchedule& tree, const SolveVectors<Scalar>& vectors, const Substitution& what) {
+                const TreeSchedule& tree, const SolveVectors<Scalar>& vectors, const Substitution& what,
+                const Done& done = {}, const MayBegin& may_begin = {}) {
   const std::size_t count = tree.lists();
   const std::size_t forward = what.forward ? count : 0, backward = what.backward ? count : 0;
   const auto list_of = [=](std::size_t k) { return k < forward ? k : count - 1 - (k - forward); };
@@ -182,7 +185,7 @@ void solve_tree(const Exec& exec, Workers& workers, const FrontStore<Scalar, Val
             tree.depths[list - tree.before()], i, [&](Vertex f, int) { shared(worker, down, f); },
             [&](Vertex f) { alone(down, f); });
       },
-      [](std::size_t) {});
+      done, may_begin);
 }
 
 }  // namespace mfs

@@ -56,7 +56,7 @@ void predict(CaseResult& result) {
   if (result.complex || report.single_precision || report.partial) {
     result.no_prediction = result.complex            ? "rates are those of real matrices"
                            : report.single_precision ? "rates are those of double precision factors"
-                                                     : "rates are those of factors that fit the device";
+                                                     : "rates are those of factors that fit in memory";
     return;
   }
   const std::string path = rates_path();

@@ -53,11 +53,16 @@ void add_analysis_options(CLI::App& app, Command& command) {
   mfs::program::add_backend(app, command.request.options.backend, "serial, openmp (default), cuda or kokkos");
   app.add_option(
          "--memory-limit", command.request.options.memory_limit,
-         "of a GPU's memory, in bytes or with a unit (8GB, 500MiB); beyond it factors go to the memory of "
-         "the host (default: all that is free)")
+         "of a GPU's memory, beyond which factors go to the memory of the host, or with serial and openmp "
+         "that of the host, beyond which they go to a file; in bytes or with a unit (8GB, 500MiB; default: "
+         "all that is free)")
       ->type_name("SIZE")
       ->transform(CLI::AsSizeValue(true).description(""))
       ->check(CLI::PositiveNumber.description(""));
+  app.add_option("--out-of-core-dir", command.request.options.out_of_core_dir,
+                 "with serial and openmp: where a file may be made for factors that memory has no room for "
+                 "(default: none is)")
+      ->type_name("DIR");
 }
 
 void add_solve_options(CLI::App& app, Command& command) {

@@ -29,14 +29,16 @@ std::string rate(double flops, double seconds) {
   return seconds > 0 ? with_unit(flops / seconds, "flop/s") : std::string("-");
 }
 
-// Whether all factors are on the device, and what moves if not.
+// Whether all factors are on the device or in memory, and what moves if not.
 void version_line(Text& text, const CaseResult& r) {
   const Report& report = *r.report;
+  const bool on_device = backend_info(r.backend).memory == MemorySpace::device;
   if (report.partial) {
-    line(text, "version", "PARTIAL, {}; a factorization copies {} to the host, a pass of a solve {} back",
-         count(report.segments, "segment", "segments"), with_unit(static_cast<double>(report.bytes_out), "B"),
-         with_unit(static_cast<double>(report.bytes_back), "B"));
-  } else if (backend_info(r.backend).memory == MemorySpace::device) {
+    line(text, "version", "PARTIAL, {}; a factorization {} {} to {}, a pass of a solve {} {} back",
+         count(report.segments, "segment", "segments"), on_device ? "copies" : "writes",
+         with_unit(static_cast<double>(report.bytes_out), "B"), on_device ? "the host" : "a file",
+         on_device ? "copies" : "reads", with_unit(static_cast<double>(report.bytes_back), "B"));
+  } else if (on_device) {
     line(text, "version", "FULL, all factors on the device");
   }
 }

@@ -244,6 +244,7 @@ TEST(Amesos2Parameters, EveryNameOfTheDocumentation) {
     list.set("Scaling", false);
     list.set("MaxBlockSize", 128);
     list.set("MemoryLimit", 0.0);
+    list.set("OutOfCoreDir", "/tmp");
     list.set("LeafSize", 16);
     list.set("Precision", "full");
     list.set("PivotTolerance", 1e-10);
@@ -292,6 +293,7 @@ TEST(Amesos2Parameters, WrongOnesAreRefused) {
   refused([](auto& list) { list.set("MemoryLimit", -8e9); });
   refused([](auto& list) { list.set("MemoryLimit", std::nan("")); });
   refused([](auto& list) { list.set("MemoryLimit", "8GB"); });
+  refused([](auto& list) { list.set("OutOfCoreDir", 3); });
   refused([](auto& list) { list.set("MaxRefinementSteps", -1); });
   refused([](auto& list) { list.set("Backend", "gpu"); });
   refused([](auto& list) { list.set("Matching", "perhaps"); });

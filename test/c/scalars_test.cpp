@@ -97,6 +97,7 @@ TEST(ByName, EveryOptionIsSetFromText) {
                                                                   {"max_refinement_steps", "4"},
                                                                   {"row_floor", "0.5"},
                                                                   {"solve_singular", "yes"},
+                                                                  {"out_of_core_dir", "/tmp/c d"},
                                                                   {"dump_prefix", "/tmp/a b"}};
   Options o;
   std::vector<std::string> names;
@@ -107,6 +108,7 @@ TEST(ByName, EveryOptionIsSetFromText) {
   EXPECT_EQ(names, option_names());
   EXPECT_TRUE(o.backend == Backend::serial && o.threads == 3 && o.analysis.threads == 2);
   EXPECT_EQ(o.memory_limit, 8000000000);
+  EXPECT_EQ(o.out_of_core_dir, "/tmp/c d");
   EXPECT_TRUE(o.analysis.matching == Matching::never && !o.analysis.scaling &&
               o.analysis.max_block_size == 64);
   EXPECT_TRUE(o.analysis.leaf_size == 7 && o.analysis.separator_trials == 2);

@@ -219,10 +219,14 @@ TEST(Input, OptionsThatABackendCannotObey) {
     EXPECT_NO_THROW(Solver solver(options));
   }
   options = {};
+  options.backend = Backend::kokkos;
   options.memory_limit = 1000000000;
-  for (const Backend backend : {Backend::serial, Backend::openmp, Backend::kokkos}) {
+  expect_invalid([&] { Solver solver(options); }, "memory_limit");
+  options = {};
+  options.out_of_core_dir = "/tmp";
+  for (const Backend backend : {Backend::cuda, Backend::kokkos}) {
     options.backend = backend;
-    expect_invalid([&] { Solver solver(options); }, "memory_limit");
+    expect_invalid([&] { Solver solver(options); }, "out_of_core_dir");
   }
 }
 

@@ -269,11 +269,43 @@ TEST_F(Program, AnalyzeWritesJson) {
   EXPECT_EQ(made["segments"], 0);
 }
 
-// What the factors of another backend take cannot be limited.
 TEST_F(Program, MemoryLimitsTakeUnits) {
   const std::string a = file("a.mtx", kTriangular);
-  for (const char* size : {"8000000000", "8GB", "8 GB", "8GiB"})
-    EXPECT_THAT(complaint({"solve", a, "--memory-limit", size}, 3), HasSubstr("memory_limit")) << size;
+  for (const auto& [size, bytes] :
+       {std::pair{"20000", "20000"}, {"20KB", "20000"}, {"20 kb", "20000"}, {"20KiB", "20480"}})
+    EXPECT_THAT(complaint({"bench", "elas3d:4", "--memory-limit", size}, 5),
+                HasSubstr(std::string(bytes) + " available"));
+  EXPECT_THAT(complaint({"solve", a, "--backend", "kokkos", "--memory-limit", "8GB"}, 3),
+              HasSubstr("memory_limit"));
+  EXPECT_EQ(run_program({"solve", a, "--memory-limit", "8GB"}).code, 0);
+}
+
+TEST_F(Program, FactorsThatMemoryHasNoRoomForGoToAFile) {
+  const std::string in_memory = path("memory.mtx"), out_of_core = path("file.mtx"), json = path("r.json");
+  const std::vector<std::string> solve{"bench", "elas3d:9", "--threads", "2", "-o"};
+  const auto with = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), solve.begin(), solve.end());
+    return run_program(more);
+  };
+  EXPECT_EQ(with({in_memory, "--json", json}).code, 0);
+  const auto full = ordered_json::parse(text_of(json));
+  EXPECT_EQ(full["partial"], false);
+  const std::string limit = std::to_string(full["bytes_peak"].get<std::int64_t>() * 7 / 10);
+  EXPECT_THAT(complaint({"bench", "elas3d:9", "--memory-limit", limit}, 5), HasSubstr("out_of_core_dir"));
+  const std::string folder = path("");
+  const ProgramRun run = with({out_of_core, "--memory-limit", limit, "--out-of-core-dir", folder});
+  EXPECT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr(" to a file, a pass of a solve reads "));
+  EXPECT_EQ(with({out_of_core, "--memory-limit", limit, "--out-of-core-dir", folder, "--json", json}).code,
+            0);
+  EXPECT_EQ(text_of(out_of_core), text_of(in_memory));
+  const auto partial = ordered_json::parse(text_of(json));
+  EXPECT_EQ(partial["partial"], true);
+  EXPECT_GT(partial["bytes_out"], 0);
+  EXPECT_GE(partial["bytes_back"], partial["bytes_out"]);
+  EXPECT_THAT(
+      complaint({"bench", "elas3d:9", "--memory-limit", limit, "--out-of-core-dir", folder + "/none"}, 7),
+      AllOf(HasSubstr("/none"), HasSubstr("No such file")));
 }
 
 TEST_F(Program, AnalyzeNeedsNoValues) {

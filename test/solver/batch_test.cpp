@@ -270,6 +270,12 @@ TEST(Batch, RefusesWhatCannotBe) {
   Options dumping;
   dumping.dump_prefix = "x";
   expect_invalid([&] { const BatchSolver other(dumping); }, "dump_prefix");
+  Options limited;
+  limited.memory_limit = 1000000;
+  expect_invalid([&] { const BatchSolver other(limited); }, "memory_limit");
+  limited = {};
+  limited.out_of_core_dir = "/tmp";
+  expect_invalid([&] { const BatchSolver other(limited); }, "out_of_core_dir");
   BatchSolver moved = std::move(solver);
   failure_of<StateError>([&] { solver.solve(all.batch); });
   moved.solve(all.batch);

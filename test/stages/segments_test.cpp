@@ -120,6 +120,36 @@ TEST(Segments, GiveTheFactorsOfOnePieceForAnyLimit) {
   }
 }
 
+// For a file: nothing but whole factors leaves, and all of that comes back.
+TEST(Segments, ForAFileTheFactorsAloneLeave) {
+  const std::uint64_t seed = std::random_device()();
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  std::mt19937_64 random(seed);
+  for (const StageProblem<double>& problem : problems()) {
+    const SymbolicPlan& plan = *problem.plan;
+    if (plan.has_turns()) continue;
+    const Offset spare = aligned(static_cast<Offset>(random() % static_cast<std::uint64_t>(plan.n)));
+    const Offset least = least_region(plan, spare, kUndivided, Outside::file),
+                 most = plan.storage_entries + spare;
+    const Offset for_memory = least_region(plan, spare, kUndivided);
+    EXPECT_GE(least, for_memory);
+    for (const Offset region :
+         {for_memory, least,
+          least + static_cast<Offset>(random() % static_cast<std::uint64_t>(most - least + 1))}) {
+      SCOPED_TRACE("region " + std::to_string(region) + " of " + std::to_string(plan.storage_entries));
+      const SegmentPlan segments = make_segments(plan, region, spare, kUndivided, Outside::file);
+      if (region < least && segments.empty()) continue;
+      ASSERT_FALSE(segments.empty());
+      EXPECT_LE(segments.region_entries, region);
+      EXPECT_EQ(segments.blocks_out(), 0);
+      EXPECT_FALSE(segments.has_divided());
+      for (const Segment& segment : segments.segments) EXPECT_EQ(segment.comes(), !segment.stays());
+      check(problem, all_limits().front(), segments);
+      if (HasFailure()) return;
+    }
+  }
+}
+
 /// What the device's sums depend on, of every task but its places: kinds of launches, sizes, steps.
 std::multiset<std::vector<Vertex>> tasks_of(const DevicePlan& lists) {
   std::multiset<std::vector<Vertex>> tasks;

@@ -144,7 +144,7 @@ Teuchos::RCP<const Teuchos::ParameterList> MFS<Matrix, Vector>::getValidParamete
             Teuchos::AnyNumberParameterEntryValidator::AcceptedTypes(true)));
     for (const std::string& option : mfs::option_names()) {
       const bool number = option != "backend" && option != "matching" && option != "scaling" &&
-                          option != "precision" && option != "dump_prefix";
+                          option != "precision" && option != "out_of_core_dir" && option != "dump_prefix";
       if (number)
         list->set(option, std::string("0"), "See mfs/options.hpp", any);
       else if (option == "scaling")

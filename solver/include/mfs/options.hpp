@@ -90,13 +90,29 @@ struct Options {
   FactorOptions factor;
   SolveOptions solve;
   Backend backend = Backend::openmp;
-  /// Bytes of a device's memory that the factors and all that goes with them may take, for Backend::cuda; 0:
-  /// all that are free. Right after the analysis it is known whether everything fits there. Where it does
-  /// not, factors that have been made lie in page-locked memory of the host, are copied beside the work on
-  /// others, and come back in each solve (Report::partial). The solutions are the same bit for bit.
-  /// OutOfMemory names bytes that would do where even that does not fit. What the process takes for CUDA
-  /// itself, some 0.6 GB, is counted, so that all that it holds of the device stays below the limit.
+  /// Bytes that the factors and all that goes with them (Report::bytes_peak) may take where the factors lie;
+  /// 0: all that are free. Of Backend::kokkos no limit may be set.
+  ///
+  /// In a device's memory, for Backend::cuda: right after the analysis it is known whether everything fits
+  /// there. Where it does not, factors that have been made lie in page-locked memory of the host, are copied
+  /// beside the work on others, and come back in each solve (Report::partial). The solutions are the same bit
+  /// for bit. OutOfMemory names bytes that would do where even that does not fit. What the process takes for
+  /// CUDA itself, some 0.6 GB, is counted, so that all that it holds of the device stays below the limit.
+  ///
+  /// In the memory of the host, for Backend::serial and openmp: what does not fit goes to a file if there is
+  /// an out_of_core_dir, else analyze throws OutOfMemory. Where the vectors of 16 right-hand sides have no
+  /// room fewer are solved for at once, which BLAS may round differently. The matrix, its analysis and what
+  /// only some rungs of the accuracy ladder take, as the vectors of FGMRES, are not counted.
   std::int64_t memory_limit = 0;
+  /// A folder on a disk, for Backend::serial and openmp; empty: none. Where memory_limit, or without one the
+  /// memory that is free, does not do, fronts are made in segments, whose factors go to a file there beside
+  /// the work on others and come back ahead of it in each pass of a solve (Report::partial, bytes_out,
+  /// bytes_back). The solutions are the same bit for bit. The file has no name, so nothing is left of it
+  /// whatever becomes of the process; its room is reserved before any work. OutOfMemory names bytes that
+  /// would do where even that does not fit. BackendError("file") tells the error number of the system, the
+  /// folder and the block of the file: no such folder, no room on the disk, a block that cannot be read or is
+  /// not what was written. After one, refactor and solve may be called again.
+  std::string out_of_core_dir;
   /// Threads of every phase, BLAS included, at most 512. 0 means default_threads() (mfs/threads.hpp).
   int threads = 0;
   /// Called with the progress of a phase, if not empty, by the thread that called the solver. A libmfs with

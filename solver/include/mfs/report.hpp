@@ -102,12 +102,14 @@ struct Report {
   std::int64_t bytes_peak = 0;
   std::int64_t bytes_used = 0;  ///< bytes that the numeric phases really took, those libraries included
   /// Whether the factors are too large for the device, so that a part of them lies in page-locked memory of
-  /// the host (Options::memory_limit); predicted, and what was done once there are factors.
+  /// the host (Options::memory_limit), or for the host, so that a part lies in a file
+  /// (Options::out_of_core_dir); predicted, and what was done once there are factors.
   bool partial = false;
-  std::int64_t segments = 0;    ///< in which they are made then, one after the other
-  std::int64_t bytes_out = 0;   ///< that one factorization copies to the host
-  std::int64_t bytes_in = 0;    ///< of those, contribution blocks that it reads there again
-  std::int64_t bytes_back = 0;  ///< that one pass of a solve copies back, for up to 16 right-hand sides
+  std::int64_t segments = 0;   ///< in which they are made then, one after the other
+  std::int64_t bytes_out = 0;  ///< that one factorization copies to the host, or writes to the file
+  std::int64_t bytes_in = 0;   ///< of those, contribution blocks that it reads there again
+  std::int64_t bytes_back =
+      0;  ///< that one pass of a solve copies or reads back, for up to 16 right-hand sides
 
   double time_order = 0;     ///< s, check of the matrix, matching, graph, separators
   double time_symbolic = 0;  ///< s, symbolic plan, and what the backend makes of it

@@ -21,7 +21,8 @@ template <class S>
 struct OwnDense {
   // Panels of tiles first, all rows only where a front is strict; diagonal blocks are left inverted.
   static constexpr bool kSearchesAll = false;
-  /// U is substituted with: where tiny pivots are divided by, inverses of its blocks lose what they have left.
+  /// U is substituted with: where tiny pivots are divided by, inverses of its blocks lose what they have
+  /// left.
   bool substitutes = false;
 
   /// C (m x n) -= op(A) B, for small n.
@@ -55,8 +56,8 @@ struct OwnDense {
     }
   }
 
-  /// B := op(T)^-1 B for few columns; the triangles of diagonal blocks of T are inverted, those of U unless it
-  /// is substituted with. `room` has kInvertedBlock x columns entries of scratch memory. Both end with a
+  /// B := op(T)^-1 B for few columns; the triangles of diagonal blocks of T are inverted, those of U unless
+  /// it is substituted with. `room` has kInvertedBlock x columns entries of scratch memory. Both end with a
   /// barrier.
   template <class Team>
   KOKKOS_INLINE_FUNCTION void solve_unit_lower(const Team& team, Transpose transpose, Vertex n,

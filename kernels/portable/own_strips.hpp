@@ -96,8 +96,7 @@ class StripSolve {
     const Vertex width = kBlock < n_ - begin ? kBlock : n_ - begin;
     for (Vertex c = 0; c < width; ++c) {
       S sum = block_[i + c * kStripLd];
-      for (Vertex l = 0; l < c; ++l)
-        sum -= block_[i + l * kStripLd] * beside_[l * kStripLd + begin + c];
+      for (Vertex l = 0; l < c; ++l) sum -= block_[i + l * kStripLd] * beside_[l * kStripLd + begin + c];
       block_[i + c * kStripLd] = sum / beside_[c * kStripLd + begin + c];
     }
   }

@@ -80,7 +80,8 @@ class MFS_API BasicBatchSolver {
  public:
   /// Throws InvalidInput for an option that makes no sense, and for a dump_prefix, an out_of_core_dir and, on
   /// the host, a memory_limit, which no batch obeys; BackendError for a backend that is not present.
-  /// Options::memory_limit is what the arrays of a device may take: a large batch is solved in parts that fit.
+  /// Options::memory_limit is what the arrays of a device may take: a large batch is solved in parts that
+  /// fit.
   explicit BasicBatchSolver(Options options = {});
   ~BasicBatchSolver();
   BasicBatchSolver(BasicBatchSolver&&) noexcept;

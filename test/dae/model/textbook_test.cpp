@@ -125,7 +125,7 @@ TEST(Peaucellier, PointRunsAlongALine) {
     const double angle = kStart + 0.5 * sin(2 * M_PI * state.t), x = (kL * kL - kS * kS) / (2 * kC);
     // C and D are as far from the centres of their rods to P as these from P.
     const Vector3d end(x, x * std::tan(0.5 * angle), 0);
-    for (const std::string& name : {"dp", "pc"}) {
+    for (const char* name : {"dp", "pc"}) {
       const Vector3d from = result.position(state, name) - end;
       EXPECT_NEAR(from.norm(), 0.5 * kS, 1e-8) << state.t;
       EXPECT_NEAR((end + 2 * from).norm(), kL, 1e-8) << state.t;

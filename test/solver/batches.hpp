@@ -68,7 +68,8 @@ struct Systems {
 
 template <class Scalar>
 bool same_bits(const std::vector<Scalar>& a, const std::vector<Scalar>& b) {
-  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(Scalar)) == 0;
+  return a.size() == b.size() &&
+         (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(Scalar)) == 0);
 }
 
 /// Of every kind: good ones, singular ones, ones with NaN, and ones that need another matching.

@@ -19,7 +19,8 @@ namespace mfs::test {
 
 template <class Scalar>
 bool same_bits(const std::vector<Scalar>& a, const std::vector<Scalar>& b) {
-  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(Scalar)) == 0;
+  return a.size() == b.size() &&
+         (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(Scalar)) == 0);
 }
 
 inline lanes::LaneProgram lane_program_of(const SparseMatrix& a) {

@@ -1,8 +1,6 @@
 #include "perf/batch_case.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <map>
 #include <random>
 #include <stdexcept>
@@ -96,17 +94,9 @@ double worst_error(const BatchCase& batch, const double* x) {
   const std::int64_t n = batch.a.n, entries = batch.a.offsets.back();
   double worst = 0;
   for (std::int64_t k = 0; k < batch.count; ++k) {
-    const double *values = batch.values.data() + k * entries, *b = batch.b.data() + k * n, *at = x + k * n;
-    for (std::int64_t i = 0; i < n; ++i) {
-      double off = b[i], size = std::abs(b[i]);
-      for (std::int64_t e = batch.a.offsets[i]; e < batch.a.offsets[i + 1]; ++e) {
-        const double product = values[e] * at[batch.a.column_indices[e]];
-        off -= product;
-        size += std::abs(product);
-      }
-      const double error = off == 0 ? 0 : std::abs(off) / size;
-      worst = error <= worst ? worst : std::isnan(error) ? std::numeric_limits<double>::infinity() : error;
-    }
+    const Errors errors =
+        column_errors(batch.a, batch.values.data() + k * entries, batch.b.data() + k * n, x + k * n);
+    worst = std::max(worst, errors.backward);
   }
   return worst;
 }

@@ -1,72 +1,39 @@
-#include <stdexcept>
-
 #include "perf/batch_entrant.hpp"
+#include "perf/cudss_library.hpp"
+
+namespace mfs::perf {
 
 #ifndef MFS_CUDSS
 
-namespace mfs::perf {
-
 std::unique_ptr<BatchEntrant> make_cudss_batch(const BatchCase&, const std::string&, int) {
-  throw std::runtime_error("built without cuDSS: configure with -DMFS_CUDSS_INCLUDE=<folder of cudss.h>");
+  refuse_cudss();
 }
-
-}  // namespace mfs::perf
 
 #else
 
-#include "perf/cudss_library.hpp"
-#include "perf/device_array.hpp"
-
-namespace mfs::perf {
-
 namespace {
-
-using mfs::perf::check;
-void check(cudssStatus_t status, const char* what) {
-  if (status != CUDSS_STATUS_SUCCESS)
-    throw std::runtime_error(std::string(what) + ": cuDSS status " + std::to_string(status));
-}
 
 /// A uniform batch: one pattern, the values and vectors of all systems one after the other.
 class CudssBatch final : public BatchEntrant {
  public:
   CudssBatch(const BatchCase& batch, const std::string& folder, int refinements)
       : lib_(folder),
-        n_(batch.a.n),
         offsets_(batch.a.offsets),
         columns_(batch.a.column_indices),
         values_(batch.values),
         b_(batch.b),
         x_(batch.b.size()),
-        numbers_(batch.b.size()) {
-    check(lib_.cudssCreate(&handle_), "cudssCreate");
-    check(lib_.cudssConfigCreate(&config_), "cudssConfigCreate");
-    check(lib_.cudssDataCreate(handle_, &data_), "cudssDataCreate");
-    int size = static_cast<int>(batch.count), all = -1;
-    check(lib_.cudssConfigSet(config_, CUDSS_CONFIG_UBATCH_SIZE, &size, sizeof size), "batch size");
-    check(lib_.cudssConfigSet(config_, CUDSS_CONFIG_UBATCH_INDEX, &all, sizeof all), "batch index");
-    check(lib_.cudssConfigSet(config_, CUDSS_CONFIG_IR_N_STEPS, &refinements, sizeof refinements),
-          "refinement");
-    check(lib_.cudssMatrixCreateCsr(&matrix_, n_, n_, batch.a.offsets.back(), offsets_.get(), nullptr,
-                                    columns_.get(), values_.get(), CUDA_R_32I, CUDA_R_32I, CUDA_R_64F,
-                                    CUDSS_MTYPE_GENERAL, CUDSS_MVIEW_FULL, CUDSS_BASE_ZERO),
-          "cudssMatrixCreateCsr");
-    vector(&rhs_, b_.get());
-    vector(&solution_, x_.get());
+        numbers_(batch.b.size()),
+        system_(lib_, nullptr, batch.a.n, batch.a.offsets.back(), offsets_.get(), columns_.get(),
+                values_.get()),
+        rhs_(system_.vectors(b_.get(), 1)),
+        solution_(system_.vectors(x_.get(), 1)) {
+    system_.set(CUDSS_CONFIG_UBATCH_SIZE, static_cast<int>(batch.count), "batch size");
+    system_.set(CUDSS_CONFIG_UBATCH_INDEX, -1, "batch index");  // all
+    system_.set(CUDSS_CONFIG_IR_N_STEPS, refinements, "refinement");
     execute(CUDSS_PHASE_ANALYSIS, "analysis");
     execute(CUDSS_PHASE_FACTORIZATION, "factorization");
   }
-  ~CudssBatch() override {
-    for (cudssMatrix_t matrix : {matrix_, rhs_, solution_}) {
-      if (matrix) lib_.cudssMatrixDestroy(matrix);
-    }
-    if (data_) lib_.cudssDataDestroy(handle_, data_);
-    if (config_) lib_.cudssConfigDestroy(config_);
-    if (handle_) lib_.cudssDestroy(handle_);
-    cudaDeviceSynchronize();
-  }
-  CudssBatch(const CudssBatch&) = delete;
-  CudssBatch& operator=(const CudssBatch&) = delete;
 
   std::int64_t solve() override {
     execute(CUDSS_PHASE_REFACTORIZATION, "refactorization");
@@ -78,24 +45,14 @@ class CudssBatch final : public BatchEntrant {
   }
 
  private:
-  void vector(cudssMatrix_t* made, double* values) {
-    check(lib_.cudssMatrixCreateDn(made, n_, 1, n_, values, CUDA_R_64F, CUDSS_LAYOUT_COL_MAJOR),
-          "cudssMatrixCreateDn");
-  }
-  void execute(int phase, const char* what) {
-    check(lib_.cudssExecute(handle_, phase, config_, data_, matrix_, solution_, rhs_), what);
-    check(cudaDeviceSynchronize(), what);
-  }
+  void execute(int phase, const char* what) { system_.execute(phase, solution_, rhs_, what); }
 
   const CudssLibrary lib_;
-  std::int64_t n_;
   DeviceArray<int> offsets_, columns_;
   DeviceArray<double> values_, b_, x_;
-  std::size_t numbers_;
-  cudssHandle_t handle_ = nullptr;
-  cudssConfig_t config_ = nullptr;
-  cudssData_t data_ = nullptr;
-  cudssMatrix_t matrix_ = nullptr, rhs_ = nullptr, solution_ = nullptr;
+  const std::size_t numbers_;
+  CudssSystem system_;
+  const cudssMatrix_t rhs_, solution_;
 };
 
 }  // namespace
@@ -105,6 +62,6 @@ std::unique_ptr<BatchEntrant> make_cudss_batch(const BatchCase& batch, const std
   return std::make_unique<CudssBatch>(batch, folder, refinements);
 }
 
-}  // namespace mfs::perf
-
 #endif
+
+}  // namespace mfs::perf

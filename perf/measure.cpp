@@ -167,32 +167,6 @@ class Measurement {
   std::vector<double> x_;
 };
 
-Errors column_errors(const System& system, const double* b, const double* x) {
-  const FamilyMatrix& a = system.a;
-  double backward = 0, residual = 0, norm_a = 0, norm_x = 0, norm_b = 0;
-  bool finite = true;
-#pragma omp parallel for schedule(static) reduction(max : backward, residual, norm_a, norm_x, norm_b) reduction(&& : finite)
-  for (std::int64_t row = 0; row < a.n; ++row) {
-    long double sum = b[row], scale = std::abs(b[row]);
-    double row_norm = 0;
-    for (std::int64_t k = a.offsets[row]; k < a.offsets[row + 1]; ++k) {
-      const long double term = static_cast<long double>(a.values[k]) * x[a.column_indices[k]];
-      sum -= term;
-      scale += std::abs(term);
-      row_norm += std::abs(a.values[k]);
-    }
-    finite = finite && std::isfinite(x[row]);
-    const double rest = static_cast<double>(std::abs(sum));
-    if (scale > 0) backward = std::max(backward, static_cast<double>(rest / scale));
-    residual = std::max(residual, rest);
-    norm_a = std::max(norm_a, row_norm);
-    norm_x = std::max(norm_x, std::abs(x[row]));
-    norm_b = std::max(norm_b, std::abs(b[row]));
-  }
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  return finite ? Errors{backward, residual / (norm_a * norm_x + norm_b)} : Errors{kInfinity, kInfinity};
-}
-
 /// With the entries of a row sorted, and those of one place summed, as every solver takes them.
 FamilyMatrix summed(const io::CsrMatrix<double>& a) {
   FamilyMatrix result{a.rows, {0}, {}, {}};
@@ -231,10 +205,36 @@ System make_system(const std::string& name, int threads) {
   return system;
 }
 
+Errors column_errors(const FamilyMatrix& a, const double* values, const double* b, const double* x) {
+  double backward = 0, residual = 0, norm_a = 0, norm_x = 0, norm_b = 0;
+  bool finite = true;
+#pragma omp parallel for schedule(static) reduction(max : backward, residual, norm_a, norm_x, norm_b) reduction(&& : finite)
+  for (std::int64_t row = 0; row < a.n; ++row) {
+    long double sum = b[row], scale = std::abs(b[row]);
+    double row_norm = 0;
+    for (std::int64_t k = a.offsets[row]; k < a.offsets[row + 1]; ++k) {
+      const long double term = static_cast<long double>(values[k]) * x[a.column_indices[k]];
+      sum -= term;
+      scale += std::abs(term);
+      row_norm += std::abs(values[k]);
+    }
+    finite = finite && std::isfinite(x[row]);
+    const double rest = static_cast<double>(std::abs(sum));
+    if (scale > 0) backward = std::max(backward, static_cast<double>(rest / scale));
+    residual = std::max(residual, rest);
+    norm_a = std::max(norm_a, row_norm);
+    norm_x = std::max(norm_x, std::abs(x[row]));
+    norm_b = std::max(norm_b, std::abs(b[row]));
+  }
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  return finite ? Errors{backward, residual / (norm_a * norm_x + norm_b)} : Errors{kInfinity, kInfinity};
+}
+
 Errors errors_of(const System& system, const double* x, int columns) {
   Errors worst;
   for (int j = 0; j < columns; ++j) {
-    const Errors errors = column_errors(system, system.b.data() + j * system.a.n, x + j * system.a.n);
+    const Errors errors =
+        column_errors(system.a, system.a.values.data(), system.b.data() + j * system.a.n, x + j * system.a.n);
     worst = {std::max(worst.backward, errors.backward), std::max(worst.residual, errors.residual)};
   }
   return worst;

@@ -16,11 +16,14 @@ namespace mfs::perf {
 /// InvalidInput.
 System make_system(const std::string& name, int threads);
 
-/// Largest componentwise backward error |b - A x|_i / (|A| |x| + |b|)_i of the first `columns` columns, and
-/// their largest residual |b - A x|_inf / (|A|_inf |x|_inf + |b|_inf); infinite where x is not finite.
+/// Largest componentwise backward error |b - A x|_i / (|A| |x| + |b|)_i, and residual |b - A x|_inf /
+/// (|A|_inf |x|_inf + |b|_inf); infinite where x is not finite.
 struct Errors {
   double backward = 0, residual = 0;
 };
+/// Of one column, for a matrix with the pattern of `a` and values of its own.
+Errors column_errors(const cases::FamilyMatrix& a, const double* values, const double* b, const double* x);
+/// The largest of the first `columns` columns.
 Errors errors_of(const System& system, const double* x, int columns);
 
 using MakeCandidate = std::function<std::unique_ptr<Candidate>(const System&)>;

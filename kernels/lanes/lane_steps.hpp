@@ -226,16 +226,7 @@ struct LaneSteps {
       if (c > 0) Kind::store(by[c], u + c * kStep);
     }
     const Vertex count = p.column_begin[j + width] - p.pivot[j + width - 1] - 1;
-    Vertex i = 0;
-    for (; i + Kind::kRows <= count; i += Kind::kRows)
-      subtract_rows<width, Kind::kRows>(target, l, by, column, i);
-    if constexpr (Kind::kRows > 4) {
-      for (; i + 4 <= count; i += 4) subtract_rows<width, 4>(target, l, by, column, i);
-    }
-    if constexpr (Kind::kRows > 2) {
-      for (; i + 2 <= count; i += 2) subtract_rows<width, 2>(target, l, by, column, i);
-    }
-    for (; i < count; ++i) subtract_rows<width, 1>(target, l, by, column, i);
+    subtract_range<width>(target, l, by, column, 0, count);
     return target + count;
   }
   template <int width, int rows>
@@ -253,18 +244,24 @@ struct LaneSteps {
     }
     for (int row = 0; row < rows; ++row) Kind::store(entry[row], to[row]);
   }
-  static MFS_LANES void subtract_entries(const ProgramView& p, Vertex begin, Vertex end, const Number& by,
-                                         const Real* factors, Real* y) {
-    Vertex e = begin;
-    const Real* l[1] = {factors};
-    for (; e + Kind::kRows <= end; e += Kind::kRows) subtract_rows<1, Kind::kRows>(p.row, l, &by, y, e);
+  // Rows first ... last - 1, as many at a time as they are loaded before one is stored.
+  template <int width>
+  static MFS_LANES void subtract_range(const Vertex* target, const Real* const* l, const Number* by,
+                                       Real* column, Vertex first, Vertex last) {
+    for (; first + Kind::kRows <= last; first += Kind::kRows)
+      subtract_rows<width, Kind::kRows>(target, l, by, column, first);
     if constexpr (Kind::kRows > 4) {
-      for (; e + 4 <= end; e += 4) subtract_rows<1, 4>(p.row, l, &by, y, e);
+      for (; first + 4 <= last; first += 4) subtract_rows<width, 4>(target, l, by, column, first);
     }
     if constexpr (Kind::kRows > 2) {
-      for (; e + 2 <= end; e += 2) subtract_rows<1, 2>(p.row, l, &by, y, e);
+      for (; first + 2 <= last; first += 2) subtract_rows<width, 2>(target, l, by, column, first);
     }
-    for (; e < end; ++e) subtract_rows<1, 1>(p.row, l, &by, y, e);
+    for (; first < last; ++first) subtract_rows<width, 1>(target, l, by, column, first);
+  }
+  static MFS_LANES void subtract_entries(const ProgramView& p, Vertex begin, Vertex end, const Number& by,
+                                         const Real* factors, Real* y) {
+    const Real* const l[1] = {factors};
+    subtract_range<1>(p.row, l, &by, y, begin, end);
   }
   // Lanes where `add` is 0 keep what they have, whatever the other is.
   static MFS_LANES Number sum_where(const V& add, const Number& have, const Number& other) {

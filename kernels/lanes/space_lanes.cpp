@@ -6,7 +6,17 @@ namespace mfs::lanes {
 
 namespace {
 using Exec = Kokkos::DefaultExecutionSpace;
+
+template <class Copy>
+void copy_all(const std::vector<SpaceCopy>& copies, void* stream, const Copy& copy) {
+  Space<Exec>::start();
+  Space<Exec>::Queue queue;
+  queue.follow(stream);
+  for (const SpaceCopy& one : copies) copy(queue, one);
+  queue.wait();
 }
+
+}  // namespace
 
 template <class Scalar>
 std::unique_ptr<SpaceLanes<Scalar>> make_space_lanes(const LaneProgram& program, const LaneRules& rules,
@@ -16,19 +26,13 @@ std::unique_ptr<SpaceLanes<Scalar>> make_space_lanes(const LaneProgram& program,
 }
 
 void copy_to_host(const std::vector<SpaceCopy>& copies, void* stream) {
-  Space<Exec>::start();
-  Space<Exec>::Queue queue;
-  queue.follow(stream);
-  for (const SpaceCopy& copy : copies) queue.to_host(copy.to, copy.from, copy.bytes);
-  queue.wait();
+  copy_all(copies, stream,
+           [](auto& queue, const SpaceCopy& copy) { queue.to_host(copy.to, copy.from, copy.bytes); });
 }
 
 void copy_to_space(const std::vector<SpaceCopy>& copies, void* stream) {
-  Space<Exec>::start();
-  Space<Exec>::Queue queue;
-  queue.follow(stream);
-  for (const SpaceCopy& copy : copies) queue.to_space(copy.to, copy.from, copy.bytes);
-  queue.wait();
+  copy_all(copies, stream,
+           [](auto& queue, const SpaceCopy& copy) { queue.to_space(copy.to, copy.from, copy.bytes); });
 }
 
 #define MFS_INSTANTIATE(S)                                                                                  \

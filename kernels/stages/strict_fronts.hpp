@@ -6,9 +6,8 @@
 //              next factorization on. The present one is repeated, with all ancestors strict, too: what they
 //              had from the front was not right, so they may have been taken for strict, or not, for nothing.
 //   needs it   a strict front tells by its pivots and the rows that they came from. Where those of the tile
-//   would
-//              have done, with a margin, the front is no longer strict in the next factorization: it need not
-//              be tried without, and repeated where that is in vain.
+//              would have done, with a margin, the front is no longer strict in the next factorization: it
+//              need not be tried without, and repeated where that is in vain.
 //
 // A front that is found again was released in vain. It is strict then until it has not needed to be in
 // kPatience factorizations.

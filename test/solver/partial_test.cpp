@@ -6,36 +6,11 @@
 #include <complex>
 #include <string>
 
+#include "test/solver/answers.hpp"
 #include "test/solver/on_device.hpp"
-#include "test/solver/systems.hpp"
 
 namespace mfs::test {
 namespace {
-
-/// One column of the plain and one of the transposed system, and the determinant.
-template <class Scalar>
-struct Answers {
-  std::vector<Scalar> x, transposed;
-  Determinant<Scalar> determinant;
-};
-
-template <class Scalar>
-Answers<Scalar> answers_of(BasicSolver<Scalar>& solver, const BasicSparseMatrix<Scalar>& a) {
-  const std::vector<Scalar> b = right_hand_sides(a, 1, a.n, 5);
-  Answers<Scalar> answers{b, b, {}};
-  solver.solve(b.data(), answers.x.data());
-  solver.solve_transpose(b.data(), answers.transposed.data());
-  answers.determinant = solver.determinant();
-  return answers;
-}
-
-template <class Scalar>
-void expect_same(const Answers<Scalar>& actual, const Answers<Scalar>& expected) {
-  EXPECT_EQ(actual.x, expected.x);
-  EXPECT_EQ(actual.transposed, expected.transposed);
-  EXPECT_EQ(actual.determinant.phase, expected.determinant.phase);
-  EXPECT_EQ(actual.determinant.log_abs, expected.determinant.log_abs);
-}
 
 /// Bytes of the device in use, as seen from outside the library.
 std::int64_t bytes_in_use() {

@@ -108,8 +108,8 @@ struct Report {
   std::int64_t segments = 0;   ///< in which they are made then, one after the other
   std::int64_t bytes_out = 0;  ///< that one factorization copies to the host, or writes to the file
   std::int64_t bytes_in = 0;   ///< of those, contribution blocks that it reads there again
-  std::int64_t bytes_back =
-      0;  ///< that one pass of a solve copies or reads back, for up to 16 right-hand sides
+  /// That one pass of a solve copies or reads back, for up to 16 right-hand sides.
+  std::int64_t bytes_back = 0;
 
   double time_order = 0;     ///< s, check of the matrix, matching, graph, separators
   double time_symbolic = 0;  ///< s, symbolic plan, and what the backend makes of it

@@ -331,18 +331,15 @@ TEST_F(DeviceArraysOfDoubles, LargeRootsDoWithoutPivotsWhereTheyCan) {
   auto first = b, x = b, with_pivots = b;
   solver.solve(b.data(), first.data());
   EXPECT_LE(worst_error(common, b, common.n, first, common.n, 1), kPromised);
-  for (auto* to : {&with_pivots, &x}) {
-    solver.refactor(rare.view());
-    solver.solve(b.data(), to->data());
-    EXPECT_LE(worst_error(rare, b, rare.n, *to, rare.n, 1), kPromised);
-  }
+  solver.refactor(rare.view());
+  solver.solve(b.data(), with_pivots.data());
+  EXPECT_LE(worst_error(rare, b, rare.n, with_pivots, rare.n, 1), kPromised);
+  solver.refactor(common.view());
+  solver.solve(b.data(), x.data());
+  EXPECT_EQ(x, first) << "the next factorization is tried without pivots";
+  solver.refactor(rare.view());
+  solver.solve(b.data(), x.data());
   EXPECT_EQ(x, with_pivots);
-  for (int again = 0; again < 2; ++again) {
-    solver.refactor(common.view());
-    solver.solve(b.data(), x.data());
-    EXPECT_LE(worst_error(common, b, common.n, x, common.n, 1), kPromised);
-    EXPECT_EQ(x == first, again == 1) << "the second factorization is tried without pivots";
-  }
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <iterator>
+#include <memory>
 #include <mutex>
 #include <type_traits>
 #include <vector>
@@ -255,14 +256,22 @@ int singular_values(Vertex n, Scalar* a, double* singular, Scalar* u, Scalar* v_
 template <class Scalar>
 double estimate_norm(Vertex n, const std::function<void(Scalar*)>& apply,
                      const std::function<void(Scalar*)>& apply_adjoint) {
-  std::vector<Scalar> v(static_cast<std::size_t>(n)), x(static_cast<std::size_t>(n));
+  // Kernels of BLAS add in another order where a vector begins elsewhere in a line of cache (dasum of
+  // OpenBLAS with AVX-512), so that two estimates would differ in their last bits.
+  constexpr std::size_t kLine = 64, kOfLine = kLine / sizeof(Scalar);
+  const std::size_t length = (static_cast<std::size_t>(n) + kOfLine - 1) / kOfLine * kOfLine;
+  std::vector<Scalar> room(2 * length + kOfLine);
+  void* begin = room.data();
+  std::size_t space = room.size() * sizeof(Scalar);
+  Scalar* const v = static_cast<Scalar*>(std::align(kLine, 2 * length * sizeof(Scalar), begin, space));
+  Scalar* const x = v + length;
   std::vector<int> signs(static_cast<std::size_t>(n));
   decltype(std::abs(Scalar())) estimate = 0;
   int kase = 0, save[3] = {};
   for (;;) {
-    lacn2(n, v.data(), x.data(), signs.data(), &estimate, &kase, save);
+    lacn2(n, v, x, signs.data(), &estimate, &kase, save);
     if (kase == 0) return estimate;
-    (kase == 1 ? apply : apply_adjoint)(x.data());
+    (kase == 1 ? apply : apply_adjoint)(x);
   }
 }
 

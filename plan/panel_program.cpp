@@ -120,7 +120,7 @@ class PanelPlanner {
 // Both in ns, without the operations that they have in common. Measured on a Xeon with AVX-512, OpenBLAS
 // 0.3.21; 2026-11-25, docs/experiments/host.md.
 double expected_time(const PanelProgram& program) {
-  constexpr double kPanel = 25, kRun = 6;
+  constexpr double kPanel = 25, kRun = 8;
   double time = 0;
   for (const PanelProgram::Panel& panel : program.panels) {
     for (Vertex s = panel.source_begin; s < panel.source_end; ++s) {

@@ -125,18 +125,33 @@ struct Steps {
   // rows, then others.
   static MFS_LANES void subtract_panel(const Panel& by, Vertex u, const Run& first, const Run* run,
                                        const Run* end, const Panel& panel) {
-    switch (by.columns + 4 * panel.columns) {
-#define MFS_GROUP(COLUMNS, WIDTH) \
-  case WIDTH + 4 * COLUMNS:       \
-    return subtract_columns<COLUMNS, WIDTH>(by, u, first, run, end, panel);
-#define MFS_GROUPS(COLUMNS) \
-  MFS_GROUP(COLUMNS, 1) MFS_GROUP(COLUMNS, 2) MFS_GROUP(COLUMNS, 3) MFS_GROUP(COLUMNS, 4)
-      MFS_GROUPS(1)
-      MFS_GROUPS(2)
-      MFS_GROUPS(3)
-      MFS_GROUPS(4)
-#undef MFS_GROUPS
-#undef MFS_GROUP
+    if constexpr (Kind::kParts > 1) {  // which have no registers to share
+      for (Vertex c = 0; c < panel.columns; ++c) subtract_from<1>(by, u, first, run, end, panel.only(c));
+    } else {
+      switch (panel.columns) {
+        case 1:
+          return subtract_from<1>(by, u, first, run, end, panel);
+        case 2:
+          return subtract_from<2>(by, u, first, run, end, panel);
+        case 3:
+          return subtract_from<3>(by, u, first, run, end, panel);
+        default:
+          return subtract_from<kMostTogether>(by, u, first, run, end, panel);
+      }
+    }
+  }
+  template <int columns>
+  static MFS_LANES void subtract_from(const Panel& by, Vertex u, const Run& first, const Run* run,
+                                      const Run* end, const Panel& panel) {
+    switch (by.columns) {
+      case 1:
+        return subtract_columns<columns, 1>(by, u, first, run, end, panel);
+      case 2:
+        return subtract_columns<columns, 2>(by, u, first, run, end, panel);
+      case 3:
+        return subtract_columns<columns, 3>(by, u, first, run, end, panel);
+      default:
+        return subtract_columns<columns, kMostTogether>(by, u, first, run, end, panel);
     }
   }
   // Each number takes its products in the order of the columns.
@@ -196,9 +211,7 @@ struct Steps {
   }
 
   // Of the panel's first pivot, as its own rows are numbered.
-  static MFS_LANES Vertex diagonal_row(const Panel& panel) {
-    return panel.pivot_row + panel.before;
-  }
+  static MFS_LANES Vertex diagonal_row(const Panel& panel) { return panel.pivot_row + panel.before; }
 
   // LU of a panel that has all products with columns before it.
   static MFS_LANES bool eliminate(const System<Scalar>& system, Vertex index, const Panel& panel,

@@ -22,7 +22,7 @@ struct Runs {
 
 /// With what `runs` holds as defaults; `threads_of`: whose threads, for the help.
 inline void add_options(CLI::App& app, Runs& runs, const std::string& threads_of) {
-  app.add_option("cases", runs.cases, "FAMILY:SIZE or a file, Matrix Market or PETSc binary")
+  app.add_option("cases", runs.cases, "FAMILY:SIZE, chain:BODIES or a file, Matrix Market or PETSc binary")
       ->capture_default_str();
   app.add_option("--threads", runs.threads, threads_of)->check(CLI::PositiveNumber);
   app.add_option("--repeat", runs.repeat, "refactorizations and solves that are timed")

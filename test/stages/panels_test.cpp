@@ -127,6 +127,22 @@ TYPED_TEST(PanelsOf, PivotsAndSolutionsAreThoseOfTheReference) {
   EXPECT_GT(moved, 20) << "no rows are exchanged";
 }
 
+// Entries of about the same size. (Of complex numbers the largest may be another by the sum of the parts.)
+TEST(Panels, PivotsAreTheLargestOfTheirBlock) {
+  for (const Vertex pivots : {2, 5, 13, 31}) {
+    std::vector<Entry> entries;
+    Random random(static_cast<std::uint64_t>(pivots));
+    for (Vertex i = 0; i < pivots + 3; ++i) {
+      for (Vertex j = 0; j < pivots + 3; ++j) entries.push_back({i, j, random.entry()});
+    }
+    const StageProblem<double> problem = two_fronts(pivots, 3, entries, 64);
+    const auto fronts = factor(*problem.plan, problem.scaled(), ReferenceRule());
+    Panels<double> panels(problem);
+    ASSERT_TRUE(panels.factor());
+    for (Vertex i = 0; i < pivots; ++i) EXPECT_EQ(panels.local_row[i], fronts[0].row_at[i]) << i;
+  }
+}
+
 /// [pivot 1; border 1] with one unknown in each front.
 template <class Scalar>
 bool passes(Scalar pivot, Scalar border, const panels::PivotBounds& bounds) {

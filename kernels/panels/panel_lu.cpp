@@ -53,10 +53,12 @@ struct Steps {
       return at_first + (static_cast<Offset>(column) * rows + row) * kStep;
     }
     MFS_LANES Number load(Vertex column, Vertex row) const { return Kind::load(at(column, row)); }
-    /// One column of it.
+    /// One column of it, as a panel.
     MFS_LANES Panel only(Vertex column) const {
       Panel one = *this;
       one.at_first = at(column, 0);
+      one.first += column;
+      one.before += column;
       one.columns = 1;
       return one;
     }
@@ -323,21 +325,27 @@ struct Steps {
     if (forward && !transposed) exchange_positions<width, true>(system, f, y);
     for (Vertex k = 0; k < end - begin; ++k) {
       const Panel panel(system, forward ? begin + k : end - 1 - k);
-      switch (panel.columns) {
-        case 1:
-          pass<width, 1, forward, transposed>(system, panel, y);
-          break;
-        case 2:
-          pass<width, 2, forward, transposed>(system, panel, y);
-          break;
-        case 3:
-          pass<width, 3, forward, transposed>(system, panel, y);
-          break;
-        default:
-          pass<width, kMostTogether, forward, transposed>(system, panel, y);
+      if constexpr (Kind::kParts > 1) {
+        for (Vertex c = 0; c < panel.columns; ++c)
+          pass<width, 1, forward, transposed>(system, panel.only(forward ? c : panel.columns - 1 - c), y);
+      } else {
+        pass_panel<width, forward, transposed>(system, panel, y);
       }
     }
     if (!forward && transposed) exchange_positions<width, false>(system, f, y);
+  }
+  template <int width, bool forward, bool transposed>
+  static MFS_LANES void pass_panel(const System<Scalar>& system, const Panel& panel, Real* y) {
+    switch (panel.columns) {
+      case 1:
+        return pass<width, 1, forward, transposed>(system, panel, y);
+      case 2:
+        return pass<width, 2, forward, transposed>(system, panel, y);
+      case 3:
+        return pass<width, 3, forward, transposed>(system, panel, y);
+      default:
+        return pass<width, kMostTogether, forward, transposed>(system, panel, y);
+    }
   }
   // As exchange_rows, and back.
   template <int width, bool there>

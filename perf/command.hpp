@@ -10,6 +10,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "perf/chain.hpp"
 #include "solver/program/bench_case.hpp"
 
 namespace mfs::perf {
@@ -21,7 +22,7 @@ struct Runs {
 
 /// With what `runs` holds as defaults; `threads_of`: whose threads, for the help.
 inline void add_options(CLI::App& app, Runs& runs, const std::string& threads_of) {
-  app.add_option("cases", runs.cases, "FAMILY:SIZE or a file, Matrix Market or PETSc binary")
+  app.add_option("cases", runs.cases, "FAMILY:SIZE, chain:BODIES or a file, Matrix Market or PETSc binary")
       ->capture_default_str();
   app.add_option("--threads", runs.threads, threads_of)->check(CLI::PositiveNumber);
   app.add_option("--repeat", runs.repeat, "refactorizations and solves that are timed")
@@ -36,7 +37,9 @@ inline void print(const nlohmann::ordered_json& json) {
 
 /// Throws std::invalid_argument for the first that is no case.
 inline void check_cases(const Runs& runs) {
-  for (const std::string& name : runs.cases) io::check_bench_case(name);
+  for (const std::string& name : runs.cases) {
+    if (!is_chain(name)) io::check_bench_case(name);
+  }
 }
 
 /// Calls run_case(name) for each case. Returns whether each said that it was solved.

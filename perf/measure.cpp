@@ -11,6 +11,7 @@
 #include <mfs/mfs.hpp>
 
 #include "ordering/stopwatch.hpp"
+#include "perf/chain.hpp"
 #include "perf/device_info.hpp"
 #include "solver/program/bench_case.hpp"
 
@@ -195,10 +196,15 @@ FamilyMatrix summed(const io::CsrMatrix<double>& a) {
 }  // namespace
 
 System make_system(const std::string& name, int threads) {
-  const io::SquareMatrix matrix = io::load_bench_case(name, threads);
-  const auto* a = std::get_if<io::CsrMatrix<double>>(&matrix);
-  if (!a) throw InvalidInput(name, "the matrix is complex");
-  System system{summed(*a), {}};
+  System system;
+  if (const auto chain = chain_of(name)) {
+    system.a = *chain;
+  } else {
+    const io::SquareMatrix matrix = io::load_bench_case(name, threads);
+    const auto* a = std::get_if<io::CsrMatrix<double>>(&matrix);
+    if (!a) throw InvalidInput(name, "the matrix is complex");
+    system.a = summed(*a);
+  }
   system.b.resize(static_cast<std::size_t>(system.a.n * kColumns));
   std::mt19937_64 random(3);
   for (double& value : system.b) value = static_cast<double>(random() >> 11) * 0x1p-52 - 1.0;

@@ -10,6 +10,7 @@
 
 #include "kernels/cuda/cuda_factors.hpp"
 #include "kernels/dense/blas.hpp"
+#include "kernels/panels/panel_factors.hpp"
 #include "kernels/portable/portable_factors.hpp"
 #include "kernels/runtime/scalars.hpp"
 #include "plan/device_plan.hpp"
@@ -58,14 +59,20 @@ struct HostPlan {
   std::shared_ptr<const SymbolicPlan> plan;
   std::shared_ptr<const Pattern> pattern;
   int threads;
+  /// For a tiny system, beside the fronts (kernels/panels/panel_factors.hpp).
+  std::shared_ptr<const PanelProgram> panels = make_panel_program(*plan, *pattern);
 
   Offset scalar_bytes() const { return single_precision ? sizeof(Narrow<Scalar>) : sizeof(Scalar); }
   NumericBytes bytes(Vertex columns) const {
-    return numeric_bytes(*plan, scalar_bytes(), sizeof(Scalar), columns);
+    NumericBytes bytes = numeric_bytes(*plan, scalar_bytes(), sizeof(Scalar), columns);
+    if (panels) bytes.other += panel_bytes(*plan, *panels, scalar_bytes());
+    return bytes;
   }
   std::unique_ptr<Factorization<Scalar>> make(const OutOfCore* outside, Vertex columns) const {
     auto factors =
         make_host_factors<Scalar>(space, single_precision, plan, pattern, threads, outside, columns);
+    if (panels && !outside)
+      factors = make_panel_factors<Scalar>(single_precision, std::move(factors), plan, pattern, panels);
     return make_factorization<Scalar>(space, std::move(factors), plan, pattern);
   }
   Planned<Factorization<Scalar>> planned(const NumericBytes& bytes, const Movement& movement,
@@ -104,9 +111,11 @@ Planned<Factorization<Scalar>> plan_out_of_core(const HostPlan<Scalar>& host, co
 }
 
 template <class Scalar>
-Planned<Factorization<Scalar>> plan_on_host(const HostPlan<Scalar>& host, const MemoryRoom& room) {
-  const NumericBytes bytes = host.bytes(1);
+Planned<Factorization<Scalar>> plan_on_host(HostPlan<Scalar> host, const MemoryRoom& room) {
   const bool has_folder = !room.out_of_core_dir.empty();
+  // With a folder, solutions are the same for any limit, and some leave no room for panels.
+  if (has_folder || (room.limit > 0 && host.bytes(1).total() > room.limit)) host.panels.reset();
+  const NumericBytes bytes = host.bytes(1);
   if (has_folder) {
     const Offset free = free_host_bytes() + room.held;
     if (bytes.total() > (room.limit > 0 ? room.limit : free))

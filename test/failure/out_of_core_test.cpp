@@ -90,7 +90,7 @@ class OutOfCore : public testing::Test {
   void check(const Options& options, const BasicSparseMatrix<Scalar>& a,
              const BasicSparseMatrix<Scalar>& next) {
     MoreAnswers<Scalar> expected, expected_next;
-    BasicSolver<Scalar> in_memory(options);
+    BasicSolver<Scalar> in_memory(within(options, 0));
     in_memory.factor(a.view());
     EXPECT_FALSE(in_memory.report().partial);
     const std::int64_t enough = in_memory.report().bytes_peak;

@@ -21,6 +21,18 @@ std::vector<std::string> solvers(const std::vector<nlohmann::json>& lines) {
   return names;
 }
 
+TEST(PerfHost, TakesChainsOfBodies) {
+  const ProgramRun run = shell(kHost + "--peers klu --repeat 1 --rounds 1 chain:3 chain:2");
+  ASSERT_EQ(run.code, 0) << run.err;
+  const std::vector<nlohmann::json> lines = json_lines(run.out);
+  ASSERT_EQ(lines.size(), 6u);
+  EXPECT_EQ(lines[0]["case"], "chain:3");
+  EXPECT_EQ(lines[0]["n"], 35);
+  EXPECT_EQ(lines[0]["accurate"], true);
+  EXPECT_EQ(lines[3]["n"], 24);
+  EXPECT_EQ(shell(kHost + "--peers klu chain:1").code, 2);
+}
+
 TEST(PerfHost, SolversTakeTurnsAndRatiosHaveTheirSpread) {
   const ProgramRun run = shell(kHost + kStub + "--peers umfpack,klu --repeat 1 --rounds 3 poisson2d:6");
   ASSERT_EQ(run.code, 0) << run.err;

@@ -111,6 +111,67 @@ TEST(Repeatability, SameBitsFromRunToRunAndFromObjectToObject) {
   }
 }
 
+/// A number of the diagonal that is zero, with a row and a column that hold nothing else: of a singular
+/// matrix.
+SparseMatrix with_empty_row(SparseMatrix a, std::int64_t row) {
+  for (std::int64_t i = 0; i < a.n; ++i) {
+    for (std::int64_t k = a.offsets[i]; k < a.offsets[i + 1]; ++k) {
+      if (i == row || a.columns[k] == row) a.values[k] = 0;
+    }
+  }
+  return a;
+}
+
+// Tiny systems, too, whose factors are made in two ways.
+TEST(Repeatability, SameBitsWhateverTheValuesBefore) {
+  for (const SparseMatrix& a : {grid_2d(5, 6), grid_2d(30, 31), random_diagonally_dominant(60, 3, 4)}) {
+    SCOPED_TRACE(a.n);
+    const SparseMatrix singular = with_empty_row(a, a.n / 2);
+    SparseMatrix other = a;
+    for (double& value : other.values) value *= value > 0 ? 1.5 : 0.25;
+    const std::vector<double> b = right_hand_sides(a, 1, a.n, 5);
+    const auto solution = [&](Solver& solver, const SparseMatrix& matrix) {
+      std::vector<double> x(b.size());
+      solver.refactor(matrix.view());
+      solver.solve(b.data(), x.data());
+      EXPECT_LE(backward_error(matrix, b, x), kPromised);
+      return x;
+    };
+    Solver solver(with_threads(1)), first(with_threads(1));
+    solver.factor(a.view());
+    first.factor(a.view());
+    const std::vector<double> of_a = solution(first, a), of_other = solution(first, other);
+    for (int round = 0; round < 5; ++round) {
+      solver.refactor(singular.view());
+      std::vector<double> x(b.size());
+      EXPECT_THROW(solver.solve(b.data(), x.data()), SingularMatrix);
+      solver.factor(a.view());
+      EXPECT_EQ(solution(solver, other), of_other);
+      EXPECT_EQ(solution(solver, a), of_a);
+    }
+  }
+}
+
+// Panels are what goes first.
+TEST(MemoryLimit, LeavesTinySystemsWhatFrontsNeed) {
+  const SparseMatrix a = grid_2d(12, 13);
+  Solver free(with_threads(1));
+  free.factor(a.view());
+  Options options = with_threads(1);
+  options.memory_limit = free.report().bytes_peak;
+  Solver enough(options);
+  enough.factor(a.view());
+  EXPECT_EQ(enough.report().bytes_used, free.report().bytes_used);
+  --options.memory_limit;
+  Solver limited(options);
+  limited.factor(a.view());
+  expect_solves(limited, a);
+  EXPECT_LT(limited.report().bytes_used, free.report().bytes_used);
+  EXPECT_EQ(limited.report().bytes_peak, limited.report().bytes_used);
+  options.memory_limit = limited.report().bytes_peak - 1;
+  EXPECT_THROW(Solver(options).factor(a.view()), OutOfMemory);
+}
+
 TEST(Version, SaysWhatBackendsAre) {
   for (const Backend backend : {Backend::serial, Backend::openmp, Backend::cuda}) {
     const BackendInfo info = backend_info(backend);  // of all, usable here or not

@@ -107,7 +107,8 @@ struct Options {
   /// A folder on a disk, for Backend::serial and openmp; empty: none. Where memory_limit, or without one the
   /// memory that is free, does not do, fronts are made in segments, whose factors go to a file there beside
   /// the work on others and come back ahead of it in each pass of a solve (Report::partial, bytes_out,
-  /// bytes_back). The solutions are the same bit for bit. The file has no name, so nothing is left of it
+  /// bytes_back). The solutions are the same bit for bit, whatever the limit; those of systems of up to some
+  /// thousand unknowns may be others without a folder. The file has no name, so nothing is left of it
   /// whatever becomes of the process; its room is reserved before any work. OutOfMemory names bytes that
   /// would do where even that does not fit. BackendError("file") tells the error number of the system, the
   /// folder and the block of the file: no such folder, no room on the disk, a block that cannot be read or is

@@ -1,0 +1,151 @@
+#include "plan/panel_program.hpp"
+
+#include <algorithm>
+
+#include "ordering/transpose.hpp"
+
+namespace mfs {
+
+namespace {
+
+/// A plan of more is none of a tiny system; one thread does the work of so few operations.
+constexpr double kMostFlops = 1e7;
+constexpr Vertex kMostUnknowns = 20'000;
+
+/// Makes one program and is thrown away.
+class PanelPlanner {
+ public:
+  PanelPlanner(const SymbolicPlan& plan, const Pattern& pattern)
+      : plan_(plan),
+        by_column_(transpose(pattern, 1)),
+        panel_of_(static_cast<std::size_t>(plan.n)),
+        position_of_row_(panel_of_.size()),
+        local_(panel_of_.size()) {
+    for (Vertex p = 0; p < plan.n; ++p) position_of_row_[plan.row_of[p]] = p;
+    made_.place.resize(static_cast<std::size_t>(plan.nnz));
+  }
+
+  PanelProgram make() {
+    divide_fronts();
+    find_sources();
+    for (PanelProgram::Panel& panel : made_.panels) {
+      number_rows(panel);
+      place_entries(panel);
+    }
+    return std::move(made_);
+  }
+
+ private:
+  // Into panels of about the same width.
+  void divide_fronts() {
+    made_.panel_begin.push_back(0);
+    for (Vertex f = 0; f < plan_.num_fronts; ++f) {
+      const Vertex begin = plan_.pivot_begin[f], pivots = plan_.pivots(f);
+      const Vertex parts = (pivots + kMostTogether - 1) / kMostTogether;
+      for (Vertex part = 0; part < parts; ++part) {
+        const Vertex first = begin + pivots * part / parts, end = begin + pivots * (part + 1) / parts;
+        std::fill(panel_of_.begin() + first, panel_of_.begin() + end,
+                  static_cast<Vertex>(made_.panels.size()));
+        made_.panels.push_back({first, end - first, f, first - begin, 0, 0, 0, 0, 0});
+      }
+      made_.panel_begin.push_back(static_cast<Vertex>(made_.panels.size()));
+      made_.most_pivots = std::max(made_.most_pivots, pivots);
+    }
+  }
+
+  // Each front is a source of the panels that its border meets.
+  void find_sources() {
+    sources_.resize(made_.panels.size());
+    for (Vertex f = 0; f < plan_.num_fronts; ++f) {
+      for (Offset b = plan_.border_begin[f]; b < plan_.border_begin[f + 1]; ++b) {
+        std::vector<Vertex>& sources = sources_[panel_of_[plan_.border[b]]];
+        if (sources.empty() || sources.back() != f) sources.push_back(f);
+      }
+    }
+  }
+
+  void number_rows(PanelProgram::Panel& panel) {
+    const Vertex own = panel.front;
+    Vertex rows = 0;
+    const auto add_pivots = [&](Vertex f) {
+      for (Vertex p = plan_.pivot_begin[f]; p < plan_.pivot_begin[f + 1]; ++p) local_[p] = rows++;
+    };
+    const std::vector<Vertex>& sources = sources_[static_cast<std::size_t>(&panel - made_.panels.data())];
+    for (const Vertex f : sources) add_pivots(f);
+    panel.pivot_row = rows;
+    add_pivots(own);
+    for (Offset b = plan_.border_begin[own]; b < plan_.border_begin[own + 1]; ++b)
+      local_[plan_.border[b]] = rows++;
+    panel.rows = rows;
+    panel.numbers = made_.numbers;
+    made_.numbers += static_cast<Offset>(panel.columns) * rows;
+    panel.source_begin = static_cast<Vertex>(made_.sources.size());
+    for (const Vertex f : sources) add_source(f);
+    panel.source_end = static_cast<Vertex>(made_.sources.size());
+  }
+
+  void add_source(Vertex f) {
+    const auto begin = static_cast<Vertex>(made_.runs.size());
+    for (Offset b = plan_.border_begin[f]; b < plan_.border_begin[f + 1]; ++b) {
+      const Vertex row = local_[plan_.border[b]];
+      const bool goes_on = static_cast<Vertex>(made_.runs.size()) > begin &&
+                           made_.runs.back().row + made_.runs.back().rows == row;
+      if (goes_on) {
+        ++made_.runs.back().rows;
+      } else {
+        made_.runs.push_back({row, 1});
+      }
+    }
+    made_.sources.push_back({f, local_[plan_.pivot_begin[f]], begin, static_cast<Vertex>(made_.runs.size())});
+  }
+
+  void place_entries(const PanelProgram::Panel& panel) {
+    for (Vertex c = 0; c < panel.columns; ++c) {
+      const Vertex column = plan_.column_of[panel.first + c];
+      const Offset begin = panel.numbers + static_cast<Offset>(c) * panel.rows;
+      for (Offset e = by_column_.offsets[column]; e < by_column_.offsets[column + 1]; ++e)
+        made_.place[by_column_.slots[e]] =
+            static_cast<Vertex>(begin + local_[position_of_row_[by_column_.columns[e]]]);
+    }
+  }
+
+  const SymbolicPlan& plan_;
+  const TransposedPattern by_column_;
+  PanelProgram made_;
+  std::vector<Vertex> panel_of_, position_of_row_;
+  std::vector<std::vector<Vertex>> sources_;  // by panel
+  std::vector<Vertex> local_;                 // by position: row of the present panel
+};
+
+// Both in ns, without the operations that they have in common. Measured on a Xeon with AVX-512, OpenBLAS
+// 0.3.21; 2026-11-25, docs/experiments/host.md.
+double expected_time(const PanelProgram& program) {
+  constexpr double kPanel = 25, kRun = 8;
+  double time = 0;
+  for (const PanelProgram::Panel& panel : program.panels) {
+    for (Vertex s = panel.source_begin; s < panel.source_end; ++s) {
+      const PanelProgram::Source& source = program.sources[s];
+      const Vertex by = program.panel_begin[source.front + 1] - program.panel_begin[source.front];
+      time += by * (kPanel + kRun * (source.run_end - source.run_begin));
+    }
+  }
+  return time;
+}
+double expected_time_of_fronts(const SymbolicPlan& plan) {
+  constexpr double kFront = 1100, kOperation = 0.02;
+  return kFront * plan.num_fronts + kOperation * plan.flops.total();
+}
+
+}  // namespace
+
+PanelProgram plan_panels(const SymbolicPlan& plan, const Pattern& pattern) {
+  return PanelPlanner(plan, pattern).make();
+}
+
+std::shared_ptr<const PanelProgram> make_panel_program(const SymbolicPlan& plan, const Pattern& pattern) {
+  if (plan.n > kMostUnknowns || plan.flops.total() > kMostFlops) return nullptr;
+  auto made = std::make_shared<PanelProgram>(plan_panels(plan, pattern));
+  return expected_time(*made) <= expected_time_of_fronts(plan) ? made : nullptr;
+}
+
+}  // namespace mfs

@@ -161,6 +161,7 @@ Bdf::Sizes Bdf::sizes(const Array<double>& e, const Array<double>& weights) cons
 
 double Bdf::local_error(const Array<double>& e, const Array<double>& weights) {
   const auto k = static_cast<std::size_t>(order_);
+  filtered_ = false;
   sizes_ = sizes(e, weights);
   const Sizes& size = sizes_;
   error_here_ = sigma_[k] * size[0];
@@ -181,6 +182,14 @@ double Bdf::local_error(const Array<double>& e, const Array<double>& weights) {
     }
   }
   return error_factor_ * size[0];
+}
+
+double Bdf::filtered_error(const Array<double>& e, const Array<double>& weights) {
+  filtered_ = true;
+  const double size = weighted_rms<1>(executor_, OneError{e.data()}, weights).of[0];
+  suited_order_ = order_;
+  suited_error_ = error_here_ = sigma_[static_cast<std::size_t>(order_)] * size;
+  return error_factor_ * size;
 }
 
 double Bdf::reject(int times) {
@@ -222,7 +231,7 @@ double Bdf::accept(const Array<double>& e, const Array<double>& weights) {
 bool Bdf::leave_unstable_orders() {
   hold_.add(step_);
   // Where the step is not limited by its error, differences are rounding, which is an oscillation as well.
-  if (fixed_ || hold_.ignores_alarms() || order_ <= kStableOrder ||
+  if (fixed_ || filtered_ || hold_.ignores_alarms() || order_ <= kStableOrder ||
       error_factor_ * sizes_[0] < kFarFromLimit) {
     watch_.forget();
     return false;
@@ -238,7 +247,8 @@ Bdf::Choice Bdf::choose(const Array<double>& e, const Array<double>& weights) {
   int order = suited_order_;
   double error = suited_error_;
   // The order above is judged only after order + 1 equal steps, and not just after a raise.
-  if (order == order_ && order_ < most_order() && order_ + 1 < next_unchanged_ && order_ - last_order_ != 1) {
+  if (!filtered_ && order == order_ && order_ < most_order() && order_ + 1 < next_unchanged_ &&
+      order_ - last_order_ != 1) {
     const ErrorAbove above{e.data(), phi_[order_ + 1].data()};
     const double error_above = weighted_rms<1>(executor_, above, weights).of[0] / (order_ + 2);
     const double rated_here = (order_ + 1) * error_here_, rated_above = (order_ + 2) * error_above;

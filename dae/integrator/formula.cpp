@@ -7,6 +7,7 @@
 
 #include "dae/integrator/bdf.hpp"
 #include "dae/vectors/loops.hpp"
+#include "dae/vectors/operations.hpp"
 
 namespace mfs::dae {
 namespace {
@@ -70,11 +71,20 @@ class BdfFormula : public Formula {
              Relate{y_.data(), dy_.data(), relation.q.data(), relation.v.data(), relation.a.data(), n, rate});
   }
   int order() const override { return bdf_.order(); }
-  double local_error(const StepState& state, const Array<double>& weights) override {
+  double local_error(const StepState& state, const Array<double>& weights,
+                     const ErrorFilter& filter) override {
     const std::size_t n = state.q.size();
     correction_.resize(executor_, 2 * n);
     for_each(executor_, n, Correction{state.q.data(), state.v.data(), y_.data(), correction_.data(), n});
-    return bdf_.local_error(correction_, weights);
+    const double error = bdf_.local_error(correction_, weights);
+    if (!bdf_.may_be_stiff(error)) return error;
+    velocities_.resize(executor_, n);
+    copy(executor_, n, correction_.data() + n, velocities_.data());
+    if (!filter(velocities_)) return error;
+    filtered_.resize(executor_, 2 * n);
+    copy(executor_, n, correction_.data(), filtered_.data());
+    copy(executor_, n, velocities_.data(), filtered_.data() + n);
+    return bdf_.filtered_error(filtered_, weights);
   }
   double reject(int times) override { return bdf_.reject(times); }
   double accept(const StepState&, const Array<double>& weights) override {
@@ -85,7 +95,8 @@ class BdfFormula : public Formula {
   Bdf bdf_;
   const Executor& executor_;
   Array<double> y_, dy_;  ///< predicted
-  Array<double> correction_;
+  Array<double> correction_, filtered_;
+  Array<double> velocities_;  ///< filtered
 };
 
 /// w belongs to the time alpha_m - alpha_f steps from a's: where the step has changed, it is moved there
@@ -198,7 +209,7 @@ class GeneralizedAlpha : public Formula {
                      relation.a.data(), next_w_, h, beta(), gamma()});
   }
   int order() const override { return 2; }
-  double local_error(const StepState& state, const Array<double>& weights) override {
+  double local_error(const StepState& state, const Array<double>& weights, const ErrorFilter&) override {
     // In parts of a step: where w is, what w itself has of h^2 a''.
     const double d = next_w_.alpha_m - next_w_.alpha_f, after = (1.0 + d) * (1.0 + d);
     const double in_w =

@@ -14,6 +14,7 @@
 // accelerations oscillate. Steps follow the leading terms of its local errors.
 #pragma once
 
+#include <functional>
 #include <memory>
 
 #include "dae/integrator/step_state.hpp"
@@ -27,6 +28,10 @@ struct StepRelation {
   double q_by_a() const { return q_by_v * v_by_a; }
 };
 
+/// Takes from an error of velocities what forces take of it within the step (Newton::filter_error). False: it
+/// cannot.
+using ErrorFilter = std::function<bool(Array<double>& velocities)>;
+
 class Formula {
  public:
   virtual ~Formula() = default;
@@ -36,7 +41,9 @@ class Formula {
   virtual void predict(double h, StepRelation& relation) = 0;
   virtual int order() const = 0;
   /// Local error of a step that ends in `state`, in units of what is allowed. `weights` belong to [q, v].
-  virtual double local_error(const StepState& state, const Array<double>& weights) = 0;
+  /// `filter` may be used where it is too large.
+  virtual double local_error(const StepState& state, const Array<double>& weights,
+                             const ErrorFilter& filter) = 0;
   /// The step to try next, after the local error was too large for the `times`-th time in one step.
   virtual double reject(int times) = 0;
   /// Goes on to `state`; returns the step that suits next. After local_error(state).

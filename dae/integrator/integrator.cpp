@@ -388,7 +388,7 @@ class Integrator::Impl {
       if (outcome.converged && !redundant_hold(next_)) {
         ++report_.newton_rejections;
       } else if (outcome.converged) {
-        const double error = formula_->local_error(next_, weights_);
+        const double error = formula_->local_error(next_, weights_, filter_);
         if (options_.fixed_step > 0.0 || error <= 1.0) {
           note(outcome, line);
           break;
@@ -559,7 +559,8 @@ class Integrator::Impl {
   std::int64_t judged_jacobians_ = 0;    ///< at how many of them the constraints left out were looked at
   Array<double> weights_, scale_there_;  ///< of [q, v]; of the coordinates
   Array<double> lambda_;                 ///< where Newton's method starts
-  double step_ = 0.0;                    ///< wanted next
+  const ErrorFilter filter_ = [this](Array<double>& e) { return newton_ && newton_->filter_error(next_, e); };
+  double step_ = 0.0;  ///< wanted next
 };
 
 Integrator::Integrator(const ConstrainedSystem& system, IntegratorOptions options)

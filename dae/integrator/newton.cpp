@@ -305,6 +305,27 @@ class Newton::Impl {
     return outcome;
   }
 
+  bool filter_error(const StepState& state, Array<double>& e) {
+    if (!solves_.factored || equations_.all_prescribed()) return false;
+    solves_.right_side = [&](const double*, double* b) {
+      const Stopwatch watch;
+      equations_.error_right_side(state, *relation_, e, b);
+      report_.time_assembly += watch.seconds();
+    };
+    if (filtered_.is_null()) filtered_ = model_->make_vector();
+    bool solved = true;
+    try {
+      const auto op = model_->get_W_factory()->createOp();
+      Thyra::initializeOp<double>(*model_->get_W_factory(), model_->create_W_op(), op.ptr());
+      Thyra::solve<double>(*op, Thyra::NOTRANS, *filtered_, filtered_.ptr());
+    } catch (...) {  // the step is rejected, as it would be without this
+      solved = false;
+    }
+    account();
+    if (solved) equations_.take_velocities(*relation_, filtered_->data(), e.data());
+    return solved;
+  }
+
  private:
   /// Those of the prediction. False: there are none.
   bool set_directions(NewtonOutcome& outcome) const {
@@ -373,6 +394,7 @@ class Newton::Impl {
   RCP<StepModel> model_;
   RCP<NewtonTest> test_;
   RCP<NOX::Solver::Generic> solver_;
+  RCP<ExecutorVector> filtered_;  ///< an error, as a correction of x
 };
 
 Newton::Newton(const StepEquations& equations, const IntegratorOptions& options, const Executor& executor,
@@ -382,6 +404,10 @@ Newton::~Newton() = default;
 
 void Newton::find_accelerations(StepState& state, double h) {
   impl_->find_accelerations(state, h);
+}
+
+bool Newton::filter_error(const StepState& state, Array<double>& e) {
+  return impl_->filter_error(state, e);
 }
 
 NewtonOutcome Newton::solve(const StepRelation& relation, const Array<double>& lambda,

@@ -43,6 +43,14 @@ class Newton {
   NewtonOutcome solve(const StepRelation& relation, const Array<double>& lambda, const Array<double>& weights,
                       StepState& state);
 
+  /// Makes of an error `e` of velocities (n) in the last step that was solved for, which ended in `state`,
+  /// what the step's own matrix leaves of it:
+  ///
+  ///   (M + v_by_a D + q_by_a K) x + Phi_q^T mu = M e,   Phi_q x = Phi_q e.
+  ///
+  /// False: there is no such matrix, or something threw; `e` is as it was.
+  bool filter_error(const StepState& state, Array<double>& e);
+
  private:
   class Impl;
   std::unique_ptr<Impl> impl_;

@@ -9,6 +9,7 @@
 #include <mfs/error.hpp>
 
 #include "dae/vectors/loops.hpp"
+#include "dae/vectors/operations.hpp"
 
 namespace mfs::dae {
 namespace {
@@ -137,6 +138,38 @@ struct KeepForceAnd {
   double factor;
   MFS_HOST_DEVICE void operator()(std::size_t i) const {
     if (i >= n) b[i] = i >= begin && i < end ? factor * b[i] : 0.0;
+  }
+};
+
+/// Of the rows of constraints, those of accelerations times a factor go to all levels, what follows them is
+/// zero.
+struct SpreadAccelerations {
+  double* b;  ///< the first of these rows
+  std::size_t m;
+  double factor;
+  MFS_HOST_DEVICE void operator()(std::size_t i) const {
+    if (i < m)
+      b[i] = b[m + i] = b[2 * m + i] = factor * b[2 * m + i];
+    else if (i >= 3 * m)
+      b[i] = 0.0;
+  }
+};
+
+struct SetZero {
+  const int* row;
+  double* b;
+  MFS_HOST_DEVICE void operator()(std::size_t k) const { b[row[k]] = 0.0; }
+};
+
+struct TakeVelocities {
+  const int* kept_place;  ///< of each coordinate among those that are kept, or -1
+  const double* x;
+  double* v;
+  std::size_t first_a, first_v;
+  double v_by_a;
+  MFS_HOST_DEVICE void operator()(std::size_t i) const {
+    const int place = kept_place[i];
+    v[i] = place < 0 ? v_by_a * x[first_a + i] : x[first_v + static_cast<std::size_t>(place)];
   }
 };
 
@@ -396,9 +429,9 @@ void StepEquations::correct(const StepRelation& relation, const double* solution
 }
 
 /// F and the constraints.
-void StepEquations::evaluate(const StepState& state, double* h) const {
-  if (remote_ != nullptr) return remote_->evaluate(view(state), kLevels, h);
-  system_.evaluate(view(state), residual_);
+void StepEquations::evaluate(const StateView& state, double* h) const {
+  if (remote_ != nullptr) return remote_->evaluate(state, kLevels, h);
+  system_.evaluate(state, residual_);
   parallel_for(residual_.force.size(), executor_.threads(),
                [&](std::size_t i) { h[i] = residual_.force[i]; });
   h = std::copy(residual_.position.begin(), residual_.position.end(), h + n_);
@@ -408,7 +441,7 @@ void StepEquations::evaluate(const StepState& state, double* h) const {
 
 void StepEquations::residual(const double* x, const StepState& state, const StepRelation& relation,
                              double* h) const {
-  evaluate(state, h);
+  evaluate(view(state), h);
   if (related_.empty()) return;
   for_each(executor_, related_.size(),
            Relations{related_there_.data(), direction_start_.data(), direction_column_.data(),
@@ -466,11 +499,30 @@ void StepEquations::compose(const StepRelation& relation, double* values) const 
 }
 
 void StepEquations::initial_right_side(const StepState& state, double* b) const {
-  evaluate(state, b);
+  evaluate(view(state), b);
   const auto n = static_cast<std::size_t>(n_), m = static_cast<std::size_t>(m_);
   const std::size_t last_level = n + static_cast<std::size_t>(kLevels - 1) * m;
   for_each(executor_, static_cast<std::size_t>(size_),
            KeepForceAnd{b, n, last_level, last_level + m, scales_.s});
+}
+
+void StepEquations::error_right_side(const StepState& state, const StepRelation& relation,
+                                     const Array<double>& e, double* b) const {
+  const auto n = static_cast<std::size_t>(n_);
+  changed_a_.resize(executor_, n);
+  copy(executor_, n, state.a.data(), changed_a_.data());
+  combine(executor_, n, 1.0, changed_a_.data(), {1.0 / relation.v_by_a}, {e.data()});
+  evaluate({state.t, state.q.data(), state.v.data(), changed_a_.data(), state.lambda.data()}, b);
+  // What e is in the directions of constraints stays on all levels.
+  for_each(executor_, static_cast<std::size_t>(size_) - n,
+           SpreadAccelerations{b + n, static_cast<std::size_t>(m_), scales_.s});
+  if (nonholonomic_row_.size() > 0)
+    for_each(executor_, nonholonomic_row_.size(), SetZero{nonholonomic_row_.data(), b});
+}
+
+void StepEquations::take_velocities(const StepRelation& relation, const double* x, double* v) const {
+  for_each(executor_, static_cast<std::size_t>(n_),
+           TakeVelocities{kept_place_.data(), x, v, first_acceleration(), first_velocity(), relation.v_by_a});
 }
 
 void StepEquations::change_accelerations(const double* x, StepState& state) const {

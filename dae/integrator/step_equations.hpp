@@ -79,6 +79,14 @@ class StepEquations {
   /// The right-hand side b of the system for what lambda and a, zero in `state`, are to be changed by, so
   /// that F and the constraints on accelerations hold.
   void initial_right_side(const StepState& state, double* b) const;
+  /// The right-hand side b of the system for what an error `e` of the velocities (n) of the step of
+  /// `relation`, which ends in `state`, is once forces have acted on it: M e / v_by_a in the rows of F, to
+  /// which the small rest of F in `state` is added, and in those of constraints what e is in their
+  /// directions.
+  void error_right_side(const StepState& state, const StepRelation& relation, const Array<double>& e,
+                        double* b) const;
+  /// Sets `v` (n) to what the correction x of that system is in velocities.
+  void take_velocities(const StepRelation& relation, const double* x, double* v) const;
   /// Changes lambda and a by the correction x.
   void change_accelerations(const double* x, StepState& state) const;
   /// 1 / q_by_a of `relation` over that of the last Jacobian.
@@ -118,7 +126,7 @@ class StepEquations {
   std::size_t first_mu() const { return first_kappa() + projection_.rows.size(); }
   int number_unknowns();
   void place_numbers();
-  void evaluate(const StepState& state, double* h) const;
+  void evaluate(const StateView& state, double* h) const;
   void find_nonholonomic();
   Composition make_composition(int threads);
   void add_relations(std::vector<Composition::Term>& terms);
@@ -170,6 +178,7 @@ class StepEquations {
   mutable Array<double> directions_there_;         ///< entries of B
   mutable Tangent direction_tangent_;              ///< Phi_q alone
   mutable Array<double> no_multipliers_;
+  mutable Array<double> changed_a_;
   Array<int> gradient_start_, gradient_column_;  ///< of Phi_q's entries: the column of x
   mutable Array<double> gradient_;               ///< Phi_q of the last Jacobian
 };

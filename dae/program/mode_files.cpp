@@ -3,11 +3,14 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <complex>
+#include <cstdint>
 #include <filesystem>
 
 #include <fmt/format.h>
 
 #include <mfs/error.hpp>
+#include <mfs/matrix_market.hpp>
 
 #include "dae/output/csv_table.hpp"
 #include "dae/output/vtk_files.hpp"
@@ -126,6 +129,16 @@ void write_shape(const Picture& picture, const State& state, const Mode& mode, i
   }
 }
 
+/// A column for each mode, a row for each coordinate.
+void write_coordinates(const std::vector<Mode>& modes, const std::string& path) {
+  if (modes.empty()) return;
+  std::vector<std::complex<double>> x;
+  for (const Mode& mode : modes) x.insert(x.end(), mode.x.begin(), mode.x.end());
+  const auto rows = static_cast<std::int64_t>(modes.front().x.size());
+  write_matrix_market(path, x.data(), rows, static_cast<std::int64_t>(modes.size()), rows,
+                      "shapes of modes in coordinates");
+}
+
 }  // namespace
 
 void write_modes(const MultibodyModel& model, const State& state, const std::vector<Mode>& modes,
@@ -135,6 +148,7 @@ void write_modes(const MultibodyModel& model, const State& state, const std::vec
   if (error) throw InvalidInput(folder, "cannot be made: " + error.message());
   CsvTable table(folder + "/modes.csv",
                  {"mode", "frequency [Hz]", "damping_ratio", "real [1/s]", "imaginary [1/s]"});
+  write_coordinates(modes, folder + "/shapes.mtx");
   const Picture picture(model);
   int number = 0;
   for (const Mode& mode : modes) {

@@ -126,6 +126,85 @@ class Runs(InOneFolder):
         self.assertLess(at["frequency"][0], found["frequency"][0])  # it begins where it is not at rest
 
 
+# Two blocks in line along x, between walls: springs k, k, k; the rest is held by translational joints.
+BLOCKS = {
+    "name": "blocks", "end": 1, "outputs": 1, "parameters": {"k": 300, "c": 0},
+    "bodies": {name: {"type": "rigid", "mass": 3, "inertia": [1, 1, 1], "position": [x, 0, 0]}
+               for name, x in (("left", 1), ("right", 2))},
+    "joints": {"rail_" + name: {"type": "translational", "a": "ground", "b": name, "point": [x, 0, 0], "axis": [1, 0, 0]}
+               for name, x in (("left", 1), ("right", 2))},
+    "forces": {f"spring_{x}": {"type": "spring_damper", "a": a, "b": b, "point_a": [x, 0, 0], "point_b": [x + 1, 0, 0],
+                               "stiffness": "k", "damping": "c"}
+               for a, b, x in (("ground", "left", 0), ("left", "right", 1), ("right", "ground", 2))},
+}  # fmt: skip
+
+
+class SmallMotions(InOneFolder):
+    def free_motions(self, small):
+        """Columns that span what the constraints leave free."""
+        _, values, rows = np.linalg.svd(small.Phi_q.toarray())
+        return rows[np.count_nonzero(values > 1e-9 * values[0]) :].T
+
+    def test_two_blocks(self):
+        small = mfs.dae.linearize(BLOCKS, parameters={"c": 6})
+        n, m = len(small.coordinates), len(small.constraints)
+        self.assertEqual([a.shape for a in (small.M, small.D, small.K, small.Phi_q)], [(n, n)] * 3 + [(m, n)])
+        self.assertEqual((small.F.shape, small.Phi.shape, small.q.shape, small.multipliers.shape), ((n,), (m,), (n,), (m,)))
+        self.assertEqual(small.M.format, "csr")
+        place = [small.coordinates.index(name) for name in ("left.x", "right.x")]
+        np.testing.assert_allclose(small.q[place], [1, 2], atol=1e-9)
+        np.testing.assert_allclose(np.concatenate([small.F, small.Phi]), 0, atol=1e-6)
+        for matrix, expected in ((small.M, [[3, 0], [0, 3]]), (small.K, [[600, -300], [-300, 600]]), (small.D, [[12, -6], [-6, 12]])):
+            np.testing.assert_allclose(matrix.toarray()[np.ix_(place, place)], expected, atol=1e-6)
+        z = self.free_motions(small)
+        self.assertEqual(z.shape[1], 2)
+        np.testing.assert_allclose(z[place] @ z[place].T, np.eye(2), atol=1e-9)  # nothing else is free
+        self.assertRegex(repr(small), f"{n} coordinates, {m} constraints")
+        self.assertTrue(any("rail_left" in name for name in small.constraints))
+
+    def test_modes_with_shapes(self):
+        found = mfs.dae.modes(BLOCKS, shapes=True)
+        np.testing.assert_allclose(found["frequency"], np.sqrt([100, 300]) / (2 * np.pi), rtol=1e-9)
+        small = mfs.dae.linearize(BLOCKS)
+        left, right = (found["x"][:, small.coordinates.index(name)] for name in ("left.x", "right.x"))
+        np.testing.assert_allclose(right / left, [1, -1], atol=1e-7)
+        np.testing.assert_allclose(np.abs(found["x"]).max(axis=1), 1, rtol=1e-9)
+        damped = mfs.dae.modes(BLOCKS, 1, shapes=True, parameters={"c": 6})
+        self.assertEqual(damped["x"].shape, (1, len(small.coordinates)))
+        self.assertAlmostEqual(damped["s"][0].real, -1, 7)  # 3 s^2 + 6 s + 300 = 0
+        self.assertNotIn("x", mfs.dae.modes(BLOCKS, 1).dtype.names)
+
+    def test_pendulums(self):
+        # 1 kg at 1 m; upright, 1 kg m2 of each of three rods, 1 kg each of two at 1 m. The latter has redundant constraints.
+        for name, squared in (("simple_pendulum", -9.81), ("four_bars_2", 9.81 * (3 / 2 + 2) / (3 / 3 + 2))):
+            small = mfs.dae.linearize(name)
+            z = self.free_motions(small)
+            self.assertEqual(z.shape[1], 1)
+            mass, stiffness = (float((z.T @ matrix @ z)[0, 0]) for matrix in (small.M, small.K))
+            self.assertAlmostEqual(-stiffness / mass, squared, 4)
+            mode = mfs.dae.modes(name, 1, shapes=True)[0]
+            self.assertAlmostEqual(mode["s"] ** 2, -stiffness / mass, 7)
+            force = (mode["s"] ** 2 * small.M + mode["s"] * small.D + small.K) @ mode["x"]
+            np.testing.assert_allclose(z.T @ force, 0, atol=1e-6)
+            np.testing.assert_allclose(small.Phi_q @ mode["x"], 0, atol=1e-9)
+
+    def test_of_a_motion(self):
+        at = mfs.dae.linearize("simple_pendulum", at=0.4)
+        z = self.free_motions(at)
+        bob = at.q[at.coordinates.index("bob.y")]
+        self.assertLess(-0.9, bob)
+        self.assertLess(bob, -0.5)
+        # The rod of 1 m pulls with m g cos(angle) + m v^2, where v^2 = 2 g cos(angle).
+        self.assertAlmostEqual(float((z.T @ at.K @ z)[0, 0] / (z.T @ at.M @ z)[0, 0]), -3 * 9.81 * bob, 2)
+
+    def test_refused(self):
+        self.raises(mfs.InvalidInput, "", mfs.dae.linearize, BLOCKS, at=-1.0)
+        self.raises(mfs.InvalidInput, "no parameter 'm'", mfs.dae.linearize, BLOCKS, parameters={"m": 1})
+        self.raises(mfs.InvalidInput, "cannot be read", mfs.dae.linearize, "perpetuum")
+        self.raises(mfs.dae.Failed, "block.z moves most", mfs.dae.linearize, FALLING)  # no equilibrium
+        self.raises(mfs.InvalidInput, "", mfs.dae.modes, BLOCKS, 0, shapes=True)
+
+
 class Refused(InOneFolder):
     def test_models(self):
         for change, part in (

@@ -398,6 +398,7 @@ TEST_F(DaeProgram, ListsModesAndDrawsThem) {
   ASSERT_EQ(table.at("mode").size(), 1U);
   EXPECT_NEAR(table.at("frequency [Hz]")[0], frequency, 1e-7);
   EXPECT_NEAR(table.at("damping_ratio")[0], 0, 1e-12);
+  EXPECT_THAT(text_of(path("modes/shapes.mtx")), HasSubstr("array complex general"));
   EXPECT_THAT(text_of(path("modes/mode_001.pvd")), HasSubstr("vtu/mode_001_15.vtu"));
   EXPECT_TRUE(std::filesystem::exists(path("modes/vtu/mode_001_15.vtu")));
   if (run.err.empty()) {

@@ -18,6 +18,8 @@ model of the library (mfs.dae.models()). What goes wrong is an exception of mfs 
 
 import ast
 import contextlib
+import csv
+import dataclasses
 import json
 import os
 import shutil
@@ -33,7 +35,7 @@ import numpy as np
 
 from .errors import AccuracyNotReached, BackendError, Error, InvalidInput, OutOfMemory, SingularMatrix
 
-__all__ = ["Failed", "Result", "check", "model", "models", "modes", "run", "static"]
+__all__ = ["Failed", "Linearization", "Result", "check", "linearize", "model", "models", "modes", "run", "static"]
 
 Model = Union[Mapping, str, os.PathLike]
 _SECONDS_TO_END = 30.0  # that the program has to write what there is, when it is asked to end
@@ -94,6 +96,45 @@ class Result(Mapping):
 
     def __repr__(self) -> str:
         return f"<mfs.dae.Result of {self.report.get('name')!r}: {len(self.t)} outputs of {len(self)} quantities>"
+
+
+@dataclasses.dataclass(frozen=True)
+class Linearization:
+    """Small motions x about a state, M x'' + D x' + K x + Phi_q^T mu = f, Phi_q x = 0, with n coordinates and m constraints.
+
+    Matrices are csr_array of scipy.sparse. Coordinates are positions and Euler parameters of frames and positions of nodes;
+    all constraints are there, also those that follow from others. Where something rolls, its rows say Phi_q x' = 0.
+    """
+
+    M: Any  #: mass, (n, n)
+    D: Any  #: dF/dv, (n, n)
+    K: Any  #: dF/dq, (n, n), with what multipliers' forces change with q
+    Phi_q: Any  #: (m, n)
+    F: np.ndarray  #: (n,), what the state leaves of the equations of motion, 0 where it is true
+    Phi: np.ndarray  #: (m,), the same of the constraints
+    q: np.ndarray  #: (n,), coordinates of the state
+    multipliers: np.ndarray  #: (m,)
+    coordinates: tuple  #: their names
+    constraints: tuple  #: their names
+
+    def __repr__(self) -> str:
+        return f"<mfs.dae.Linearization: {len(self.q)} coordinates, {len(self.multipliers)} constraints>"
+
+
+def _linearization(folder: str) -> Linearization:
+    from scipy.io import mmread
+    from scipy.sparse import csr_array
+
+    matrices = [csr_array(mmread(os.path.join(folder, name + ".mtx"))) for name in ("M", "D", "K", "Phi_q")]
+    left = mmread(os.path.join(folder, "F.mtx"))[:, 0]
+    with open(os.path.join(folder, "rows.csv"), encoding="utf-8", newline="") as file:
+        rows = [(row["name"], float(row["value"])) for row in csv.DictReader(file)]
+    n = matrices[0].shape[0]
+    values = np.array([value for _, value in rows])
+    names = [name for name, _ in rows]
+    return Linearization(
+        *matrices, left[:n], left[n:], values[:n], values[n:], tuple(names[:n]), tuple(names[n:])
+    )
 
 
 def _records(path: str) -> np.ndarray:
@@ -314,24 +355,70 @@ def modes(
     *,
     at: Optional[float] = None,
     undamped: bool = False,
+    shapes: bool = False,
     threads: int = 0,
     refine: int = 0,
     parameters: Optional[Mapping] = None,
 ) -> np.ndarray:
-    """Small motions exp(s t) about the equilibrium, or about the motion's state at the time `at` (s), nearest to s = 0 first.
+    """Small motions x exp(s t) about the equilibrium, or about the motion's state at the time `at` (s), nearest to s = 0 first.
 
-    Returns a record for each: frequency |s| / 2 pi (Hz), damping_ratio -Re s / |s| and s (1/s). `undamped` leaves out what
-    depends on velocities. See run().
+    Returns a record for each: frequency |s| / 2 pi (Hz), damping_ratio -Re s / |s| and s (1/s), with `shapes` also x, a
+    number for each of the coordinates of linearize(), of which the largest is 1 (this needs scipy). Of two that are conjugate
+    one is given. `undamped` leaves out what depends on velocities. See run().
+
+    >>> import numpy as np, mfs.dae
+    >>> found = mfs.dae.modes("simple_pendulum")    # 1 m long
+    >>> ((2 * np.pi * found["frequency"])**2).round(3)
+    array([9.81])
     """
-    words = ["--modes", str(count), *_options(threads, refine, parameters)]
-    words += ["--at", repr(float(at))] if at is not None else []
+    words = ["--modes", str(count), *_options(threads, refine, parameters), *_time(at)]
     words += ["--undamped"] if undamped else []
-    with _place(model) as (path, _):
+    with _place(model) as (path, folder):
+        words += ["-o", os.path.join(folder, "out"), "--no-plots"] if shapes else []
         found = json.loads(_call("modes", path, "--json", "-", *words))["modes"]
-    table = np.empty(len(found), [("frequency", float), ("damping_ratio", float), ("s", complex)])
+        columns = _shapes(os.path.join(folder, "out")) if shapes and found else np.empty((0, 0))
+    fields = [("frequency", float), ("damping_ratio", float), ("s", complex)]
+    table = np.empty(len(found), fields + ([("x", complex, columns.shape[:1])] if shapes else []))
     for row, mode in zip(table, found):
         row["frequency"], row["damping_ratio"], row["s"] = mode["frequency"], mode["damping_ratio"], complex(*mode["s"])
+    if shapes:
+        table["x"] = columns.T
     return table
+
+
+def _time(at: Optional[float]) -> list:
+    return ["--at", repr(float(at))] if at is not None else []
+
+
+def _shapes(folder: str) -> np.ndarray:
+    from scipy.io import mmread
+
+    return mmread(os.path.join(folder, "shapes.mtx"))
+
+
+def linearize(
+    model: Model,
+    *,
+    at: Optional[float] = None,
+    threads: int = 0,
+    refine: int = 0,
+    parameters: Optional[Mapping] = None,
+) -> Linearization:
+    """The matrices of small motions about the equilibrium, or about the motion's state at the time `at` (s). Needs scipy. See run().
+
+    >>> import mfs.dae
+    >>> block = {"type": "rigid", "mass": 2, "inertia": [1, 1, 1]}
+    >>> spring = {"type": "spring_damper", "a": "ground", "b": "block", "point_a": [0, 0, 1], "point_b": [0, 0, 0],
+    ...           "stiffness": 50}
+    >>> model = {"name": "hanging", "end": 1, "outputs": 1, "bodies": {"block": block}, "forces": {"spring": spring}}
+    >>> small = mfs.dae.linearize(model)
+    >>> i = small.coordinates.index("block.z")
+    >>> float(small.M[i, i]), round(float(small.K[i, i]), 9)
+    (2.0, 50.0)
+    """
+    with _place(model) as (path, folder):
+        _call("linearize", path, "-o", folder, *_options(threads, refine, parameters), *_time(at))
+        return _linearization(folder)
 
 
 def check(model: Model, *, refine: int = 0, parameters: Optional[Mapping] = None) -> str:

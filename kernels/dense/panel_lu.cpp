@@ -35,10 +35,12 @@ MFS_RANK_ONE_UPDATE(double)
 MFS_RANK_ONE_UPDATE(std::complex<float>)
 MFS_RANK_ONE_UPDATE(std::complex<double>)
 
+// The first row counts `preference` times.
 template <class Scalar>
-Vertex largest_row(Vertex begin, Vertex end, const Scalar* column) {
+Vertex pivot_row(Vertex begin, Vertex end, const Scalar* column, double preference) {
   Vertex best = begin;
   auto most = std::abs(column[begin]);
+  most *= static_cast<decltype(most)>(preference);
   for (Vertex i = begin + 1; i < end; ++i) {
     const auto size = std::abs(column[i]);
     if (size > most) {
@@ -113,7 +115,7 @@ void factor_columns(const BlockColumns<Scalar>& block, Vertex first, Vertex m, V
   Scalar* a = block.a + first + first * lda;
   for (Vertex j = 0; j < n; ++j) {
     Scalar* column = a + j * lda;
-    interchange[j] = largest_row(j, m, column);
+    interchange[j] = pivot_row(j, m, column, rule.preference);
     if (interchange[j] != j) {
       for (Vertex k = 0; k < n; ++k) std::swap(a[j + k * lda], a[interchange[j] + k * lda]);
     }

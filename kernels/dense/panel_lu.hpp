@@ -25,12 +25,13 @@ struct BlockColumns {
 };
 
 /// Factors columns [first, first + n) of a block, rows [first, first + m), m >= n, whose left neighbours are
-/// factored and have been applied: A = P L U with the pivot of each column searched in all m rows.
-/// interchange[j] = the row, counted from `first`, that was exchanged with row j of the panel. A suspect
-/// pivot that may not be accepted becomes pivot / |pivot| * bound, or, where the border of its column holds
-/// nothing either (the column depends on those before it), pivot / |pivot| * largest, which keeps the factors
-/// well conditioned, so that the correction can tell what the pivot really is; shift[j] = what was added (0
-/// where nothing was). Recursive in the columns (Toledo 1997), so that nearly all work is matrix products.
+/// factored and have been applied: A = P L U with the pivot of each column searched in all m rows, of which
+/// the one that is next counts PivotRule::preference times. interchange[j] = the row, counted from `first`,
+/// that was exchanged with row j of the panel. A suspect pivot that may not be accepted becomes pivot /
+/// |pivot| * bound, or, where the border of its column holds nothing either (the column depends on those
+/// before it), pivot / |pivot| * largest, which keeps the factors well conditioned, so that the correction
+/// can tell what the pivot really is; shift[j] = what was added (0 where nothing was). Recursive in the
+/// columns (Toledo 1997), so that nearly all work is matrix products.
 template <class Scalar>
 PivotTally factor_panel(const BlockColumns<Scalar>& block, Vertex first, Vertex m, Vertex n,
                         const PivotRule& rule, Vertex* interchange, Scalar* shift);

@@ -27,6 +27,14 @@ enum class TinyPivots {
   data,   // accepted; a column that holds nothing gets a pivot of rounding's size, so that the probe sees it
 };
 
+/// Where tiny pivots are divided by, the entry on the diagonal counts so many times its size, a power of two,
+/// when a pivot is searched: threshold pivoting that prefers the diagonal (Duff, Erisman and Reid, Direct
+/// Methods for Sparse Matrices, 2017, section 5.2). Matrices with many tiny pivots are symmetric and
+/// definite, or nearly so, as a rule. There nothing grows by pivots on the diagonal, however small they are,
+/// while exchanges of rows mix what is large in A with what is small. A larger factor costs accuracy where
+/// blocks of L are inverted (docs/experiments/accuracy.md).
+constexpr double kDiagonalPreference = 8;
+
 /// What the rule of a factorization is made of: `tolerance` relative to the largest scaled entry, and the
 /// part of its border that a suspect pivot must have to be accepted.
 struct PivotPolicy {
@@ -53,9 +61,10 @@ struct PivotRule {
   double tiny = 0;       // up to it a pivot may be nothing but rounding
   double dependent = 1;  // what it becomes where its column holds nothing but rounding
   double border_part = kBorderThreshold;
+  double preference = 1;  // times its size the entry on the diagonal counts when a pivot is searched
 
   KOKKOS_INLINE_FUNCTION PivotRule times(double largest) const {
-    return {bound * largest, tiny * largest, dependent * largest, border_part};
+    return {bound * largest, tiny * largest, dependent * largest, border_part, preference};
   }
 };
 
@@ -65,7 +74,9 @@ PivotRule pivot_rule(const PivotPolicy& policy, double largest) {
   const double epsilon = std::numeric_limits<Real>::epsilon();
   const bool noise = policy.tiny == TinyPivots::noise;
   const double tiny = noise ? kTinyPivot * std::sqrt(epsilon) : epsilon;
-  return PivotRule{policy.tolerance, tiny, noise ? 1 : epsilon, policy.border_part}.times(largest);
+  return PivotRule{policy.tolerance, tiny, noise ? 1 : epsilon, policy.border_part,
+                   noise ? 1 : kDiagonalPreference}
+      .times(largest);
 }
 
 /// A column whose border is below this many times `tiny` holds nothing but rounding there.

@@ -62,9 +62,10 @@ class LargestCandidate {
   KOKKOS_INLINE_FUNCTION static void take(Candidate& best, double size, Vertex row) {
     if (size > best.size || (size == best.size && row < best.row)) best = {size, row, 0};
   }
+  /// It counts `times` its size.
   template <class S>
-  KOKKOS_INLINE_FUNCTION static void take_entry(Candidate& best, const S& entry, Vertex row) {
-    const double size = magnitude(entry);
+  KOKKOS_INLINE_FUNCTION static void take_entry(Candidate& best, const S& entry, Vertex row, double times) {
+    const double size = magnitude(entry) * times;
     take(best, size <= kLargestFinite ? size : HUGE_VAL, row);
   }
   KOKKOS_INLINE_FUNCTION void join(Candidate& to, const Candidate& from) const {
@@ -201,7 +202,8 @@ KOKKOS_INLINE_FUNCTION PanelTally factor_tile(const Team& team, const TileInScra
     Kokkos::parallel_reduce(
         Kokkos::ThreadVectorRange(team, n),
         [&](Vertex i, unsigned long long& most) {
-          const unsigned long long key = used.has(i) ? 0 : candidate_key(magnitude(column[i]), i);
+          const double size = magnitude(column[i]) * (i == j ? place.rule.preference : 1);
+          const unsigned long long key = used.has(i) ? 0 : candidate_key(size, i);
           if (key > most) most = key;
         },
         Kokkos::Max<unsigned long long>(best));
@@ -250,7 +252,9 @@ KOKKOS_INLINE_FUNCTION void factor_columns(const Team& team, S* a, Offset lda, V
     Candidate best;
     Kokkos::parallel_reduce(
         Kokkos::TeamVectorRange(team, m - j),
-        [&](Vertex i, Candidate& largest) { LargestCandidate::take_entry(largest, column[j + i], j + i); },
+        [&](Vertex i, Candidate& largest) {
+          LargestCandidate::take_entry(largest, column[j + i], j + i, i == 0 ? place.rule.preference : 1);
+        },
         LargestCandidate(best));
     const Vertex chosen = best.row;
     const S pivot = column[chosen];

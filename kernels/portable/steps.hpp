@@ -256,10 +256,9 @@ struct Strips {
     if constexpr (!Dense::kSearchesAll) {
       if (all_rows || (begin >= rest && !dense.substitutes)) return;
       const Vertex last = dense.substitutes || end < rest ? end : rest;
-      const double most = most_in_border(store.pivots, true);
+      const double most = most_left_out(store.pivots, dense.substitutes);
       for_each_entry(team, last - begin, s, [&](Vertex i, Vertex j) {
-        if (magnitude(rows[i + j * ld]) > (begin + i < rest ? kMostGrowth : most))
-          store.make_strict(task.front);
+        if (magnitude(rows[i + j * ld]) > most) store.make_strict(task.front);
       });
     }
   }

@@ -34,15 +34,17 @@ constexpr double kNeededGrowth = 1 / kBorderThreshold;
 
 /// The rule for pivots that are searched in a tile while other rows are left out. Where tiny pivots are
 /// divided by, the rows that are left out, and the border, are not looked at before a pivot is taken, unless
-/// it is no more than rounding: what its multipliers come to tells afterwards (most_in_border).
+/// it is no more than rounding: what its multipliers come to tells afterwards (most_left_out).
 KOKKOS_INLINE_FUNCTION PivotRule rule_of_tiles(PivotRule rule, bool divides) {
   const double rounding = kEmptyBorder * rule.tiny;
   if (divides && rounding < rule.bound) rule.bound = rounding;
   return rule;
 }
-/// A multiplier of a border row beyond this makes the front strict, and then the whole rule decides.
-KOKKOS_INLINE_FUNCTION double most_in_border(const PivotRule& rule, bool divides) {
-  return divides ? 1 / rule.border_part : HUGE_VAL;
+/// A multiplier beyond this, of a row that was left out, makes the front strict, and then the whole rule
+/// decides. Where tiny pivots are divided by, rows below the tile count as those of the border do, which are
+/// looked at, too: in a definite matrix multipliers are as large as its entries are graded, and harmless.
+KOKKOS_INLINE_FUNCTION double most_left_out(const PivotRule& rule, bool divides) {
+  return divides ? 1 / rule.border_part : kMostGrowth;
 }
 
 /// Whether a pivot shows that its front needs to be strict: of sizes `largest` in all rows and `of_tile` in

@@ -35,9 +35,10 @@ struct ReferenceFront {
 
 /// When a pivot is replaced: |pivot| < bound, and either |pivot| <= tiny or |pivot| < border_threshold times
 /// the largest entry of its column in the border. It becomes as large as `largest` where pivot and border are
-/// both nothing (at most tiny, and empty_border times tiny), else as large as `bound`.
+/// both nothing (at most tiny, and empty_border times tiny), else as large as `bound`. The entry on the
+/// diagonal counts `preference` times when a pivot is searched.
 struct ReferenceRule {
-  double bound = 0, tiny = 0, largest = 1, border_threshold = 0.01, empty_border = 10;
+  double bound = 0, tiny = 0, largest = 1, border_threshold = 0.01, empty_border = 10, preference = 1;
 };
 
 /// A's values in the order of the pattern, and the scales of its rows and columns.
@@ -102,7 +103,8 @@ void variable_factor(ReferenceFront<Scalar>& front, const ReferenceRule& rule) {
   for (Vertex k = 0; k < p; ++k) {
     Vertex best = k;
     for (Vertex i = k + 1; i < p; ++i) {
-      if (std::abs(front.at(i, k)) > std::abs(front.at(best, k))) best = i;
+      const double times = best == k ? rule.preference : 1;
+      if (std::abs(front.at(i, k)) > times * std::abs(front.at(best, k))) best = i;
     }
     if (best != k) {
       std::swap(front.row_at[k], front.row_at[best]);

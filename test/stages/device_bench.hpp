@@ -58,6 +58,8 @@ class DeviceBench {
     }
   }
   int passes() const { return passes_; }
+  /// How many times its size the diagonal counted for when pivots were searched.
+  double preference() const { return stages_.store().pivots.preference; }
   Vertex tile() const { return stages_.lists().tile; }
   Vertex small_rows() const { return stages_.lists().small_rows; }
 

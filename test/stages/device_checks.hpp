@@ -29,12 +29,13 @@ SearchedRows searched(const SymbolicPlan& plan, const DeviceBench<Scalar>& bench
                       const std::vector<int>& strict, Vertex f, Vertex k) {
   const Vertex tile = bench.tile();
   const Vertex p = plan.pivots(f);
+  const double searched = bench.preference(), swept = std::max(searched, 1 / kDiagonalThreshold);
   if (bench.library_roots() && plan.parent[f] < 0 && !is_small(plan, bench, f))
     return {p, 1 / kBorderThreshold};
-  if (p + plan.border_rows(f) <= kOneWarpRows) return {p};
-  if (is_small(plan, bench, f)) return {p, 1 / kDiagonalThreshold};
-  if (strict[f]) return {p};
-  return {std::min(p, k / tile * tile + tile), 1 / kDiagonalThreshold};
+  if (p + plan.border_rows(f) <= kOneWarpRows) return {p, searched};
+  if (is_small(plan, bench, f)) return {p, swept};
+  if (strict[f]) return {p, searched};
+  return {std::min(p, k / tile * tile + tile), swept};
 }
 
 /// How much larger errors of a solve, and of fronts whose tiles are small, may be because multipliers of rows

@@ -108,6 +108,26 @@ TYPED_TEST(PerturbationTest, TinyPivotsThatAreDataAreDividedBy) {
                       pivot_rule<double>(PivotPolicy(kPart, TinyPivots::data, kPart), kLargest));
 }
 
+// The entry on the diagonal is taken up to an eighth of the largest entry; by any other rule the largest is.
+TYPED_TEST(PerturbationTest, DiagonalIsPreferredWhereTinyPivotsAreData) {
+  constexpr double kPart = 0x1p-26;
+  const PivotRule data = pivot_rule<double>(PivotPolicy(kPart, TinyPivots::data, kPart), kLargest);
+  const auto first_row = [](double diagonal, const PivotRule& rule, Path path, int threads) {
+    const StageProblem<double> problem = two_fronts(
+        2, 1,
+        {{0, 0, diagonal}, {0, 1, 1.0}, {1, 0, -1.0}, {1, 1, 2.0}, {2, 0, 0.5}, {0, 2, 0.5}, {2, 2, 1.0}},
+        64);
+    const FactoredFronts<double> result = factored<typename TypeParam::Exec>(problem, path, threads, rule);
+    expect_exact_factors(problem, result);
+    return result.row_at[0][0];
+  };
+  this->for_each_way([&](Path path, int threads) {
+    EXPECT_EQ(first_row(0.126, data, path, threads), 0);
+    EXPECT_EQ(first_row(0.124, data, path, threads), 1);
+    EXPECT_EQ(first_row(0.999, {kBound, kTiny, kLargest}, path, threads), 1);
+  });
+}
+
 // The border as it is once the columns before are eliminated, not as it was assembled:
 //   [ 1  1         ]
 //   [ 1  1+suspect ]  second pivot: suspect;   border row [0.5 g]: g - 0.5 is what counts

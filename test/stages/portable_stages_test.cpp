@@ -258,6 +258,26 @@ TYPED_TEST(PortableStagesTest, SubstitutesWithU) {
   this->check_solves(trees<typename TypeParam::Scalar>(), true);
 }
 
+// Where tiny pivots are divided by, the first pivot of a front stays, which else is exchanged.
+TYPED_TEST(PortableStagesTest, PrefersTheDiagonalWhereTinyPivotsAreData) {
+  using Scalar = typename TypeParam::Scalar;
+  const std::vector<Case<Scalar>> cases = weak_diagonals<Scalar>();
+  this->in_space([&](const Sizes& sizes) {
+    for (const Case<Scalar>& tested : cases) {
+      if (this->refuses(*tested.problem.plan, sizes)) continue;
+      SCOPED_TRACE(tested.name);
+      EXPECT_NE(tested.reference.fronts[0].row_at[0], 0);
+      for (const bool strict : {false, true}) {
+        typename TypeParam::Bench bench(tested.problem, sizes);
+        if (strict) bench.make_all_strict();
+        bench.substitute();
+        bench.factor_depth(0, {true, true, true});
+        EXPECT_EQ(bench.row_at(0)[0], 0) << (strict ? "strict" : "in tiles");
+      }
+    }
+  });
+}
+
 // Pivots where they happen to be, in the rows that are searched.
 TYPED_TEST(PortableStagesTest, FactorsWithPivotsOfTiles) {
   using Scalar = typename TypeParam::Scalar;

@@ -56,4 +56,26 @@ std::vector<Case<Scalar>> four_trees() {
   return made;
 }
 
+/// Fronts whose diagonal has a third of the largest entry beside it in its row.
+template <class Scalar>
+std::vector<Case<Scalar>> weak_diagonals() {
+  std::vector<Case<Scalar>> made;
+  for (const Vertex p : {5, 33, 65}) {
+    StageProblem<double> problem = artificial_problem(leaf_and_root(p, 9), {11, 1.0, 64, {}, 1.0});
+    const auto size = [&](Offset k) {
+      return std::abs(problem.values[k]) * problem.column_scale[problem.pattern->columns[k]];
+    };
+    for (Vertex row = 0; row < problem.pattern->n; ++row) {
+      const Offset begin = problem.pattern->offsets[row], end = problem.pattern->offsets[row + 1];
+      Offset diagonal = begin;
+      for (Offset k = begin; k < end; ++k) diagonal = size(k) > size(diagonal) ? k : diagonal;
+      double most = 0;
+      for (Offset k = begin; k < end; ++k) most = k == diagonal ? most : std::max(most, size(k));
+      problem.values[diagonal] *= most / 3 / size(diagonal);
+    }
+    made.emplace_back("weak diagonal of " + std::to_string(p) + " pivots", problem);
+  }
+  return made;
+}
+
 }  // namespace mfs::test

@@ -75,10 +75,10 @@ TEST(StrictFronts, TinyPivotsOfTilesAreTakenAsTheyAre) {
   const PivotRule noise = pivot_rule<double>(1e-8, 2.0),
                   data = pivot_rule<double>({1e-8, TinyPivots::data, 1e-8}, 2.0);
   EXPECT_EQ(rule_of_tiles(noise, false).bound, noise.bound);
-  EXPECT_EQ(most_in_border(noise, false), HUGE_VAL);
+  EXPECT_EQ(most_left_out(noise, false), kMostGrowth);
   EXPECT_LT(rule_of_tiles(data, true).bound, 1e-14);
   EXPECT_GT(rule_of_tiles(data, true).bound, data.tiny);
-  EXPECT_EQ(most_in_border(data, true), 1 / data.border_part);
+  EXPECT_EQ(most_left_out(data, true), 1 / data.border_part);
 }
 
 TEST(StrictFronts, NeedToBeWhereTheTileHasMuchLessOrNothing) {

@@ -118,13 +118,13 @@ __global__ void __launch_bounds__(Threads) factor_diagonal_tiles(DeviceStore<S, 
     if (static_cast<int>(threadIdx.x) < s) row_at[threadIdx.x] = threadIdx.x;
     load_tile(tile, diagonal, ld);
     if (k + s < front.pivots) {
-      tile_lu<Threads>(tile, store.tile_rule(), store.diagonal_bound(), UndecidedBelow<S, Value>{&store, f},
+      tile_lu<Threads>(tile, store.tile_rule(), store.substitutes, UndecidedBelow<S, Value>{&store, f},
                        row_at, store.fronts.shift + begin, store.fronts.status, work, pivot_work);
     } else {
       const BorderBelow<S> below{front.lower + front.pivots + k * ld, ld, front.border, column_work,
                                  work.border};
-      tile_lu<Threads>(tile, store.tile_rule(), store.diagonal_bound(), below, row_at,
-                       store.fronts.shift + begin, store.fronts.status, work, pivot_work);
+      tile_lu<Threads>(tile, store.tile_rule(), store.substitutes, below, row_at, store.fronts.shift + begin,
+                       store.fronts.status, work, pivot_work);
     }
     for (int i = threadIdx.x; i < s; i += blockDim.x) store.fronts.local_row[begin + i] = k + row_at[i];
   }

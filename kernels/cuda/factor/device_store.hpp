@@ -9,10 +9,6 @@
 
 namespace mfs::cuda {
 
-/// Of the largest entry: the least pivot of a panel that is factored in one sweep (diagonal_panel.hpp) where
-/// tiny ones are divided by.
-constexpr double kLeastSwept = 0.01;
-
 template <class S, class Value>
 struct DeviceStore {
   FrontStore<S, Value> fronts;
@@ -42,12 +38,6 @@ struct DeviceStore {
   Vertex* row_place;         // n, where some front is divided: local_row the other way round
 
   __device__ PivotRule rule() const { return pivots.times(*largest); }
-  /// A panel with a smaller pivot on the diagonal is searched. Where tiny pivots are divided by, that is one
-  /// that is small at all: what a sweep of pairs divides by and what it leaves as U differ by rounding of the
-  /// entries that cancel in them.
-  __device__ double diagonal_bound() const {
-    return substitutes ? fmax(kLeastSwept * *largest, rule().bound) : rule().bound;
-  }
   __device__ PivotRule tile_rule() const { return rule_of_tiles(rule(), substitutes); }
   __device__ bool is_strict(Vertex f) const { return strict[f] & kStrict; }
   /// U is made when all pivots are known, in segments of its own.

@@ -82,7 +82,7 @@ __global__ void __launch_bounds__(Threads, Blocks < kMostBlocks ? Blocks : kMost
   if (static_cast<int>(threadIdx.x) < rows) row_at[threadIdx.x] = threadIdx.x;
   assemble_in_tile(store, f, front, tile);
   const Vertex begin = store.fronts.pivot_begin[f];
-  tile_lu<Threads>(tile, store.rule(), store.diagonal_bound(), NoFurtherBorder(), row_at,
+  tile_lu<Threads>(tile, store.rule(), store.substitutes, NoFurtherBorder(), row_at,
                    store.fronts.shift + begin, store.fronts.status, work, pivot_work);
   invert_diagonal_blocks(tile, store.substitutes);
   __syncthreads();

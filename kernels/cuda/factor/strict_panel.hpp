@@ -133,13 +133,13 @@ class StrictPanels {
     __syncthreads();
   }
 
-  // Row of the largest entry of column j of the panel, from row j on.
+  // Row of the pivot of column j of the panel: of the largest entry from row j on, which counts more itself.
   __device__ int search(int j) const {
     __shared__ int chosen;
     double most = -1;
     int from = rows_;
     for (int r = j + threadIdx.x; r < rows_; r += blockDim.x) {
-      const double size = magnitude(panel_[r + j * panel_ld_]);
+      const double size = magnitude(panel_[r + j * panel_ld_]) * (r == j ? rule_.preference : 1);
       if (!(size <= most)) {
         most = size;
         from = r;

@@ -183,7 +183,7 @@ __device__ void solve_column_strip(const DeviceStore<S, Value>& store, const Ste
   double most = 0;
 #pragma unroll 4
   for (int c = first; c < s; c += 2) most = fmax(most, magnitude(own[c * kLd]));
-  if (most > (border ? most_in_border(store.pivots, true) : kMostGrowth)) store.make_strict(f);
+  if (most > most_left_out(store.pivots, store.substitutes)) store.make_strict(f);
 }
 
 // Columns right of a tile, which come with their rows exchanged.

@@ -30,10 +30,17 @@ struct NoFurtherBorder {
   }
 };
 
-/// Pivots in the order in which they are preferred: by size, then by row (at most 256).
+/// Pivots in the order in which they are preferred: by size, then by row (at most 256). The entry on the
+/// diagonal has `diagonal_bits` more.
 template <class S>
 __device__ unsigned pivot_key(const S& pivot, int row) {
   return size_bits(pivot) + 0x100u + (0xffu - row);
+}
+/// What size_bits of a number grow by where it is multiplied by a power of two.
+template <class S>
+__device__ unsigned bits_of_factor(double factor) {
+  const unsigned exponent = static_cast<unsigned>(__double2hiint(factor) - __double2hiint(1.0));
+  return std::is_same_v<S, float> ? exponent << 3 : exponent;
 }
 __device__ inline int row_of_key(unsigned key) {
   static_assert(kMostPivotWarps * kWarp <= 256 && kMostPivotWarps <= 8);
@@ -164,13 +171,16 @@ __device__ void eliminate_columns(const Tile<S>& tile, int first, int begin, int
   const int t = threadIdx.x, lane = t % kWarp, warp = t / kWarp;
   const int rows = tile.rows, pivots = tile.pivots, ld = tile.ld, pivot_warps = (pivots + kWarp - 1) / kWarp;
   const bool last_warp = warp == static_cast<int>(blockDim.x) / kWarp - 1;
-  const unsigned lowest = bound_bits<S>(rule.bound) + 0x200u, beyond = bound_bits<S>(HUGE_VAL) + 0x100u;
+  // A pivot on the diagonal may count for more than it is: settle_pivot looks at it.
+  const unsigned lowest = bound_bits<S>(rule.bound * rule.preference) + 0x200u,
+                 beyond = bound_bits<S>(HUGE_VAL) + 0x100u,
+                 diagonal_bits = bits_of_factor<S>(rule.preference);
   S* const a = tile.a;
 #pragma unroll 1
   for (int j = begin; j < end; ++j) {
     if (warp < pivot_warps) {
       const bool candidate = waiting && t < pivots;
-      const unsigned key = candidate ? pivot_key(row[0], t) : 0u;
+      const unsigned key = candidate ? pivot_key(row[0], t) + (t == j ? diagonal_bits : 0u) : 0u;
       const unsigned most = __reduce_max_sync(0xffffffffu, key);
       const S reciprocal = reciprocal_of(row[0]);
       if (key != 0 && key == most) {
@@ -305,10 +315,11 @@ __device__ void update_tile(const Tile<S>& tile, int first, int width) {
 /// Factors the tile. row_at (in shared memory, set to the identity by the caller) follows the row exchanges;
 /// shift[j] (global memory, zero before) becomes what was added to pivot j. In place of the unit lower
 /// triangle of each panel comes its inverse. All threads of the block call it, at least `rows` of them; a
-/// lone warp searches every panel and needs no work for the pivots. Panels with smaller pivots on the
-/// diagonal than `diagonal_bound` are searched.
+/// lone warp searches every panel and needs no work for the pivots. With `searches` all panels
+/// are searched, as where tiny pivots are divided by: what a sweep of pairs divides by and what it leaves as
+/// U differ by rounding of the entries that cancel in them.
 template <int Threads, class S, class Border>
-__device__ void tile_lu(const Tile<S>& tile, const PivotRule& rule, double diagonal_bound,
+__device__ void tile_lu(const Tile<S>& tile, const PivotRule& rule, bool searches,
                         const Border& further_border, int* row_at, S* shift, FactorStatus* status,
                         TileWork<S>& work, PivotWork<S>* pivot_work) {
   constexpr int warps = Threads / kWarp;
@@ -320,8 +331,9 @@ __device__ void tile_lu(const Tile<S>& tile, const PivotRule& rule, double diago
     const int width = min(kPanelColumns, pivots - first), next = first + width;
     __syncthreads();
     bool factored = false;
-    if constexpr (warps > 1)
-      factored = DiagonalPanel<Threads, S>(tile, first, diagonal_bound, *pivot_work).factor();
+    if constexpr (warps > 1) {
+      if (!searches) factored = DiagonalPanel<Threads, S>(tile, first, rule.bound, *pivot_work).factor();
+    }
     if (!factored) {
       factor_tile_panel(tile, first, width, rule, further_border, shift, status, work);
       __syncthreads();

@@ -1,6 +1,7 @@
 // libmfs with the program's Kokkos (MFS_KOKKOS=shared): its kernels are that Kokkos' kernels, and it asks for
 // a Kokkos that runs.
 #include <Kokkos_Core.hpp>
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdint>
@@ -38,6 +39,25 @@ void count_kernel(const char* name, const std::uint32_t, std::uint64_t*) {
 struct Stop : std::runtime_error {
   Stop() : std::runtime_error("stop") {}
 };
+
+// Of a chain that is too long for panels, which are no kernels of Kokkos.
+void kernels_are_seen() {
+  constexpr int n = 30'000;
+  std::vector<int> offsets{0}, columns;
+  std::vector<double> values;
+  for (int i = 0; i < n; ++i) {
+    for (int j = std::max(i - 1, 0); j <= std::min(i + 1, n - 1); ++j) {
+      columns.push_back(j);
+      values.push_back(i == j ? 3.0 : -1.0);
+    }
+    offsets.push_back(static_cast<int>(columns.size()));
+  }
+  Kokkos::Tools::Experimental::set_begin_parallel_for_callback(count_kernel);
+  mfs::Solver solver;
+  solver.factor({n, n, offsets.data(), columns.data(), values.data()});
+  Kokkos::Tools::Experimental::set_begin_parallel_for_callback(nullptr);
+  expect(kernels_of_mfs > 0, "the program's Kokkos sees the kernels of MFS");
+}
 
 // A progress callback that throws: its exception arrives, and the solver works afterwards.
 void progress_throws() {
@@ -136,10 +156,8 @@ int main() {
   Kokkos::initialize();
   {
     TinySystem system;
-    Kokkos::Tools::Experimental::set_begin_parallel_for_callback(count_kernel);
     expect(system.solve(), "MFS solves");
-    expect(kernels_of_mfs > 0, "the program's Kokkos sees the kernels of MFS");
-    Kokkos::Tools::Experimental::set_begin_parallel_for_callback(nullptr);
+    kernels_are_seen();
     progress_throws();
     called_beside_the_work();
 #ifdef MFS_CUDA

@@ -54,7 +54,7 @@ class PanelFactors final : public Factors<Value> {
     const HostMatrix<Value> a = fronts_->matrix();
     const double largest = panels::take_values(system_, a.values, a.row_scale, a.column_scale);
     const PivotRule rule = pivot_rule<RealOf<Scalar>>(policy, largest);
-    by_panels_ = panels::factor(system_, {rule.bound, rule.tiny, rule.border_part});
+    by_panels_ = panels::factor(system_, {rule.bound, rule.tiny, rule.border_part, rule.preference});
     if (!by_panels_) return fronts_->factor(policy, progress);
     if (progress) progress(1.0);
     return {{0, 0, plan_->flops.getrf, plan_->flops.trsm, plan_->flops.gemm}, largest};

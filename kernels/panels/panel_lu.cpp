@@ -222,7 +222,7 @@ struct Steps {
     for (Vertex c = 0; c < panel.columns; ++c) {
       const Vertex diagonal = diagonal_row(panel) + c;
       subtract_before(panel, c);
-      const Vertex pivot = largest(panel, c, diagonal, pivots_end);
+      const Vertex pivot = pivot_row(panel, c, diagonal, pivots_end, static_cast<Real>(bounds.preference));
       if (pivot != diagonal)
         exchange(system, index, panel, diagonal - panel.pivot_row, pivot - panel.pivot_row);
       const Real size = size_of(panel.at(c, diagonal)) * Real(Kind::kParts == 1 ? 1 : 0.707);
@@ -264,9 +264,10 @@ struct Steps {
       return std::abs(number[0]) + std::abs(number[1]);
     }
   }
-  static MFS_LANES Vertex largest(const Panel& panel, Vertex c, Vertex first, Vertex end) {
+  // The first row counts `preference` times.
+  static MFS_LANES Vertex pivot_row(const Panel& panel, Vertex c, Vertex first, Vertex end, Real preference) {
     Vertex found = first;
-    Real most = size_of(panel.at(c, first));
+    Real most = size_of(panel.at(c, first)) * preference;
     for (Vertex row = first + 1; row < end; ++row) {
       const Real size = size_of(panel.at(c, row));
       if (size > most) {

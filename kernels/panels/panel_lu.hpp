@@ -11,7 +11,8 @@ namespace mfs::panels {
 /// When a pivot does not pass. Sizes are absolute.
 struct PivotBounds {
   double bound, tiny;
-  double border_part;  // of its border that a pivot below `bound` must have
+  double border_part;     // of its border that a pivot below `bound` must have
+  double preference = 1;  // times its size the entry on the diagonal counts when a pivot is searched
 };
 
 /// Right-hand sides that substitute takes at the same time, side by side.

@@ -136,10 +136,19 @@ TEST(Panels, PivotsAreTheLargestOfTheirBlock) {
       for (Vertex j = 0; j < pivots + 3; ++j) entries.push_back({i, j, random.entry()});
     }
     const StageProblem<double> problem = two_fronts(pivots, 3, entries, 64);
-    const auto fronts = factor(*problem.plan, problem.scaled(), ReferenceRule());
     Panels<double> panels(problem);
-    ASSERT_TRUE(panels.factor());
-    for (Vertex i = 0; i < pivots; ++i) EXPECT_EQ(panels.local_row[i], fronts[0].row_at[i]) << i;
+    std::vector<Vertex> without;
+    for (const double preference : {1.0, 8.0}) {
+      ReferenceRule rule;
+      rule.preference = preference;
+      const auto fronts = factor(*problem.plan, problem.scaled(), rule);
+      ASSERT_TRUE(panels.factor({0, 0, 0.01, preference}));
+      for (Vertex i = 0; i < pivots; ++i) EXPECT_EQ(panels.local_row[i], fronts[0].row_at[i]) << i;
+      if (pivots > 2) {
+        EXPECT_NE(panels.local_row, without) << "as without a preference";
+      }
+      without = panels.local_row;
+    }
   }
 }
 

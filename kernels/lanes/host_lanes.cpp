@@ -75,18 +75,10 @@ using KindOf = LaneKind<
                                   at.errors);                                                           \
   }
 
-#ifdef MFS_SIMD_TARGETS
-#define MFS_LANES_OF(S)                                       \
-  MFS_LANES_FOR(__attribute__((target("arch=x86-64-v4"))), S) \
-  MFS_LANES_FOR(__attribute__((target("arch=x86-64-v3"))), S) \
-  MFS_LANES_FOR(__attribute__((target("default"))), S)
-#else
-#define MFS_LANES_OF(S) MFS_LANES_FOR(, S)
-#endif
-MFS_LANES_OF(float)
-MFS_LANES_OF(double)
-MFS_LANES_OF(std::complex<float>)
-MFS_LANES_OF(std::complex<double>)
+MFS_FOR_SIMD_TARGETS(MFS_LANES_FOR, float)
+MFS_FOR_SIMD_TARGETS(MFS_LANES_FOR, double)
+MFS_FOR_SIMD_TARGETS(MFS_LANES_FOR, std::complex<float>)
+MFS_FOR_SIMD_TARGETS(MFS_LANES_FOR, std::complex<double>)
 
 struct Places {
   Places(const ProgramView& program, Offset number_bytes, Offset nrhs) {

@@ -5,6 +5,7 @@
 #include <complex>
 #include <cstring>
 #include <limits>
+#include <type_traits>
 #include <utility>
 
 #include "kernels/lanes/lane_numbers.hpp"
@@ -34,6 +35,25 @@ struct Registers {
 };
 
 using Run = PanelProgram::Run;
+
+// So that a body is compiled for the processor of the function that it is in.
+#define MFS_ALWAYS __attribute__((always_inline))
+
+/// Calls body(std::integral_constant) for as many columns as a panel has.
+template <class Body>
+MFS_LANES void with_columns(Vertex columns, const Body& body) {
+  static_assert(kMostTogether == 4);
+  switch (columns) {
+    case 1:
+      return body(std::integral_constant<int, 1>());
+    case 2:
+      return body(std::integral_constant<int, 2>());
+    case 3:
+      return body(std::integral_constant<int, 3>());
+    default:
+      return body(std::integral_constant<int, 4>());
+  }
+}
 
 template <class Scalar>
 struct Steps {
@@ -130,31 +150,16 @@ struct Steps {
     if constexpr (Kind::kParts > 1) {  // which have no registers to share
       for (Vertex c = 0; c < panel.columns; ++c) subtract_from<1>(by, u, first, run, end, panel.only(c));
     } else {
-      switch (panel.columns) {
-        case 1:
-          return subtract_from<1>(by, u, first, run, end, panel);
-        case 2:
-          return subtract_from<2>(by, u, first, run, end, panel);
-        case 3:
-          return subtract_from<3>(by, u, first, run, end, panel);
-        default:
-          return subtract_from<kMostTogether>(by, u, first, run, end, panel);
-      }
+      with_columns(panel.columns,
+                   [&](auto columns) MFS_ALWAYS { subtract_from<columns()>(by, u, first, run, end, panel); });
     }
   }
   template <int columns>
   static MFS_LANES void subtract_from(const Panel& by, Vertex u, const Run& first, const Run* run,
                                       const Run* end, const Panel& panel) {
-    switch (by.columns) {
-      case 1:
-        return subtract_columns<columns, 1>(by, u, first, run, end, panel);
-      case 2:
-        return subtract_columns<columns, 2>(by, u, first, run, end, panel);
-      case 3:
-        return subtract_columns<columns, 3>(by, u, first, run, end, panel);
-      default:
-        return subtract_columns<columns, kMostTogether>(by, u, first, run, end, panel);
-    }
+    with_columns(by.columns, [&](auto width) MFS_ALWAYS {
+      subtract_columns<columns, width()>(by, u, first, run, end, panel);
+    });
   }
   // Each number takes its products in the order of the columns.
   template <int columns, int width>
@@ -330,23 +335,12 @@ struct Steps {
         for (Vertex c = 0; c < panel.columns; ++c)
           pass<width, 1, forward, transposed>(system, panel.only(forward ? c : panel.columns - 1 - c), y);
       } else {
-        pass_panel<width, forward, transposed>(system, panel, y);
+        with_columns(panel.columns, [&](auto columns) MFS_ALWAYS {
+          pass<width, columns(), forward, transposed>(system, panel, y);
+        });
       }
     }
     if (!forward && transposed) exchange_positions<width, false>(system, f, y);
-  }
-  template <int width, bool forward, bool transposed>
-  static MFS_LANES void pass_panel(const System<Scalar>& system, const Panel& panel, Real* y) {
-    switch (panel.columns) {
-      case 1:
-        return pass<width, 1, forward, transposed>(system, panel, y);
-      case 2:
-        return pass<width, 2, forward, transposed>(system, panel, y);
-      case 3:
-        return pass<width, 3, forward, transposed>(system, panel, y);
-      default:
-        return pass<width, kMostTogether, forward, transposed>(system, panel, y);
-    }
   }
   // As exchange_rows, and back.
   template <int width, bool there>
@@ -431,18 +425,10 @@ struct Steps {
     Steps<S>::substitute<kSideBySide>(system, transposed, reals(y));              \
   }
 
-#ifdef MFS_SIMD_TARGETS
-#define MFS_STEPS(S)                                          \
-  MFS_STEPS_FOR(__attribute__((target("arch=x86-64-v4"))), S) \
-  MFS_STEPS_FOR(__attribute__((target("arch=x86-64-v3"))), S) \
-  MFS_STEPS_FOR(__attribute__((target("default"))), S)
-#else
-#define MFS_STEPS(S) MFS_STEPS_FOR(, S)
-#endif
-MFS_STEPS(float)
-MFS_STEPS(double)
-MFS_STEPS(std::complex<float>)
-MFS_STEPS(std::complex<double>)
+MFS_FOR_SIMD_TARGETS(MFS_STEPS_FOR, float)
+MFS_FOR_SIMD_TARGETS(MFS_STEPS_FOR, double)
+MFS_FOR_SIMD_TARGETS(MFS_STEPS_FOR, std::complex<float>)
+MFS_FOR_SIMD_TARGETS(MFS_STEPS_FOR, std::complex<double>)
 
 /// The largest of some sizes. Each of its parts waits for its own comparison before only.
 template <class Real>

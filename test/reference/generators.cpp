@@ -64,7 +64,7 @@ SparseMatrix random_diagonally_dominant(std::int64_t n, std::int64_t per_row, st
   return from_entries_summed(n, entries);
 }
 
-SparseMatrix floating_chains(std::int64_t chains, std::int64_t length, bool alike) {
+SparseMatrix floating_chains(std::int64_t chains, std::int64_t length, bool alike, double spring) {
   std::vector<Entry> entries;
   for (std::int64_t chain = 0; chain < chains; ++chain) {
     Random random(alike ? 1 : static_cast<std::uint64_t>(chain) + 1);
@@ -73,7 +73,7 @@ SparseMatrix floating_chains(std::int64_t chains, std::int64_t length, bool alik
       const double before = k > 0 ? 1 + 0.5 * random.entry() : 0;
       const double after = k + 1 < length ? 1 + 0.5 * random.entry() : 0;
       if (k > 0) entries.push_back({i, i - 1, -before});
-      entries.push_back({i, i, before + after + 1e-8 * (1 + (alike ? 0 : 10 * random.unit()))});
+      entries.push_back({i, i, before + after + spring * (1 + (alike ? 0 : 10 * random.unit()))});
       if (k + 1 < length) entries.push_back({i, i + 1, -after});
     }
   }

@@ -199,13 +199,26 @@ class Klu final : public HostPeer<int> {
 }  // namespace
 
 std::vector<std::string> linked_peers() {
-  return {"umfpack", "klu", "cholmod"};
+  std::vector<std::string> names{"umfpack", "klu", "cholmod"};
+#ifdef MFS_SUPERLU
+  names.emplace_back("superlu");
+#endif
+#ifdef MFS_MUMPS
+  names.emplace_back("mumps");
+#endif
+  return names;
 }
 
 MakeCandidate linked_peer(const std::string& name) {
   if (name == "umfpack") return [](const System& system) { return std::make_unique<Umfpack>(system); };
   if (name == "klu") return [](const System& system) { return std::make_unique<Klu>(system); };
   if (name == "cholmod") return [](const System& system) { return std::make_unique<Cholmod>(system); };
+#ifdef MFS_SUPERLU
+  if (name == "superlu") return make_superlu;
+#endif
+#ifdef MFS_MUMPS
+  if (name == "mumps") return make_mumps;
+#endif
   throw std::invalid_argument("no solver '" + name + "' here");
 }
 

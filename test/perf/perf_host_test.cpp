@@ -72,6 +72,36 @@ TEST(PerfHost, SolversThatNeedItAreRefined) {
   EXPECT_EQ(lines[2]["accurate"], true);
 }
 
+// SuperLU and MUMPS are measured where they were found.
+TEST(PerfHost, OthersOfDebianSolve) {
+  const std::string help = shell(kHost + "--help").out;
+  for (const std::string name : {"superlu", "mumps"}) {
+    SCOPED_TRACE(name);
+    const ProgramRun run = shell(kHost + "--peers " + name + " --repeat 2 --rounds 1 kkt:3 convdiff3d:4");
+    if (help.find(name) == std::string::npos) {
+      EXPECT_NE(run.code, 0);
+      continue;
+    }
+    ASSERT_EQ(run.code, 0) << run.err;
+    const std::vector<nlohmann::json> lines = json_lines(run.out);
+    ASSERT_EQ(lines.size(), 6u);
+    for (const std::size_t i : {1, 4}) {
+      EXPECT_EQ(lines[i]["solver"], name);
+      EXPECT_EQ(lines[i]["accurate"], true) << lines[i].dump();
+      EXPECT_GT(lines[i]["factor_entries"], 0);
+      EXPECT_GT(lines[i]["flops"], 0);
+      EXPECT_LT(lines[i]["flops"], 10 * lines[i - 1]["flops"].get<double>()) << "those of one factorization";
+    }
+    const TemporaryFolder folder;
+    const std::string singular = folder.write(
+        "singular.mtx", "%%MatrixMarket matrix coordinate real general\n2 2 4\n1 1 1\n1 2 1\n2 1 1\n2 2 1\n");
+    const std::vector<nlohmann::json> refused =
+        json_lines(shell(kHost + "--peers " + name + " --repeat 1 --rounds 1 " + singular).out);
+    ASSERT_EQ(refused.size(), 2u);
+    EXPECT_NE(refused[1].value("accurate", false), true) << refused[1].dump();
+  }
+}
+
 TEST(PerfHost, PardisoAloneMayStandBeside) {
   const ProgramRun run = shell(kHost + kStub + "--repeat 1 --rounds 1 --peers none poisson2d:5");
   ASSERT_EQ(run.code, 0) << run.err;

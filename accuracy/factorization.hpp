@@ -50,8 +50,8 @@ class Factorization {
   virtual std::size_t most_corrected() const = 0;
   /// The row of A that came to a position.
   virtual Vertex pivot_row(Vertex position) const = 0;
-  /// By front of the plan: whether any of its pivots was perturbed.
-  virtual std::vector<char> failed_fronts() const = 0;
+  /// The positions of perturbed pivots, ascending.
+  virtual std::vector<Vertex> failed_pivots() const = 0;
 
   /// Of the memory where the factors lie.
   virtual Offset bytes() const = 0;

@@ -166,12 +166,10 @@ class AccuracyLadder final : public Factorization<Value> {
 
   std::size_t most_corrected() const override { return mfs::most_corrected(*plan_); }
 
-  std::vector<char> failed_fronts() const override {
-    std::vector<char> failed(static_cast<std::size_t>(plan_->num_fronts), 0);
-    for (Vertex f = 0; f < plan_->num_fronts; ++f) {
-      for (Vertex p = plan_->pivot_begin[f]; p < plan_->pivot_begin[f + 1]; ++p) {
-        if (factors_->pivot_shift(p) != Value(0)) failed[f] = 1;
-      }
+  std::vector<Vertex> failed_pivots() const override {
+    std::vector<Vertex> failed;
+    for (Vertex p = 0; p < plan_->n; ++p) {
+      if (factors_->pivot_shift(p) != Value(0)) failed.push_back(p);
     }
     return failed;
   }

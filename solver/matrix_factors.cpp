@@ -12,10 +12,17 @@
 
 #include "ordering/matrix_check.hpp"
 #include "ordering/size_scaling.hpp"
-#include "plan/merge_fronts.hpp"
+#include "plan/delay_pivots.hpp"
 #include "solver/option_checks.hpp"
 
 namespace mfs {
+
+namespace {
+
+// By which a pivot that failed moves up the tree, first and at most.
+constexpr Vertex kLevels = 3, kMostLevels = 96;
+
+}  // namespace
 
 template <class Scalar>
 MatrixFactors<Scalar>::MatrixFactors(const Options& options, Phases& phases, Report& report)
@@ -359,31 +366,38 @@ void MatrixFactors<Scalar>::watch_effort() {
   }
 }
 
-// Merges fronts whose pivots failed into their parents while that helps and costs little.
+// Moves pivots that failed up the tree while that helps and costs little. Three levels are enough for most,
+// and cost little more than one, which half of them would have to leave again: a first factorization is one
+// of two or three.
 template <class Scalar>
 void MatrixFactors<Scalar>::enlarge_pivot_blocks() {
   constexpr double kGrowth = 1.5, kFree = 1e8;
   const double allowed = kGrowth * report_.flops.total() + kFree;
+  Vertex levels = kLevels;
   for (int round = 0; round < options_.factor.max_reanalyses && report_.perturbed_pivots > 0; ++round) {
-    if (!merge_failed_fronts(allowed)) break;
+    if (!delay_failed_pivots(levels, allowed)) break;
     replace_numeric();
+    levels = std::min(2 * levels, kMostLevels);
   }
 }
 
-// Takes the plan in which the fronts with perturbed pivots are merged into their parents. False where that
-// changes nothing, or costs more operations than allowed or more memory than there is.
+// Takes the plan in which perturbed pivots belong to an ancestor so many levels up. False where that changes
+// nothing, or costs more operations than allowed or more memory than there is.
 template <class Scalar>
-bool MatrixFactors<Scalar>::merge_failed_fronts(double allowed_flops) {
+bool MatrixFactors<Scalar>::delay_failed_pivots(Vertex levels, double allowed_flops) {
   std::shared_ptr<const SymbolicPlan> plan;
   Planned<Factorization<Scalar>> planned;
+  DelayedTree delayed;
   bool fits = false;
   phases_.run("symbolic", [&] {
-    const SeparatorTree tree = merge_into_parents(*analysis_->plan, numeric_->failed_fronts());
+    std::vector<FailedPivot> failed;
+    for (const Vertex position : numeric_->failed_pivots())
+      failed.push_back({position, numeric_->pivot_row(position)});
+    delayed = delay_pivots(*analysis_->plan, failed, levels);
     plan = std::make_shared<SymbolicPlan>(make_symbolic_plan(
-        *analysis_->pattern, analysis_->matched.row_order, tree, options_.analysis.max_block_size,
+        *analysis_->pattern, delayed.row_order, delayed.tree, options_.analysis.max_block_size,
         phases_.threads_at_work(), backend_.assembly_turns()));
-    const bool cheap =
-        plan->num_fronts != analysis_->plan->num_fronts && plan->flops.total() <= allowed_flops;
+    const bool cheap = plan->column_of != analysis_->plan->column_of && plan->flops.total() <= allowed_flops;
     if (!cheap) return;
     try {
       planned = planned_for(plan, analysis_->pattern);
@@ -395,6 +409,7 @@ bool MatrixFactors<Scalar>::merge_failed_fronts(double allowed_flops) {
   });
   if (!fits) return false;
   analysis_->plan = std::move(plan);
+  analysis_->matched.row_order = std::move(delayed.row_order);
   planned_ = std::move(planned);
   ++report_.reanalyses;
   return true;
@@ -402,7 +417,7 @@ bool MatrixFactors<Scalar>::merge_failed_fronts(double allowed_flops) {
 
 // Pivots large enough to pass can still be small beside their border, and then the factors grow. Factors
 // once with every pivot compared with its border, as threshold pivoting does (tolerance 1: the largest
-// entry), and merges the fronts that have no better ones. False where nothing is left to merge.
+// entry), and delays those that have no better ones. False where nothing is left to delay.
 template <class Scalar>
 bool MatrixFactors<Scalar>::strengthen() {
   constexpr double kGrowth = 4, kFree = 2e10;  // a second, against a refusal
@@ -410,7 +425,7 @@ bool MatrixFactors<Scalar>::strengthen() {
   ++strengthened_;
   const double allowed = kGrowth * report_.flops.total() + kFree;
   factor_values(PivotPolicy(1.0, tiny_pivots_, kBorderThreshold));
-  if (report_.perturbed_pivots > 0 && merge_failed_fronts(allowed)) {
+  if (report_.perturbed_pivots > 0 && delay_failed_pivots(kLevels, allowed)) {
     replace_numeric();
     return true;
   }

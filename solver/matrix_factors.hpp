@@ -104,7 +104,7 @@ class MatrixFactors {
   void factor_values(const PivotPolicy& policy);
 
   void enlarge_pivot_blocks();
-  bool merge_failed_fronts(double allowed_flops);
+  bool delay_failed_pivots(Vertex levels, double allowed_flops);
   bool strengthen();
   void rematch();
 

@@ -54,8 +54,8 @@ struct FactorOptions {
   /// A pivot below pivot_tolerance times the largest entry of the scaled matrix is perturbed: it is replaced
   /// by that bound, counted and remembered. 0 means sqrt(machine epsilon).
   double pivot_tolerance = 0.0;
-  /// Where the first factorization perturbs pivots, the fronts that hold them are merged into their parents,
-  /// and the matrix is factored again with larger pivot blocks: at most this often.
+  /// Where the first factorization perturbs pivots, they are moved to fronts above, where more rows are
+  /// searched, and the matrix is factored again: at most this often.
   int max_reanalyses = 6;
 };
 

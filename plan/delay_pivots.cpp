@@ -1,0 +1,73 @@
+#include "plan/delay_pivots.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <utility>
+
+#include "ordering/fronts.hpp"
+
+namespace mfs {
+
+namespace {
+
+/// Position -> front that its pivot goes to.
+std::vector<Vertex> goals(const SymbolicPlan& plan, const std::vector<FailedPivot>& failed, Vertex levels) {
+  std::vector<Vertex> goal(static_cast<std::size_t>(plan.n));
+  for (Vertex f = 0; f < plan.num_fronts; ++f)
+    std::fill(goal.begin() + plan.pivot_begin[f], goal.begin() + plan.pivot_begin[f + 1], f);
+  for (const FailedPivot& pivot : failed) {
+    Vertex& front = goal[pivot.position];
+    for (Vertex level = 0; level < levels && plan.parent[front] >= 0; ++level) front = plan.parent[front];
+  }
+  return goal;
+}
+
+/// A failed pivot takes along the row that came to it; the row that was its own stays, with the column that
+/// has lost one. Others keep theirs: borders are of pairs, and grow where these change.
+std::vector<Vertex> row_order(const SymbolicPlan& plan, const std::vector<FailedPivot>& failed) {
+  std::vector<Vertex> row_at = plan.row_of, position_of(row_at.size());
+  for (Vertex p = 0; p < plan.n; ++p) position_of[row_at[p]] = p;
+  for (const auto [position, row] : failed) {
+    const Vertex place = position_of[row];
+    std::swap(row_at[position], row_at[place]);
+    std::swap(position_of[row_at[position]], position_of[row_at[place]]);
+  }
+  std::vector<Vertex> order(row_at.size());
+  for (Vertex p = 0; p < plan.n; ++p) order[plan.column_of[p]] = row_at[p];
+  return order;
+}
+
+}  // namespace
+
+DelayedTree delay_pivots(const SymbolicPlan& plan, const std::vector<FailedPivot>& failed, Vertex levels) {
+  const std::vector<Vertex> goal = goals(plan, failed, levels);
+  const auto fronts = static_cast<std::size_t>(plan.num_fronts);
+  std::vector<std::vector<Vertex>> arrived(fronts);
+  for (const FailedPivot& pivot : failed) {
+    const Vertex front = goal[pivot.position];
+    if (pivot.position < plan.pivot_begin[front]) arrived[front].push_back(pivot.position);
+  }
+  std::vector<Vertex> pivots(fronts, 0);
+  for (const Vertex front : goal) ++pivots[front];
+  // A front that has lost all of its pivots is none any more, and its parent stands for it.
+  NodeList nodes;
+  std::vector<Vertex> node_of(fronts);
+  for (Vertex f = 0, count = 0; f < plan.num_fronts; ++f) node_of[f] = pivots[f] > 0 ? count++ : -1;
+  for (Vertex f = plan.num_fronts - 1; f >= 0; --f) {
+    if (pivots[f] == 0) node_of[f] = node_of[plan.parent[f]];
+  }
+  nodes.order.reserve(static_cast<std::size_t>(plan.n));
+  nodes.node_begin.push_back(0);
+  for (Vertex f = 0; f < plan.num_fronts; ++f) {
+    if (pivots[f] == 0) continue;
+    for (Vertex p = plan.pivot_begin[f]; p < plan.pivot_begin[f + 1]; ++p) {
+      if (goal[p] == f) nodes.order.push_back(plan.column_of[p]);
+    }
+    for (const Vertex p : arrived[f]) nodes.order.push_back(plan.column_of[p]);
+    nodes.node_begin.push_back(static_cast<Vertex>(nodes.order.size()));
+    nodes.parent.push_back(plan.parent[f] < 0 ? -1 : node_of[plan.parent[f]]);
+  }
+  return {breadth_first(nodes), row_order(plan, failed)};
+}
+
+}  // namespace mfs

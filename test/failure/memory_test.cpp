@@ -18,7 +18,7 @@ struct Treatment {
   SparseMatrix matrix;  // repeated entries allowed
   Options options;
   Rung rung = Rung::factors;  // to which a solve climbs
-  bool merged = false;        // fronts are, because pivots fail
+  bool delayed = false;       // pivots are, because they fail
 };
 
 /// Rows unsorted, with repeated entries: the longest way through the check. Weak diagonal: matched.
@@ -41,11 +41,11 @@ std::vector<Treatment> treatments() {
   all.push_back({"matched, 2 threads", awkward_matrix(), with_threads(2)});
   Options unmatched = with_threads(2);
   unmatched.analysis.matching = Matching::never;
-  Options merged = unmatched;
+  Options delayed = unmatched;
   // Without a step of refinement the error is 5e-13 to 2e-12, by the kernels that the processor gets.
-  merged.solve.tolerance = 1e-14;
+  delayed.solve.tolerance = 1e-14;
   all.push_back(
-      {"fronts merged", adversarial_matrix("saddle point renumbered", 1), merged, Rung::refinement, true});
+      {"pivots delayed", adversarial_matrix("saddle point renumbered", 1), delayed, Rung::refinement, true});
   unmatched.factor.max_reanalyses = 0;
   all.push_back(
       {"pivots corrected", adversarial_matrix("saddle point renumbered", 1), unmatched, Rung::refinement});
@@ -66,7 +66,7 @@ void expect_rung(const Treatment& treatment) {
   std::vector<double> x(b.size());
   solver.solve(b.data(), x.data());
   EXPECT_EQ(solver.report().rung, treatment.rung) << "the way of this name is not taken";
-  EXPECT_EQ(solver.report().reanalyses > 0, treatment.merged) << "the way of this name is not taken";
+  EXPECT_EQ(solver.report().reanalyses > 0, treatment.delayed) << "the way of this name is not taken";
 }
 
 /// Makes the n-th allocation of `operation` fail, for n = 0, 1, ... until it runs through. Each failure must

@@ -183,7 +183,7 @@ TEST_F(OutOfCore, LadderHasTheSameRungs) {
   }
   Options options = with_threads(2);
   options.analysis.matching = Matching::never;
-  expect_same_rungs(options, weak, folder_.path(""));  // fronts are merged
+  expect_same_rungs(options, weak, folder_.path(""));  // pivots are delayed
   options.factor.max_reanalyses = 0;
   expect_same_rungs(options, weak, folder_.path(""));  // pivots are corrected, or divided by
   options = with_threads(1);

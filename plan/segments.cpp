@@ -190,7 +190,7 @@ Offset least_region(const SymbolicPlan& plan, Offset spare, Vertex small_rows, O
     for (const auto& [turn, way] : kWays) {
       if (outside == Outside::file ? reads_outside(way) : turn + 1 < kTurns) continue;
       std::vector<Offset> takes(orders.size());
-      for_all(orders.size(), [&](std::size_t i) {
+      for_all(orders.size(), [&, &way = way](std::size_t i) {  // clang's OpenMP takes no structured bindings
         SegmentPlaces places(plan, orders[i], way, before, small_rows, outside);
         takes[i] = places.place(places.count(), kLeastAhead, spare);
       });

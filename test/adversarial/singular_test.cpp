@@ -161,7 +161,7 @@ SparseMatrix rounded_copies(std::int64_t n, std::int64_t dependent, std::uint64_
 
 // No null vector of the capacitance matrix is there to start from, only one of a singular value that is
 // larger than that of A by what the null vector has of the perturbed unknown. Rounding decides how many there
-// are: of 600 matrices one to four in a hundred have one or two null vectors fewer than copies.
+// are: of 1700 matrices 13 had one to three null vectors fewer than copies.
 TEST(Singular, CopiesThatDifferByRounding) {
   int refused = 0, counted = 0;
   for (const std::int64_t dependent : {1, 3, 8}) {

@@ -38,6 +38,7 @@ class Mumps final : public HostPeer<int> {
     for (const int stream : {1, 2, 3}) parameter(stream) = -1;
     parameter(4) = 0;
     parameter(7) = 5;
+    parameter(14) = 20;
     mumps_.n = n();
     mumps_.nnz = static_cast<MUMPS_INT8>(indices_.size());
     mumps_.irn = rows_.data();
@@ -55,13 +56,14 @@ class Mumps final : public HostPeer<int> {
     call(1);
     return {};
   }
-  // What its estimate of memory was short of is given once more.
+  // What its estimate of memory was short of is given from then on.
   void factor() override {
-    constexpr int kWorkspaceTooSmall = -9;
-    for (parameter(14) = 20; parameter(14) < 2000; parameter(14) *= 2) {
-      mumps_.job = 2;
+    constexpr int kWorkspaceTooSmall = -9, kMostPercent = 1000;
+    mumps_.job = 2;
+    dmumps_c(&mumps_);
+    while (mumps_.infog[0] == kWorkspaceTooSmall && parameter(14) < kMostPercent) {
+      parameter(14) *= 2;
       dmumps_c(&mumps_);
-      if (mumps_.infog[0] != kWorkspaceTooSmall) break;
     }
     check();
   }

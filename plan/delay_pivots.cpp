@@ -37,35 +37,49 @@ std::vector<Vertex> row_order(const SymbolicPlan& plan, const std::vector<Failed
   return order;
 }
 
-}  // namespace
-
-DelayedTree delay_pivots(const SymbolicPlan& plan, const std::vector<FailedPivot>& failed, Vertex levels) {
-  const std::vector<Vertex> goal = goals(plan, failed, levels);
-  const auto fronts = static_cast<std::size_t>(plan.num_fronts);
-  std::vector<std::vector<Vertex>> arrived(fronts);
+/// Front -> failed positions that come to it from below.
+std::vector<std::vector<Vertex>> arrivals(const SymbolicPlan& plan, const std::vector<FailedPivot>& failed,
+                                          const std::vector<Vertex>& goal) {
+  std::vector<std::vector<Vertex>> arrived(static_cast<std::size_t>(plan.num_fronts));
   for (const FailedPivot& pivot : failed) {
     const Vertex front = goal[pivot.position];
     if (pivot.position < plan.pivot_begin[front]) arrived[front].push_back(pivot.position);
   }
-  std::vector<Vertex> pivots(fronts, 0);
-  for (const Vertex front : goal) ++pivots[front];
-  // A front that has lost all of its pivots is none any more, and its parent stands for it.
-  NodeList nodes;
-  std::vector<Vertex> node_of(fronts);
-  for (Vertex f = 0, count = 0; f < plan.num_fronts; ++f) node_of[f] = pivots[f] > 0 ? count++ : -1;
-  for (Vertex f = plan.num_fronts - 1; f >= 0; --f) {
-    if (pivots[f] == 0) node_of[f] = node_of[plan.parent[f]];
+  return arrived;
+}
+
+/// Front -> its node. A front that has lost all of its pivots is none, and its parent's stands for it.
+std::vector<Vertex> node_numbers(const SymbolicPlan& plan, const std::vector<Vertex>& goal) {
+  std::vector<Vertex> node(static_cast<std::size_t>(plan.num_fronts), -1);
+  for (const Vertex front : goal) node[front] = 0;
+  Vertex count = 0;
+  for (Vertex& number : node) {
+    if (number == 0) number = count++;
   }
+  for (Vertex f = plan.num_fronts - 1; f >= 0; --f) {
+    if (node[f] < 0) node[f] = node[plan.parent[f]];
+  }
+  return node;
+}
+
+}  // namespace
+
+DelayedTree delay_pivots(const SymbolicPlan& plan, const std::vector<FailedPivot>& failed, Vertex levels) {
+  const std::vector<Vertex> goal = goals(plan, failed, levels);
+  const std::vector<std::vector<Vertex>> arrived = arrivals(plan, failed, goal);
+  const std::vector<Vertex> node = node_numbers(plan, goal);
+  NodeList nodes;
   nodes.order.reserve(static_cast<std::size_t>(plan.n));
   nodes.node_begin.push_back(0);
   for (Vertex f = 0; f < plan.num_fronts; ++f) {
-    if (pivots[f] == 0) continue;
     for (Vertex p = plan.pivot_begin[f]; p < plan.pivot_begin[f + 1]; ++p) {
       if (goal[p] == f) nodes.order.push_back(plan.column_of[p]);
     }
     for (const Vertex p : arrived[f]) nodes.order.push_back(plan.column_of[p]);
-    nodes.node_begin.push_back(static_cast<Vertex>(nodes.order.size()));
-    nodes.parent.push_back(plan.parent[f] < 0 ? -1 : node_of[plan.parent[f]]);
+    const auto end = static_cast<Vertex>(nodes.order.size());
+    if (end == nodes.node_begin.back()) continue;
+    nodes.node_begin.push_back(end);
+    nodes.parent.push_back(plan.parent[f] < 0 ? -1 : node[plan.parent[f]]);
   }
   return {breadth_first(nodes), row_order(plan, failed)};
 }

@@ -61,9 +61,9 @@ void MatrixFactors<Scalar>::factor(const CsrView<Scalar>& a) {
     refactored_ = false;
     take_values(a);
     factor_values();
-    const Stopwatch enlarging;
-    enlarge_pivot_blocks();
-    if (report_.reanalyses > 0) report_.time_reanalyses = enlarging.seconds();
+    const Stopwatch delaying;
+    delay_while_pivots_fail();
+    if (report_.reanalyses > 0) report_.time_reanalyses = delaying.seconds();
   } else {
     factor_other_values(a);
   }
@@ -371,7 +371,7 @@ void MatrixFactors<Scalar>::watch_effort() {
 // and cost little more than one, which half of them would have to leave again: a first factorization is one
 // of two or three.
 template <class Scalar>
-void MatrixFactors<Scalar>::enlarge_pivot_blocks() {
+void MatrixFactors<Scalar>::delay_while_pivots_fail() {
   constexpr double kGrowth = 1.5, kFree = 1e8;
   const double allowed = kGrowth * report_.flops.total() + kFree;
   const auto most = static_cast<std::int64_t>(numeric_->most_corrected());
@@ -398,11 +398,11 @@ bool MatrixFactors<Scalar>::delay_failed_pivots(Vertex levels, double allowed_fl
     for (const Vertex position : numeric_->failed_pivots())
       failed.push_back({position, numeric_->pivot_row(position)});
     delayed = delay_pivots(*analysis_->plan, failed, levels);
+    if (delayed.tree.order == analysis_->plan->column_of) return;
     plan = std::make_shared<SymbolicPlan>(make_symbolic_plan(
         *analysis_->pattern, delayed.row_order, delayed.tree, options_.analysis.max_block_size,
         phases_.threads_at_work(), backend_.assembly_turns()));
-    const bool cheap = plan->column_of != analysis_->plan->column_of && plan->flops.total() <= allowed_flops;
-    if (!cheap) return;
+    if (plan->flops.total() > allowed_flops) return;
     try {
       planned = planned_for(plan, analysis_->pattern);
     } catch (const OutOfMemory&) {  // of a limit
@@ -468,7 +468,7 @@ void MatrixFactors<Scalar>::rematch() {
   });
   ++report_.reanalyses;
   replace_numeric();
-  enlarge_pivot_blocks();
+  delay_while_pivots_fail();
 }
 
 template class MatrixFactors<float>;

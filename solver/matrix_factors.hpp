@@ -103,7 +103,7 @@ class MatrixFactors {
   void factor_values();
   void factor_values(const PivotPolicy& policy);
 
-  void enlarge_pivot_blocks();
+  void delay_while_pivots_fail();
   bool delay_failed_pivots(Vertex levels, double allowed_flops);
   bool strengthen();
   void rematch();

@@ -104,12 +104,7 @@ class CountingFactors final : public Factors<double>, public ResidentFactors<dou
 
 StageProblem<double> problem() {
   const SparseMatrix matrix = grid_2d(11, 9);
-  Pattern pattern;
-  pattern.n = static_cast<Vertex>(matrix.n);
-  pattern.offsets = matrix.offsets;
-  pattern.columns.assign(matrix.columns.begin(), matrix.columns.end());
-  pattern.num_entries = matrix.entries();
-  return matrix_problem(matrix, order_matrix(pattern, MatchedScaling(), AnalysisOptions(), 1), 64);
+  return matrix_problem(matrix, order_matrix(pattern_of(matrix), MatchedScaling(), AnalysisOptions(), 1), 64);
 }
 
 enum class From { host, device };

@@ -31,8 +31,8 @@ Report solve(Solver& solver, const SparseMatrix& a) {
   return report;
 }
 
-Report solve_with_single_factors(const SparseMatrix& a) {
-  Solver solver(with_single_precision());
+Report factor_and_solve(const Options& options, const SparseMatrix& a) {
+  Solver solver(options);
   solver.factor(a.view());
   return solve(solver, a);
 }
@@ -85,18 +85,15 @@ TEST(Ladder, Correction) {
 }
 
 TEST(Ladder, Krylov) {
-  const SparseMatrix a = floating_chains(200, 20, true, 1e-7);
   Options options = with_single_precision();
   options.solve.max_refinement_steps = 2;
-  Solver solver(options);
-  solver.factor(a.view());
-  const Report report = solve(solver, a);
+  const Report report = factor_and_solve(options, floating_chains(200, 20, true, 1e-7));
   EXPECT_EQ(report.rung, Rung::krylov);
   EXPECT_GT(report.krylov_steps, 0);
 }
 
 TEST(Ladder, FullPrecision) {
-  const Report report = solve_with_single_factors(floating_chains(200, 20, false));
+  const Report report = factor_and_solve(with_single_precision(), floating_chains(200, 20, false));
   EXPECT_EQ(report.rung, Rung::full_precision);
   EXPECT_FALSE(report.single_precision);
 }

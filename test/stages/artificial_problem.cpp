@@ -59,6 +59,14 @@ void add_front(const std::vector<FrontShape>& shapes, const std::vector<Vertex>&
   }
 }
 
+std::vector<double> powers_of_two(Random& random, Vertex n) {
+  std::vector<double> scale(n);
+  for (double& s : scale) s = std::ldexp(1.0, static_cast<int>(random.integer(-3, 4)));
+  return scale;
+}
+
+}  // namespace
+
 Pattern pattern_of(const SparseMatrix& matrix) {
   Pattern pattern;
   pattern.n = static_cast<Vertex>(matrix.n);
@@ -67,14 +75,6 @@ Pattern pattern_of(const SparseMatrix& matrix) {
   pattern.num_entries = matrix.entries();
   return pattern;
 }
-
-std::vector<double> powers_of_two(Random& random, Vertex n) {
-  std::vector<double> scale(n);
-  for (double& s : scale) s = std::ldexp(1.0, static_cast<int>(random.integer(-3, 4)));
-  return scale;
-}
-
-}  // namespace
 
 StageProblem<double> artificial_problem(const std::vector<FrontShape>& shapes,
                                         const ProblemOptions& options) {

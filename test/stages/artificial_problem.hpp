@@ -57,6 +57,8 @@ struct ProblemOptions {
 /// time and nothing grows.
 StageProblem<double> artificial_problem(const std::vector<FrontShape>& shapes, const ProblemOptions& options);
 
+Pattern pattern_of(const SparseMatrix& matrix);
+
 /// The matrix on the given tree.
 StageProblem<double> matrix_problem(const SparseMatrix& matrix, const SeparatorTree& tree,
                                     Vertex max_block_size);

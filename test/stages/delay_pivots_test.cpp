@@ -1,8 +1,9 @@
 // Pivots that failed, moved up the tree: by hand on a chain of three fronts, and on trees of grids and random
 // matrices with any failures, where nothing may get lost and no entry may join two branches.
 #include <algorithm>
-#include <numeric>
 #include <random>
+#include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 
@@ -11,20 +12,12 @@
 #include "ordering/order_matrix.hpp"
 #include "plan/delay_pivots.hpp"
 #include "test/reference/generators.hpp"
+#include "test/stages/artificial_problem.hpp"
 
 namespace mfs::test {
 namespace {
 
 using testing::ElementsAre;
-
-Pattern pattern_of(const SparseMatrix& matrix) {
-  Pattern pattern;
-  pattern.n = static_cast<Vertex>(matrix.n);
-  pattern.offsets = matrix.offsets;
-  pattern.columns.assign(matrix.columns.begin(), matrix.columns.end());
-  pattern.num_entries = matrix.entries();
-  return pattern;
-}
 
 // Fronts {0, 1}, {2, 3}, {4, 5} of a chain, each the parent of the one before.
 SymbolicPlan chain_plan() {

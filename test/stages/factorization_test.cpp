@@ -21,12 +21,8 @@ std::vector<StageProblem<double>> problems() {
                                          artificial_problem(leaf_and_root(330, 200), {22, 1.0, 128}),
                                          artificial_problem(broom(), {23})};
   for (const SparseMatrix& matrix : {grid_2d(40, 37), random_diagonally_dominant(500, 4, 5)}) {
-    Pattern pattern;
-    pattern.n = static_cast<Vertex>(matrix.n);
-    pattern.offsets = matrix.offsets;
-    pattern.columns.assign(matrix.columns.begin(), matrix.columns.end());
-    pattern.num_entries = matrix.entries();
-    made.push_back(matrix_problem(matrix, order_matrix(pattern, MatchedScaling(), AnalysisOptions(), 1), 64));
+    made.push_back(
+        matrix_problem(matrix, order_matrix(pattern_of(matrix), MatchedScaling(), AnalysisOptions(), 1), 64));
   }
   return made;
 }

@@ -17,15 +17,6 @@
 namespace mfs::test {
 namespace {
 
-Pattern pattern_of(const SparseMatrix& matrix) {
-  Pattern pattern;
-  pattern.n = static_cast<Vertex>(matrix.n);
-  pattern.offsets = matrix.offsets;
-  pattern.columns.assign(matrix.columns.begin(), matrix.columns.end());
-  pattern.num_entries = matrix.entries();
-  return pattern;
-}
-
 std::vector<std::pair<std::string, Pattern>> small_patterns() {
   std::vector<std::pair<std::string, Pattern>> patterns;
   const auto add = [&](const std::string& name, const SparseMatrix& matrix) {

@@ -17,12 +17,7 @@ namespace {
 
 StageProblem<double> grid_problem(int m, int n) {
   const SparseMatrix matrix = grid_2d(m, n);
-  Pattern pattern;
-  pattern.n = static_cast<Vertex>(matrix.n);
-  pattern.offsets = matrix.offsets;
-  pattern.columns.assign(matrix.columns.begin(), matrix.columns.end());
-  pattern.num_entries = matrix.entries();
-  return matrix_problem(matrix, order_matrix(pattern, MatchedScaling(), AnalysisOptions(), 1), 64);
+  return matrix_problem(matrix, order_matrix(pattern_of(matrix), MatchedScaling(), AnalysisOptions(), 1), 64);
 }
 
 struct Range {

@@ -326,8 +326,7 @@ void MatrixFactors<Scalar>::factor_values(const PivotPolicy& policy) {
   report_.bytes_used = numeric_->bytes();
   nonfinite_ = status.nonfinite > 0;
   if (phases_.logs(2))
-    phases_.log(2, "factors: " + std::to_string(report_.perturbed_pivots) + " perturbed pivots" +
-                       (tiny_pivots_ == TinyPivots::data ? ", tiny ones divided by" : ""));
+    phases_.log(2, "factors: " + std::to_string(report_.perturbed_pivots) + " perturbed pivots");
 }
 
 template <class Scalar>
@@ -374,12 +373,9 @@ template <class Scalar>
 void MatrixFactors<Scalar>::delay_while_pivots_fail() {
   constexpr double kGrowth = 1.5, kFree = 1e8;
   const double allowed = kGrowth * report_.flops.total() + kFree;
-  const auto most = static_cast<std::int64_t>(numeric_->most_corrected());
   Vertex levels = kLevels;
   for (int round = 0; round < options_.factor.max_reanalyses && report_.perturbed_pivots > 0; ++round) {
     if (!delay_failed_pivots(levels, allowed)) break;
-    // So many that fail although tiny ones are divided by have not failed because they are tiny.
-    if (round == 0 && report_.perturbed_pivots > most) tiny_pivots_ = TinyPivots::noise;
     replace_numeric();
     levels = std::min(2 * levels, kMostLevels);
   }

@@ -36,59 +36,6 @@ Options on(Backend backend) {
   return options;
 }
 
-/// Grids of side x side points whose neighbours are tied in pairs by multipliers, zeros on the diagonal.
-SparseMatrix tied_grids(std::int64_t grids, std::int64_t side) {
-  std::vector<Entry> entries;
-  const auto tie = [&](std::int64_t i, std::int64_t j, double value) {
-    entries.insert(entries.end(), {{i, j, value}, {j, i, value}});
-  };
-  const std::int64_t points = side * side, unknowns = points + points / 2;
-  for (std::int64_t grid = 0; grid < grids; ++grid) {
-    const std::int64_t first = grid * unknowns;
-    for (std::int64_t i = 0; i < points; ++i) {
-      entries.push_back({first + i, first + i, 5.0});
-      if (i % side > 0) tie(first + i, first + i - 1, -1.0);
-      if (i >= side) tie(first + i, first + i - side, -1.0);
-    }
-    for (std::int64_t k = 0; k < points / 2; ++k) {
-      tie(first + points + k, first + 2 * k, 1.0);
-      tie(first + points + k, first + 2 * k + 1, -1.0);
-    }
-  }
-  return from_entries_summed(grids * unknowns, entries);
-}
-
-/// The last that the log says of factors.
-std::string last_factors(const Options& options, const SparseMatrix& a) {
-  Options telling = options;
-  std::string last;
-  telling.verbosity = 2;
-  telling.log = [&](const std::string& text) {
-    if (text.find("factors: ") != std::string::npos) last = text;
-  };
-  const std::vector<double> b = Random(5).vector(a.n);
-  std::vector<double> x(b.size());
-  Solver solver(telling);
-  solver.factor(a.view());
-  solver.solve(b.data(), x.data());
-  EXPECT_LE(backward_error(a, b, x), kTolerance);
-  return last;
-}
-
-// More pivots fail than can be corrected, for want of rows to choose from: it is not their size, and once
-// they are delayed tiny ones are noise as ever.
-TEST(TinyPivots, AreNoiseWhereOthersFail) {
-  const SparseMatrix a = tied_grids(40, 20);
-  for (const Backend backend : host_backends()) {
-    SCOPED_TRACE(backend_name(backend));
-    Options options = on(backend);
-    options.analysis.matching = Matching::never;
-    EXPECT_EQ(last_factors(options, a), "factors: 0 perturbed pivots");
-    EXPECT_EQ(last_factors(on(backend), weakly_held_pairs(700, 0x1p-40)),
-              "factors: 0 perturbed pivots, tiny ones divided by");
-  }
-}
-
 TEST(TinyPivots, AreDividedByWhereTheyAreTooManyToCorrect) {
   for (const double weak : {0x1p-30, 0x1p-40, 0x1p-47}) {
     const SparseMatrix a = weakly_held_pairs(700, weak);

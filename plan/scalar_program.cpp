@@ -39,7 +39,6 @@ class Elimination {
     to.column_begin.push_back(static_cast<Vertex>(to.row.size()));
     for (std::size_t i = 0; i < rows_.size(); ++i) local_[rows_[i]] = static_cast<Vertex>(i);
     to.width.resize(to.row.size(), 0);
-    to.target_begin.push_back(static_cast<Vertex>(to.target.size()));
     for (auto u = rows_.begin(); u != pivot;) {
       const Vertex width = widest(*u, static_cast<Vertex>(pivot - u)), last = *u + width - 1;
       to.width[static_cast<std::size_t>(begin + (u - rows_.begin()))] = static_cast<std::uint8_t>(width);
@@ -119,8 +118,6 @@ std::optional<ScalarProgram> make_scalar_program(const Pattern& pattern, std::ve
   program.n = pattern.n;
   program.row_of = std::move(row_of);
   program.column_of = std::move(column_of);
-  program.part_begin = {0, pattern.n};
-  program.stage_begin = {0, 1};
   Elimination elimination(pattern, program);
   for (Vertex k = 0; k < program.n; ++k) {
     if (!elimination.add_column(k, limits)) return std::nullopt;

@@ -40,10 +40,6 @@ struct ScalarProgram {
   std::vector<Vertex> fill;               // entries that no slot has
   std::vector<Vertex> target;             // entry that products go to, counted from column_begin[k]
   std::vector<std::uint8_t> width;        // by entry: at the first u of those taken together, else 0
-  std::vector<Vertex> target_begin;       // n: by column, into target
-  // Columns that may be made at the same time (plan/elimination_parts.hpp); whoever makes the program says
-  // so.
-  std::vector<Vertex> part_begin, stage_begin;
   Offset products = 0;
 
   Offset entries() const { return static_cast<Offset>(row.size()); }

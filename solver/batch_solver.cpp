@@ -97,18 +97,20 @@ struct BasicBatchSolver<Scalar>::Impl {
   explicit Impl(Options asked)
       : options(checked(std::move(asked))),
         on_host(host_options(options)),
-        in_space(rules_of(options.backend).uses_kokkos()),
+        in_space(rules_of(options.backend).info().memory == MemorySpace::device),
         model(on_host, phases, report) {}
 
   void analyze(const CsrView<Scalar>& a) {
     host.reset();
     space.reset();
     program.reset();
+    levels.reset();
     systems.clear();
     model.analyze(a);
     if (a.values) {
       model.factor(a);
       program = plan_lanes(on_host, report, model.analysis(), model.numeric());
+      if (program && in_space) levels = make_level_schedule(program->program);
     }
     host = std::make_unique<HostBatch<Scalar>>(on_host, phases, report.single_precision, model.analysis(),
                                                program ? &*program : nullptr);
@@ -119,8 +121,7 @@ struct BasicBatchSolver<Scalar>::Impl {
   void solve(const Batch<Scalar>& asked, bool resident, void* stream) {
     const char* const call = resident ? "solve_device" : "solve";
     if (!analyzed) throw StateError(std::string(call) + ": no matrix has been analysed");
-    if (resident && rules_of(options.backend).info().memory != MemorySpace::device)
-      throw StateError("solve_device: systems are not solved on a device");
+    if (resident && !in_space) throw StateError("solve_device: systems are not solved on a device");
     const Analysis& analysis = model.analysis();
     const Batch<Scalar> batch = completed(asked, analysis.pattern->n, analysis.pattern->num_entries);
     const Stopwatch watch;
@@ -163,8 +164,8 @@ struct BasicBatchSolver<Scalar>::Impl {
     const std::size_t available = rules_of(options.backend).available_memory() / 10 * 9;
     const auto most = static_cast<Offset>(std::min<std::size_t>(available, std::size_t{1} << 40));
     const auto limit = static_cast<Offset>(options.memory_limit);
-    space = lanes::make_space_lanes<Scalar>(*program, lane_rules<Scalar>(on_host), batch.nrhs, batch.count,
-                                            limit > 0 ? std::min(limit, most) : most);
+    space = lanes::make_space_lanes<Scalar>(*program, *levels, lane_rules<Scalar>(on_host), batch.nrhs,
+                                            batch.count, limit > 0 ? std::min(limit, most) : most);
     space_for = batch.count;
   }
 
@@ -208,6 +209,7 @@ struct BasicBatchSolver<Scalar>::Impl {
   MatrixFactors<Scalar> model;
   bool analyzed = false;
   std::optional<lanes::LaneProgram> program;  // where it pays
+  std::optional<LevelSchedule> levels;        // of the program, for a space
   std::unique_ptr<HostBatch<Scalar>> host;
   std::unique_ptr<lanes::SpaceLanes<Scalar>> space;
   Offset space_for = 0;  // systems, of which there may be room for fewer at a time

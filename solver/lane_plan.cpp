@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "kernels/dense/pivot_rule.hpp"
-#include "plan/elimination_parts.hpp"
+#include "plan/level_schedule.hpp"
 #include "solver/option_checks.hpp"
 #include "solver/solve_rules.hpp"
 
@@ -20,8 +20,27 @@ constexpr Offset kMostProducts = 40;
 /// The factors of all lanes then take 25 MB a thread, in double precision.
 constexpr Offset kMostEntries = 400'000;
 
-/// Threads of a device that factor one system at the same time.
-constexpr int kMostParts = 16;
+static_assert(kMostEntries <= kMostScheduledEntries &&
+              kMostEntries * kMostProducts <= kMostScheduledProducts);
+
+/// Positions of the plan, each subtree's together, so that what a column needs has just been made.
+std::vector<Vertex> order_by_subtrees(const SymbolicPlan& plan) {
+  std::vector<Vertex> waiting, fronts, order;  // fronts: each before its children
+  for (Vertex f = 0; f < plan.num_fronts; ++f) {
+    if (plan.parent[f] < 0) waiting.push_back(f);
+  }
+  while (!waiting.empty()) {
+    const Vertex f = waiting.back();
+    waiting.pop_back();
+    fronts.push_back(f);
+    waiting.insert(waiting.end(), plan.children.begin() + plan.child_begin[f],
+                   plan.children.begin() + plan.child_begin[f + 1]);
+  }
+  for (auto f = fronts.rbegin(); f != fronts.rend(); ++f) {
+    for (Vertex k = plan.pivot_begin[*f]; k < plan.pivot_begin[*f + 1]; ++k) order.push_back(k);
+  }
+  return order;
+}
 
 // Scales of a lane have the precision of its numbers.
 template <class Scalar>
@@ -41,17 +60,14 @@ std::optional<lanes::LaneProgram> plan_lanes(const Options& options, const Repor
   const bool plain = report.perturbed_pivots == 0 && !report.single_precision && options.solve.row_floor == 0;
   if (!plain || matched.beyond_range) return std::nullopt;
   if (!in_range<Scalar>(matched.row_scale) || !in_range<Scalar>(matched.column_scale)) return std::nullopt;
-  EliminationParts parts = divide_elimination(*analysis.plan, kMostParts);
   std::vector<Vertex> row_of, column_of;
-  for (const Vertex k : parts.order) {
+  for (const Vertex k : order_by_subtrees(*analysis.plan)) {
     row_of.push_back(factors.pivot_row(k));
     column_of.push_back(analysis.plan->column_of[k]);
   }
   auto program = make_scalar_program(*analysis.pattern, std::move(row_of), std::move(column_of),
                                      {kMostEntries, kMostProducts});
   if (!program) return std::nullopt;
-  program->part_begin = std::move(parts.part_begin);
-  program->stage_begin = std::move(parts.stage_begin);
   lanes::LaneProgram made(std::move(*program), analysis.pattern, matched);
   if (!in_range<Scalar>(made.slot_scale)) return std::nullopt;
   return made;

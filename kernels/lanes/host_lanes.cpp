@@ -53,26 +53,27 @@ using KindOf = LaneKind<
     NumberParts<Scalar>::count, kHostLanes>;
 
 // Each step for processors of one kind.
-#define MFS_LANES_FOR(TARGET, S)                                                                        \
-  TARGET void factor_lanes(const LaneArrays<S>& at, const PivotSizes& sizes,                            \
-                           const CallersLanes<KindOf<S>>& from) {                                       \
-    using Steps = LaneSteps<KindOf<S>>;                                                                 \
-    const auto largest = Steps::take_values(at.program, from, at.values, at.factors);                   \
-    KindOf<S>::Traits::write(Steps::factor(at.program, sizes, largest, at.factors), at.failed);         \
-  }                                                                                                     \
-  TARGET void substitute_lanes(const LaneArrays<S>& at, const CallersLanes<KindOf<S>>& from,            \
-                               KindOf<S>::Real* x) {                                                    \
-    using Kind = KindOf<S>;                                                                             \
-    for (Offset i = 0; i < at.program.n; ++i) Kind::store(from.load(i), at.b + i * Kind::kStep);        \
-    LaneSteps<Kind>::substitute(at.program, at.factors, at.b, at.y, x, nullptr);                        \
-  }                                                                                                     \
-  TARGET void correct_lanes(const LaneArrays<S>& at, KindOf<S>::Real* x) {                              \
-    const auto open = KindOf<S>::Traits::read(at.open);                                                 \
-    LaneSteps<KindOf<S>>::substitute(at.program, at.factors, at.r, at.y, x, &open);                     \
-  }                                                                                                     \
-  TARGET void measure_lanes(const LaneArrays<S>& at, const KindOf<S>::Real* x) {                        \
-    KindOf<double>::Traits::write(LaneSteps<KindOf<S>>::residual(at.program, at.values, at.b, x, at.r), \
-                                  at.errors);                                                           \
+#define MFS_LANES_FOR(TARGET, S)                                                                    \
+  TARGET void factor_lanes(const LaneArrays<S>& at, const PivotSizes& sizes,                        \
+                           const CallersLanes<KindOf<S>>& from) {                                   \
+    using Steps = LaneSteps<KindOf<S>>;                                                             \
+    const auto largest = Steps::take_values(at.program, from, at.values, at.factors);               \
+    KindOf<S>::Traits::write(Steps::factor(at.program, sizes, largest, at.factors), at.failed);     \
+  }                                                                                                 \
+  TARGET void substitute_lanes(const LaneArrays<S>& at, const CallersLanes<KindOf<S>>& from,        \
+                               KindOf<S>::Real* x) {                                                \
+    using Kind = KindOf<S>;                                                                         \
+    for (Offset i = 0; i < at.program.n; ++i) Kind::store(from.load(i), at.b + i * Kind::kStep);    \
+    LaneSteps<Kind>::substitute(at.program, at.factors, at.b, at.y, x, nullptr);                    \
+  }                                                                                                 \
+  TARGET void correct_lanes(const LaneArrays<S>& at, KindOf<S>::Real* x) {                          \
+    const auto open = KindOf<S>::Traits::read(at.open);                                             \
+    LaneSteps<KindOf<S>>::substitute(at.program, at.factors, at.r, at.y, x, &open);                 \
+  }                                                                                                 \
+  TARGET void measure_lanes(const LaneArrays<S>& at, const KindOf<S>::Real* x) {                    \
+    using Own = OwnLanes<KindOf<S>>;                                                                \
+    KindOf<double>::Traits::write(                                                                  \
+        LaneSteps<KindOf<S>>::residual(at.program, Own{at.values}, Own{at.b}, x, at.r), at.errors); \
   }
 
 MFS_FOR_SIMD_TARGETS(MFS_LANES_FOR, float)

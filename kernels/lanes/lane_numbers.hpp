@@ -1,5 +1,5 @@
 // Numbers of several systems that are reckoned with at the same time, a *lane* for each system. `V` holds one
-// real number of each lane: a vector of the host's, or, where every thread of a device is a lane, one plain
+// real number of each lane: a vector of the host's, or, where a thread works for one lane, one plain
 // number. An array of lanes has number after number, and of each the real parts of all its lanes, then the
 // imaginary parts; kLanes is the distance between parts.
 //
@@ -32,8 +32,6 @@ struct LaneTraits {
   static MFS_LANES Wide widen(const V& value) { return value; }
   static MFS_LANES V narrow(const Wide& value) { return static_cast<V>(value); }
   static MFS_LANES V root(const V& value) { return sqrt(value); }
-  /// Of each lane's array the number at `place`; lane k has its array at first + k * stride.
-  static MFS_LANES V gather(const Real* first, Offset, int, Offset place) { return first[place]; }
 };
 
 template <class V>
@@ -106,9 +104,8 @@ struct ComplexLanes {
   }
 };
 
-/// Numbers of the kind of the matrix and those in double precision, and arrays of lanes of them. `rows`:
-/// entries of a column that a lane loads before it stores one, so that it waits for memory once for all.
-template <class V, int parts, int lanes, int rows = 1>
+/// Numbers of the kind of the matrix and those in double precision, and arrays of lanes of them.
+template <class V, int parts, int lanes>
 struct LaneKind {
   using Vector = V;
   using Traits = LaneTraits<V>;
@@ -119,7 +116,6 @@ struct LaneKind {
   static constexpr Offset kStep = static_cast<Offset>(parts) * lanes;  // from number to number
   static constexpr int kParts = parts;
   static constexpr int kLanes = lanes;
-  static constexpr int kRows = rows;
 
   static MFS_LANES Number load(const Real* from) {
     if constexpr (parts == 1) {

@@ -2,7 +2,6 @@
 // executes the program.
 #pragma once
 
-#include <algorithm>
 #include <limits>
 
 #include "kernels/lanes/lane_steps.hpp"
@@ -38,13 +37,13 @@ constexpr double kNotMeasured = std::numeric_limits<double>::infinity();
 
 /// Notes the error `now` of one column of a lane after so many steps of refinement. `error` is what it was,
 /// from kNotMeasured on. Whether the column is to be refined: each step must halve the error.
-inline bool stays_open(const LaneRules& rules, int step, double now, double& error, LaneOutcome& lane) {
+MFS_LANES bool stays_open(const LaneRules& rules, int step, double now, double& error, LaneOutcome& lane) {
   if (!lane.solved || error <= rules.tolerance) return false;
   const double before = error;
   error = now;
   if (now <= rules.tolerance) {
-    lane.backward_error = std::max(lane.backward_error, now);
-    lane.steps = std::max(lane.steps, step);
+    lane.backward_error = larger(now, lane.backward_error);
+    lane.steps = lane.steps < step ? step : lane.steps;
     return false;
   }
   const bool improved = step == 0 ? now < before : now < 0.5 * before;

@@ -31,8 +31,6 @@ ProgramView LaneProgram::view() const {
           vertices(program.fill),
           vertices(program.target),
           program.width.data(),
-          vertices(program.target_begin),
-          vertices(program.part_begin),
           static_cast<Vertex>(program.fill.size()),
           pattern->slot_of_entry.empty() ? nullptr : pattern->slot_of_entry.data(),
           pattern->offsets.data(),

@@ -16,7 +16,6 @@ struct ProgramView {
   Offset slots, values, entries;
   const Vertex *row_of, *column_of, *column_begin, *pivot, *row, *place, *fill, *target;
   const std::uint8_t* width;
-  const Vertex *target_begin, *part_begin;
   Vertex fills;
   const Offset* slot_of_value;                          // null: value k is slot k
   const Offset* matrix_begin;                           // n + 1, of rows of A

@@ -18,8 +18,7 @@ struct PivotSizes {
 };
 
 /// Values or right-hand sides of all lanes in arrays of the caller, from the first lane's on, with `stride`
-/// numbers from lane to lane. Lanes from `count` on have the numbers of the last one. Where one thread is one
-/// lane, it has the array of its own.
+/// numbers from lane to lane. Lanes from `count` on have the numbers of the last one.
 template <class Kind>
 struct CallersLanes {
   const typename Kind::Real* first;
@@ -38,6 +37,14 @@ struct CallersLanes {
   MFS_LANES typename Kind::Vector part(Offset place) const {
     return Kind::Traits::gather(first, stride * Kind::kParts, count, place);
   }
+};
+
+/// Numbers in an array of lanes.
+template <class Kind>
+struct OwnLanes {
+  const typename Kind::Real* first;
+
+  MFS_LANES typename Kind::Number load(Offset index) const { return Kind::load(first + index * Kind::kStep); }
 };
 
 /// A part of the work of a lane: some of the entries or rows.
@@ -85,14 +92,13 @@ struct LaneSteps {
   static constexpr Offset kStep = Kind::kStep;
 
   /// a [slots] = the values, and the entries of the factors before any product. Returns the largest scaled
-  /// value. Where values are summed, one share is all.
-  static MFS_LANES V take_values(const ProgramView& p, const CallersLanes<Kind>& from, Real* a, Real* factors,
-                                 const Share& share = {}) {
+  /// value.
+  static MFS_LANES V take_values(const ProgramView& p, const CallersLanes<Kind>& from, Real* a,
+                                 Real* factors) {
     if (p.slot_of_value) sum_values(p, from, a);
-    for (Offset k = share.begin(p.fills), end = share.end(p.fills); k < end; ++k)
-      Kind::store(Number{}, factors + p.fill[k] * kStep);
+    for (Offset k = 0; k < p.fills; ++k) Kind::store(Number{}, factors + p.fill[k] * kStep);
     V largest{};
-    for (Offset slot = share.begin(p.slots), end = share.end(p.slots); slot < end; ++slot) {
+    for (Offset slot = 0; slot < p.slots; ++slot) {
       Number value;
       if (p.slot_of_value) {
         value = Kind::load(a + slot * kStep);
@@ -110,16 +116,11 @@ struct LaneSteps {
   /// Factors what take_values left. The inverses of the pivots take their place. Returns 1 for lanes with a
   /// pivot that is too small, 0 for the others.
   static MFS_LANES V factor(const ProgramView& p, const PivotSizes& sizes, const V& largest, Real* factors) {
-    return factor_columns(p, 0, p.n, sizes, largest, factors);
-  }
-  /// The same for columns `first` to `last`, not counted, where those that they need have been made.
-  static MFS_LANES V factor_columns(const ProgramView& p, Vertex first, Vertex last, const PivotSizes& sizes,
-                                    const V& largest, Real* factors) {
     const V tiny = largest * static_cast<Real>(sizes.tiny), bound = largest * static_cast<Real>(sizes.bound);
     const Real most = static_cast<Real>(1 / sizes.border_part);
-    const Vertex* target = p.target + p.target_begin[first];
+    const Vertex* target = p.target;
     V failed{};
-    for (Vertex k = first; k < last; ++k) {
+    for (Vertex k = 0; k < p.n; ++k) {
       const Vertex begin = p.column_begin[k], pivot = p.pivot[k], end = p.column_begin[k + 1];
       Real* const column = factors + begin * kStep;
       for (Vertex e = begin; e < pivot; e += p.width[e])
@@ -163,17 +164,18 @@ struct LaneSteps {
   }
 
   /// r = b - A x, and the largest componentwise backward error of each lane, infinite for NaN.
-  static MFS_LANES Wide residual(const ProgramView& p, const Real* a, const Real* b, const Real* x, Real* r,
+  template <class Program, class From>
+  static MFS_LANES Wide residual(const Program& p, const From& a, const From& b, const Real* x, Real* r,
                                  const Share& share = {}) {
     Wide most{};
     for (Offset i = share.begin(p.n), last = share.end(p.n); i < last; ++i) {
-      LaneSum<WideNumber> terms{Kind::widen(Kind::load(b + i * kStep)), {}, {}};
+      LaneSum<WideNumber> terms{Kind::widen(b.load(i)), {}, {}};
       Wide size = terms.block.magnitude();
       const Offset end = p.matrix_begin[i + 1];
       for (Offset begin = p.matrix_begin[i], stop = 0; begin < end; begin = stop) {
         stop = begin + LaneSum<WideNumber>::kBlock < end ? begin + LaneSum<WideNumber>::kBlock : end;
         for (Offset k = begin; k < stop; ++k) {
-          WideNumber product = Kind::widen(Kind::load(a + k * kStep));
+          WideNumber product = Kind::widen(a.load(k));
           product.multiply(Kind::widen(Kind::load(x + p.matrix_column[k] * kStep)));
           terms.block.subtract(product);
           size += product.magnitude();
@@ -229,34 +231,16 @@ struct LaneSteps {
     subtract_range<width>(target, l, by, column, 0, count);
     return target + count;
   }
-  template <int width, int rows>
-  static MFS_LANES void subtract_rows(const Vertex* target, const Real* const* l, const Number* by,
-                                      Real* column, Vertex first) {
-    Real* to[rows];
-    Number entry[rows];
-    for (int row = 0; row < rows; ++row) {
-      to[row] = column + target[first + row] * kStep;
-      entry[row] = Kind::load(to[row]);
-    }
-    for (int c = 0; c < width; ++c) {
-      for (int row = 0; row < rows; ++row)
-        entry[row].subtract_product(Kind::load(l[c] + (first + row) * kStep), by[c]);
-    }
-    for (int row = 0; row < rows; ++row) Kind::store(entry[row], to[row]);
-  }
-  // Rows first ... last - 1, as many at a time as they are loaded before one is stored.
+  // Rows first ... last - 1.
   template <int width>
   static MFS_LANES void subtract_range(const Vertex* target, const Real* const* l, const Number* by,
                                        Real* column, Vertex first, Vertex last) {
-    for (; first + Kind::kRows <= last; first += Kind::kRows)
-      subtract_rows<width, Kind::kRows>(target, l, by, column, first);
-    if constexpr (Kind::kRows > 4) {
-      for (; first + 4 <= last; first += 4) subtract_rows<width, 4>(target, l, by, column, first);
+    for (; first < last; ++first) {
+      Real* const to = column + target[first] * kStep;
+      Number entry = Kind::load(to);
+      for (int c = 0; c < width; ++c) entry.subtract_product(Kind::load(l[c] + first * kStep), by[c]);
+      Kind::store(entry, to);
     }
-    if constexpr (Kind::kRows > 2) {
-      for (; first + 2 <= last; first += 2) subtract_rows<width, 2>(target, l, by, column, first);
-    }
-    for (; first < last; ++first) subtract_rows<width, 1>(target, l, by, column, first);
   }
   static MFS_LANES void subtract_entries(const ProgramView& p, Vertex begin, Vertex end, const Number& by,
                                          const Real* factors, Real* y) {

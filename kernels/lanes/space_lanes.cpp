@@ -19,10 +19,11 @@ void copy_all(const std::vector<SpaceCopy>& copies, void* stream, const Copy& co
 }  // namespace
 
 template <class Scalar>
-std::unique_ptr<SpaceLanes<Scalar>> make_space_lanes(const LaneProgram& program, const LaneRules& rules,
-                                                     Offset nrhs, Offset count, Offset most_bytes) {
+std::unique_ptr<SpaceLanes<Scalar>> make_space_lanes(const LaneProgram& program, const LevelSchedule& levels,
+                                                     const LaneRules& rules, Offset nrhs, Offset count,
+                                                     Offset most_bytes) {
   Space<Exec>::start();
-  return std::make_unique<SpaceLanesIn<Exec, Scalar>>(program, rules, nrhs, count, most_bytes);
+  return std::make_unique<SpaceLanesIn<Exec, Scalar>>(program, levels, rules, nrhs, count, most_bytes);
 }
 
 void copy_to_host(const std::vector<SpaceCopy>& copies, void* stream) {
@@ -35,9 +36,9 @@ void copy_to_space(const std::vector<SpaceCopy>& copies, void* stream) {
            [](auto& queue, const SpaceCopy& copy) { queue.to_space(copy.to, copy.from, copy.bytes); });
 }
 
-#define MFS_INSTANTIATE(S)                                                                                  \
-  template std::unique_ptr<SpaceLanes<S>> make_space_lanes<S>(const LaneProgram&, const LaneRules&, Offset, \
-                                                              Offset, Offset);
+#define MFS_INSTANTIATE(S)                                                                              \
+  template std::unique_ptr<SpaceLanes<S>> make_space_lanes<S>(const LaneProgram&, const LevelSchedule&, \
+                                                              const LaneRules&, Offset, Offset, Offset);
 MFS_INSTANTIATE(float)
 MFS_INSTANTIATE(double)
 MFS_INSTANTIATE(std::complex<float>)

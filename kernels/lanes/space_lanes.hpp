@@ -1,10 +1,11 @@
-// A scalar program executed in Kokkos' default space, whichever that is, with a thread for each lane.
+// A scalar program executed in Kokkos' default space, whichever that is, with a team of threads for a system.
 #pragma once
 
 #include <memory>
 #include <vector>
 
 #include "kernels/lanes/lane_outcome.hpp"
+#include "plan/level_schedule.hpp"
 
 namespace mfs::lanes {
 
@@ -25,11 +26,12 @@ class SpaceLanes {
 };
 
 /// With room for at most `count` systems, and fewer where `most_bytes` of its memory, or what is free, are
-/// too few for all. Must be made and used inside Engine::run. Throws OutOfMemory(device) where there is no
-/// room for one group of lanes, std::bad_alloc.
+/// too few for all. `levels`: of the same program; it is copied. Must be made and used inside Engine::run.
+/// Throws OutOfMemory(device) where there is no room for one team and one system, std::bad_alloc.
 template <class Scalar>
-std::unique_ptr<SpaceLanes<Scalar>> make_space_lanes(const LaneProgram& program, const LaneRules& rules,
-                                                     Offset nrhs, Offset count, Offset most_bytes);
+std::unique_ptr<SpaceLanes<Scalar>> make_space_lanes(const LaneProgram& program, const LevelSchedule& levels,
+                                                     const LaneRules& rules, Offset nrhs, Offset count,
+                                                     Offset most_bytes);
 
 /// Copies of bytes between the memory of the host and that of the space, after what was put into `stream`;
 /// inside Engine::run.

@@ -2,70 +2,60 @@
 #pragma once
 
 #include <algorithm>
+#include <numeric>
 #include <vector>
 
-#include "kernels/lanes/space_kernels.hpp"
 #include "kernels/lanes/space_lanes.hpp"
+#include "kernels/lanes/team_kernel.hpp"
 #include "kernels/space/space.hpp"
 #include "ordering/number_parts.hpp"
 
 namespace mfs::lanes {
 
-/// Lanes of a group: neighbours on a device, one on the host, where neighbours are no faster.
-template <class Exec>
-constexpr int kSpaceLanes = kOnHost<Exec> ? 1 : 32;
+/// Threads that work at the same time on each of a device's processors, which has registers for so many of
+/// SolveByTeams.
+constexpr Offset kThreadsAtOnce = 512, kThreadsOfProcessor = 2048;
+/// Tasks of a level for each thread of a team, in the mean. Fewer threads wait less for each other; chain:91
+/// took 3.4 us a system with 128 threads, 4.1 with 256 and 4.2 with 64 (`perf_batch`, H100, 2026-11-25).
+constexpr Offset kTasksOfThread = 4;
 
-/// A kernel that goes from column to column waits for memory most of the time. Teams of so few threads find
-/// their places on all processors of a device where there are few systems.
-constexpr unsigned kFewThreads = 32, kManyThreads = 128;
-
-/// Where arrays lie, for so many groups of lanes.
-template <class Real, int kParts, int kLanes>
-struct SpaceLayout {
-  SpaceLayout(const ProgramView& program, Offset parts, Offset columns, Offset groups, Offset shares) {
-    const Offset real = static_cast<Offset>(sizeof(Real)), lanes = groups * kLanes;
-    const auto numbers = [&](Offset count) { return arena.add(count * kParts * lanes * real); };
-    values = numbers(program.slots);
-    factors = numbers(program.entries);
-    for (Offset* vector : {&b, &r, &y, &x}) *vector = numbers(program.n * columns);
-    largest = arena.add(shares * lanes * real);
-    failed = arena.add(parts * lanes * real);
-    open = arena.add(columns * lanes * real);
-    share_errors = arena.add(columns * shares * lanes * static_cast<Offset>(sizeof(double)));
-    errors = arena.add(columns * lanes * static_cast<Offset>(sizeof(double)));
-  }
-  ArenaLayout arena;
-  Offset values, factors, b, r, y, x, largest, failed, open, share_errors, errors;
-};
-
-template <class Exec, class Scalar, int kLanes = kSpaceLanes<Exec>>
+template <class Exec, class Scalar>
 class SpaceLanesIn final : public SpaceLanes<Scalar> {
   using Real = typename NumberParts<Scalar>::type;
   static constexpr int kParts = NumberParts<Scalar>::count;
-  static constexpr int kRows = kOnHost<Exec> ? 1 : 8;
-  using Kind = LaneKind<Real, kParts, kLanes, kRows>;
-  using Layout = SpaceLayout<Real, kParts, kLanes>;
+  using Teams = SolveByTeams<Exec, LaneKind<Real, kParts, 1>>;
   using Arena = typename Space<Exec>::Arena;
 
  public:
-  SpaceLanesIn(const LaneProgram& program, const LaneRules& rules, Offset nrhs, Offset count,
-               Offset most_bytes)
-      : rules_(rules), nrhs_(nrhs), stage_begin_(program.program.stage_begin) {
-    const ProgramView view = program.view();
-    at_.shares = shares_for(view);
-    at_.program = copied(program);
-    at_.sizes = rules.pivots;
-    const Offset staged = kOnHost<Exec> ? 0 : bytes_of(view.values + 2 * view.n * nrhs) * kLanes;
-    const auto needed = [&](Offset groups) {
-      return Layout(view, parts(), nrhs, groups, at_.shares).arena.total() + groups * staged;
-    };
-    const Offset room = std::min<Offset>(most_bytes, kMostBytes);
-    Offset groups = std::max<Offset>(1, (std::min(count, kMostSystems) + kLanes - 1) / kLanes);
-    if (needed(groups) > room) groups = std::max<Offset>(1, room / needed(1));
-    if (needed(groups) > room && !kOnHost<Exec>)
-      throw OutOfMemory(MemorySpace::device, static_cast<std::size_t>(needed(groups)),
-                        static_cast<std::size_t>(room));
-    place_arrays(view, groups);
+  /// `threads`: of a team; 0: as many as the levels occupy, one on the host.
+  SpaceLanesIn(const LaneProgram& program, const LevelSchedule& levels, const LaneRules& rules, Offset nrhs,
+               Offset count, Offset most_bytes, int threads = 0)
+      : nrhs_(nrhs),
+        values_(program.pattern->num_entries),
+        threads_(threads > 0 ? threads : threads_for(levels)) {
+    copy_program(program, levels);
+    kernel_.rules = rules;
+    const TeamProgram& p = kernel_.p;
+    kernel_.at = TeamArrays(p.n, p.value_begin ? program.pattern->nnz() : 0, p.entries, nrhs, kParts);
+    const Offset of_team = kernel_.at.numbers * kReal + threads_ * kDouble;
+    const Offset staged = kOnHost<Exec> ? 0 : bytes_of(values_ + 2 * p.n * nrhs);
+    const Offset of_system = kOutcome + staged;
+    const Offset room = std::min(most_bytes, kMostBytes) - program_->bytes() - kAlignment;
+    if (room < of_team + of_system && !kOnHost<Exec>)
+      throw OutOfMemory(MemorySpace::device,
+                        static_cast<std::size_t>(most_bytes - room + of_team + of_system),
+                        static_cast<std::size_t>(most_bytes));
+    capacity_ = std::clamp<Offset>(count, 1, kMostSystems);
+    teams_ = std::clamp<Offset>(std::min(threads_at_once() / threads_, room / 2 / of_team), 1, capacity_);
+    capacity_ = std::clamp<Offset>((room - teams_ * of_team) / of_system, 1, capacity_);
+    ArenaLayout layout;
+    const Offset arrays = layout.add(teams_ * kernel_.at.numbers * kReal),
+                 of_threads = layout.add(teams_ * threads_ * kDouble),
+                 outcome = layout.add(capacity_ * kOutcome);
+    arena_ = std::make_unique<Arena>(layout.total());
+    kernel_.arrays = arena_->template at<Real>(arrays);
+    kernel_.of_threads = arena_->template at<double>(of_threads);
+    kernel_.outcome = arena_->template at<LaneOutcome>(outcome);
   }
 
   Offset capacity() const override { return capacity_; }
@@ -91,31 +81,46 @@ class SpaceLanesIn final : public SpaceLanes<Scalar> {
   }
 
  private:
-  // Numbers of systems are 32-bit numbers there. On the host, so few that they stay in the caches.
-  static constexpr Offset kMostSystems = kOnHost<Exec> ? 128 : Offset{1} << 20;
-  static constexpr Offset kMostBytes = Offset{1} << 40;
+  // Numbers of systems are 32-bit numbers there.
+  static constexpr Offset kMostSystems = Offset{1} << 20, kMostBytes = Offset{1} << 40;
+  // What alignment of three arrays may add.
+  static constexpr Offset kAlignment = 3 * kRegionAlignment;
+  static constexpr Offset kReal = sizeof(Real), kDouble = sizeof(double), kOutcome = sizeof(LaneOutcome);
 
-  int parts() const { return stage_begin_.back(); }
   static Offset bytes_of(Offset count) { return count * static_cast<Offset>(sizeof(Scalar)); }
-  // Enough to keep a device busy with few systems.
-  static int shares_for(const ProgramView& view) {
-    return kOnHost<Exec> || view.slot_of_value ? 1 : static_cast<int>(std::clamp<Offset>(view.n / 32, 1, 32));
+  static int threads_for(const LevelSchedule& levels) {
+    if (kOnHost<Exec>) return 1;
+    const Offset tasks = levels.level_begin[levels.factor_levels] / levels.factor_levels;
+    int threads = kSliceTasks;
+    while (threads * kTasksOfThread < tasks && 2 * threads <= static_cast<int>(kMostTeamThreads))
+      threads *= 2;
+    return threads;
+  }
+  Offset threads_at_once() const {
+    const auto all = static_cast<Offset>(queue_.exec().concurrency());
+    return kOnHost<Exec> ? all : all * kThreadsAtOnce / kThreadsOfProcessor;
   }
 
   // The program in the memory of the space.
-  ProgramView copied(const LaneProgram& program) {
-    ProgramView view = program.view();
+  void copy_program(const LaneProgram& program, const LevelSchedule& levels) {
+    TeamProgram& to = kernel_.p;
     const ScalarProgram& made = program.program;
     const Pattern& pattern = *program.pattern;
+    to.n = made.n, to.entries = static_cast<Vertex>(made.entries());
+    to.factor_levels = levels.factor_levels, to.levels = levels.levels;
+    std::vector<Vertex> slot(made.row.size(), -1);
+    for (std::size_t k = 0; k < made.place.size(); ++k) slot[made.place[k]] = static_cast<Vertex>(k);
+    std::vector<Offset> value_begin, value_of;
+    values_by_slot(pattern, value_begin, value_of);
     const auto for_all = [&](const auto& each) {
-      each(made.row_of, view.row_of), each(made.column_of, view.column_of);
-      each(made.column_begin, view.column_begin), each(made.pivot, view.pivot), each(made.row, view.row);
-      each(made.place, view.place), each(made.fill, view.fill), each(made.target, view.target);
-      each(made.width, view.width), each(made.target_begin, view.target_begin);
-      each(made.part_begin, view.part_begin), each(pattern.slot_of_entry, view.slot_of_value);
-      each(pattern.offsets, view.matrix_begin), each(pattern.columns, view.matrix_column);
-      each(program.slot_scale, view.slot_scale), each(program.row_scale, view.row_scale);
-      each(program.column_scale, view.column_scale);
+      each(made.row_of, to.row_of), each(made.column_of, to.column_of);
+      each(made.pivot, to.pivot), each(slot, to.slot);
+      each(levels.level_begin, to.level_begin), each(levels.tasks, to.tasks);
+      each(levels.products, to.products);
+      each(value_begin, to.value_begin), each(value_of, to.value_of);
+      each(pattern.offsets, to.matrix_begin), each(pattern.columns, to.matrix_column);
+      each(program.slot_scale, to.slot_scale), each(program.row_scale, to.row_scale);
+      each(program.column_scale, to.column_scale);
     };
     const auto size = [](const auto& array) { return static_cast<Offset>(array.size() * sizeof(array[0])); };
     ArenaLayout layout;
@@ -126,103 +131,45 @@ class SpaceLanesIn final : public SpaceLanes<Scalar> {
       using Entry = std::remove_const_t<std::remove_pointer_t<std::remove_reference_t<decltype(pointer)>>>;
       Entry* const place = program_->template at<Entry>(places.add(size(array)));
       queue_.to_space(place, array.data(), size(array));
-      if (pointer) pointer = place;
+      pointer = array.empty() ? nullptr : place;
     });
     queue_.wait();
-    return view;
   }
-
-  void place_arrays(const ProgramView& view, Offset groups) {
-    const Layout layout(view, parts(), nrhs_, groups, at_.shares);
-    arena_ = std::make_unique<Arena>(layout.arena.total());
-    const auto reals = [&](Offset place) { return arena_->template at<Real>(place); };
-    at_.values = reals(layout.values), at_.factors = reals(layout.factors);
-    at_.b = reals(layout.b), at_.r = reals(layout.r), at_.y = reals(layout.y), at_.x = reals(layout.x);
-    at_.largest = reals(layout.largest), at_.failed = reals(layout.failed), at_.open = reals(layout.open);
-    at_.share_errors = arena_->template at<double>(layout.share_errors);
-    at_.errors = arena_->template at<double>(layout.errors);
-    capacity_ = groups * kLanes;
-    const auto numbers = static_cast<std::size_t>(capacity_ * nrhs_);
-    measured_.resize(numbers);
-    before_.resize(numbers);
-    flags_.resize(numbers);
-  }
-
-  template <unsigned threads, class Kernel>
-  void launch(const char* label, Offset each, const Kernel& kernel) {
-    static_assert(kOnHost<Exec> || sizeof(Kernel) <= 512, "Kokkos waits for launches of more");
-    using Policy = Kokkos::RangePolicy<Exec, Kokkos::IndexType<Offset>, Kokkos::LaunchBounds<threads>>;
-    Kokkos::parallel_for(label, Policy(queue_.exec(), 0, at_.groups * kLanes * each), kernel);
+  // Empty where value k is slot k.
+  static void values_by_slot(const Pattern& pattern, std::vector<Offset>& begin,
+                             std::vector<Offset>& values) {
+    if (pattern.slot_of_entry.empty()) return;
+    begin.resize(static_cast<std::size_t>(pattern.nnz() + 2));
+    values.resize(pattern.slot_of_entry.size());
+    for (const Offset slot : pattern.slot_of_entry) ++begin[slot + 2];
+    std::partial_sum(begin.begin(), begin.end(), begin.begin());
+    for (std::size_t k = 0; k < values.size(); ++k)
+      values[begin[pattern.slot_of_entry[k] + 1]++] = static_cast<Offset>(k);
+    begin.pop_back();
   }
 
   void solve_part(const LaneSystems<Scalar>& systems, LaneOutcome* outcome) {
-    const CallersArrays<Real> arrays{reinterpret_cast<const Real*>(systems.values),
-                                     systems.values_stride * kParts,
-                                     reinterpret_cast<const Real*>(systems.b),
-                                     reinterpret_cast<Real*>(systems.x),
-                                     systems.ldb * kParts,
-                                     systems.ldx * kParts,
-                                     systems.b_stride * kParts,
-                                     systems.x_stride * kParts,
-                                     static_cast<int>(systems.count),
-                                     static_cast<int>(nrhs_)};
-    at_.groups = static_cast<int>((systems.count + kLanes - 1) / kLanes);
-    const Offset lanes = static_cast<Offset>(at_.groups) * kLanes;
-    const LaneKernel<Kind> base{at_};
-    launch<kManyThreads>("mfs::lane_values", at_.shares, TakeValues<Kind>{base, arrays});
-    for (std::size_t stage = 0; stage + 1 < stage_begin_.size(); ++stage) {
-      const Vertex first = stage_begin_[stage];
-      launch<kFewThreads>("mfs::lane_factor", stage_begin_[stage + 1] - first,
-                          FactorLanes<Kind>{base, first});
-    }
-    launch<kManyThreads>("mfs::lane_failed", 1, GatherFailures<Kind>{base, parts()});
-    launch<kManyThreads>("mfs::lane_rhs", at_.shares * nrhs_, TakeRhs<Kind>{base, arrays});
-    launch<kFewThreads>("mfs::lane_solve", nrhs_, SubstituteLanes<Kind>{base, false});
-    queue_.to_host(flags_.data(), at_.failed, lanes * static_cast<Offset>(sizeof(Real)));
-    queue_.wait();
-    for (Offset k = 0; k < systems.count; ++k) {
-      outcome[k] = LaneOutcome();
-      outcome[k].solved = flags_[static_cast<std::size_t>(k)] == 0;
-    }
-    refine(base, systems.count, lanes, outcome);
-    std::fill(flags_.begin(), flags_.begin() + lanes, Real(0));
-    for (Offset k = 0; k < systems.count; ++k)
-      flags_[static_cast<std::size_t>(k)] = outcome[k].solved ? 1 : 0;
-    send_flags(lanes);
-    launch<kManyThreads>("mfs::lane_give", at_.shares * nrhs_, GiveSolutions<Kind>{base, arrays});
-    queue_.wait();
-  }
-
-  void refine(const LaneKernel<Kind>& base, Offset count, Offset lanes, LaneOutcome* outcome) {
-    std::fill(before_.begin(), before_.end(), kNotMeasured);
-    for (int step = 0;; ++step) {
-      launch<kManyThreads>("mfs::lane_error", at_.shares * nrhs_, MeasureLanes<Kind>{base});
-      launch<kManyThreads>("mfs::lane_errors", nrhs_, GatherErrors<Kind>{base});
-      queue_.to_host(measured_.data(), at_.errors, lanes * nrhs_ * static_cast<Offset>(sizeof(double)));
-      queue_.wait();
-      bool more = false;
-      std::fill(flags_.begin(), flags_.end(), Real(0));
-      for (Offset column = 0; column < nrhs_; ++column) {
-        for (Offset k = 0; k < count; ++k) {
-          const auto place = static_cast<std::size_t>(column * lanes + k);
-          if (!stays_open(rules_, step, measured_[place], before_[place], outcome[k])) continue;
-          flags_[place] = 1;
-          more = true;
-        }
-      }
-      if (!more) return;
-      send_flags(lanes * nrhs_);
-      launch<kFewThreads>("mfs::lane_correct", nrhs_, SubstituteLanes<Kind>{base, true});
-    }
-  }
-  void send_flags(Offset count) {
-    queue_.to_space(at_.open, flags_.data(), count * static_cast<Offset>(sizeof(Real)));
+    kernel_.callers = {reinterpret_cast<const Real*>(systems.values),
+                       systems.values_stride * kParts,
+                       reinterpret_cast<const Real*>(systems.b),
+                       reinterpret_cast<Real*>(systems.x),
+                       systems.ldb * kParts,
+                       systems.ldx * kParts,
+                       systems.b_stride * kParts,
+                       systems.x_stride * kParts,
+                       static_cast<int>(systems.count),
+                       static_cast<int>(nrhs_)};
+    static_assert(kOnHost<Exec> || sizeof(Teams) <= 384, "Kokkos waits for launches of more");
+    const Offset teams = std::min(teams_, systems.count);
+    Kokkos::parallel_for(
+        "mfs::lanes", typename Teams::Policy(queue_.exec(), static_cast<int>(teams), threads_, 1), kernel_);
+    queue_.to_host(outcome, kernel_.outcome, systems.count * kOutcome);
     queue_.wait();
   }
 
   // Arrays of the host by way of the space, without the gaps in them.
   void solve_staged(const LaneSystems<Scalar>& systems, LaneOutcome* outcome) {
-    const Offset n = at_.program.n, values = at_.program.values, vectors = n * nrhs_;
+    const Offset n = kernel_.p.n, values = values_, vectors = n * nrhs_;
     if (!staging_) staging_ = std::make_unique<Arena>(bytes_of((values + 2 * vectors) * capacity_));
     Scalar* const to_values = staging_->template at<Scalar>(0);
     Scalar *const to_b = to_values + values * capacity_, *const to_x = to_b + vectors * capacity_;
@@ -250,15 +197,12 @@ class SpaceLanesIn final : public SpaceLanes<Scalar> {
     }
   }
 
-  const LaneRules rules_;
-  const Offset nrhs_;
-  const std::vector<Vertex> stage_begin_;  // into the parts of the program
+  const Offset nrhs_, values_;  // of a system, as the caller has them
+  const int threads_;           // of a team
   typename Space<Exec>::Queue queue_;
-  SpaceArrays<Real> at_{};
-  Offset capacity_ = 0;
+  Teams kernel_{};
+  Offset teams_ = 0, capacity_ = 0;
   std::unique_ptr<Arena> program_, arena_, staging_;
-  std::vector<double> measured_, before_;  // by column and lane
-  std::vector<Real> flags_;
   std::vector<Scalar> solutions_;
 };
 

@@ -11,8 +11,6 @@
 #include "kernels/lanes/host_lanes.hpp"
 #include "ordering/matching.hpp"
 #include "ordering/matrix_check.hpp"
-#include "ordering/order_matrix.hpp"
-#include "plan/elimination_parts.hpp"
 #include "test/solver/systems.hpp"
 
 namespace mfs::test {
@@ -33,23 +31,6 @@ inline lanes::LaneProgram lane_program_of(const SparseMatrix& a) {
   }
   const auto order = random.permutation(static_cast<Vertex>(a.n));
   return {make_scalar_program(*pattern, order, order, {1 << 24, 1 << 12}).value(), pattern, matched};
-}
-
-/// With the order and the parts of a plan whose tree is that of nested dissection.
-inline ScalarProgram staged_program(const SparseMatrix& a, int most) {
-  const Pattern pattern = check_pattern(a.view(), 1);
-  AnalysisOptions options;
-  options.leaf_size = 4;
-  const MatchedScaling matched = match_and_scale<double>(pattern, nullptr, options, 1);
-  const SymbolicPlan plan =
-      make_symbolic_plan(pattern, {}, order_matrix(pattern, matched, options, 1), 64, 1);
-  EliminationParts parts = divide_elimination(plan, most);
-  std::vector<Vertex> order;
-  for (const Vertex k : parts.order) order.push_back(plan.column_of[k]);
-  ScalarProgram program = make_scalar_program(pattern, order, order, {1 << 24, 1 << 12}).value();
-  program.part_begin = std::move(parts.part_begin);
-  program.stage_begin = std::move(parts.stage_begin);
-  return program;
 }
 
 template <class Scalar>

@@ -89,30 +89,6 @@ TEST(ScalarProgram, IsNotMadeBeyondItsLimits) {
   EXPECT_TRUE(make_scalar_program(check_pattern(swapped.view(), 1), {1, 0}, {0, 1}, {100, 100}));
 }
 
-// A column needs columns of its own part, and of earlier stages.
-TEST(EliminationParts, NeedNoneOfTheirStage) {
-  for (const int most : {1, 2, 5, 16}) {
-    const ScalarProgram program = staged_program(grid_2d(19, 17), most);
-    const auto &parts = program.part_begin, &stages = program.stage_begin;
-    EXPECT_EQ(parts.front(), 0);
-    EXPECT_EQ(parts.back(), program.n);
-    EXPECT_TRUE(std::is_sorted(parts.begin(), parts.end()));
-    EXPECT_EQ(static_cast<std::size_t>(stages.back()) + 1, parts.size());
-    EXPECT_LE(stages[1], most);
-    EXPECT_GE(stages[1], most > 1 ? 2 : 1);
-    for (std::size_t stage = 0; stage + 1 < stages.size(); ++stage) {
-      for (Vertex part = stages[stage]; part < stages[stage + 1]; ++part) {
-        for (Vertex k = parts[part]; k < parts[part + 1]; ++k) {
-          for (Vertex e = program.column_begin[k]; e < program.pivot[k]; ++e) {
-            const Vertex j = program.row[e];
-            EXPECT_TRUE(j >= parts[part] || j < parts[stages[stage]]) << j << " before " << k;
-          }
-        }
-      }
-    }
-  }
-}
-
 template <class Scalar>
 class HostLanesOf : public testing::Test {};
 using Scalars = testing::Types<double, float, std::complex<double>, std::complex<float>>;

@@ -8,7 +8,7 @@
 //
 // There is one analysis. Where fronts would be small and the values of the analysis have good pivots, the
 // factorization is a fixed list of operations on single entries, which is executed for many systems at the
-// same time, eight by a thread of the host or thousands by a device. Otherwise each thread of the host
+// same time, eight by a thread of the host or hundreds by a device. Otherwise each thread of the host
 // factors one system after another in memory that it keeps, and solves with the factors while they are in its
 // cache; they are not kept. Every solution has a checked backward error, as one of mfs::Solver, or is not
 // written. A system that the common plan does not serve, as its values are too far from those of the

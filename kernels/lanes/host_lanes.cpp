@@ -5,6 +5,7 @@
 #include <complex>
 #include <cstring>
 
+#include "kernels/lanes/lane_steps.hpp"
 #include "kernels/runtime/simd_clones.hpp"
 
 namespace mfs::lanes {

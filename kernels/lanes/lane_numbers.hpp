@@ -14,6 +14,7 @@
 #include "ordering/types.hpp"
 
 #ifdef KOKKOS_FORCEINLINE_FUNCTION
+#define MFS_LANES_OF_SPACES
 #define MFS_LANES KOKKOS_FORCEINLINE_FUNCTION
 #else
 #define MFS_LANES inline __attribute__((always_inline))

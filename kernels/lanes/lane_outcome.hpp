@@ -1,10 +1,7 @@
-// What is asked of lanes, what became of them, and when a lane is refined no further; on the host, whoever
-// executes the program.
+// What is asked of lanes and what became of them, on the host, whoever executes the program.
 #pragma once
 
-#include <limits>
-
-#include "kernels/lanes/lane_steps.hpp"
+#include "ordering/types.hpp"
 
 namespace mfs::lanes {
 
@@ -17,6 +14,12 @@ struct LaneSystems {
   const Scalar* b;
   Scalar* x;
   Offset nrhs, ldb, ldx, b_stride, x_stride;
+};
+
+/// Sizes relative to the largest scaled entry: up to `tiny` a pivot is noise, below `bound` it must be at
+/// least `border_part` of what it divides.
+struct PivotSizes {
+  double bound, tiny, border_part;
 };
 
 /// What a solution must reach, and what it may take.
@@ -32,23 +35,5 @@ struct LaneOutcome {
   double backward_error = 0;
   int steps = 0;  // of refinement
 };
-
-constexpr double kNotMeasured = std::numeric_limits<double>::infinity();
-
-/// Notes the error `now` of one column of a lane after so many steps of refinement. `error` is what it was,
-/// from kNotMeasured on. Whether the column is to be refined: each step must halve the error.
-MFS_LANES bool stays_open(const LaneRules& rules, int step, double now, double& error, LaneOutcome& lane) {
-  if (!lane.solved || error <= rules.tolerance) return false;
-  const double before = error;
-  error = now;
-  if (now <= rules.tolerance) {
-    lane.backward_error = larger(now, lane.backward_error);
-    lane.steps = lane.steps < step ? step : lane.steps;
-    return false;
-  }
-  const bool improved = step == 0 ? now < before : now < 0.5 * before;
-  lane.solved = improved && step < rules.max_steps;
-  return lane.solved;
-}
 
 }  // namespace mfs::lanes

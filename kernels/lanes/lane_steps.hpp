@@ -6,16 +6,13 @@
 // (kernels/dense/pivot_rule.hpp): then the lane has failed, as it has where the backward error is missed.
 #pragma once
 
+#include <limits>
+
 #include "kernels/lanes/lane_numbers.hpp"
+#include "kernels/lanes/lane_outcome.hpp"
 #include "kernels/lanes/lane_program.hpp"
 
 namespace mfs::lanes {
-
-/// Sizes relative to the largest scaled entry: up to `tiny` a pivot is noise, below `bound` it must be at
-/// least `border_part` of what it divides.
-struct PivotSizes {
-  double bound, tiny, border_part;
-};
 
 /// Values or right-hand sides of all lanes in arrays of the caller, from the first lane's on, with `stride`
 /// numbers from lane to lane. Lanes from `count` on have the numbers of the last one.
@@ -265,5 +262,23 @@ struct LaneSteps {
     return ratio <= 1e300 ? ratio : infinite;
   }
 };
+
+constexpr double kNotMeasured = std::numeric_limits<double>::infinity();
+
+/// Notes the error `now` of one column of a lane after so many steps of refinement. `error` is what it was,
+/// from kNotMeasured on. Whether the column is to be refined: each step must halve the error.
+MFS_LANES bool stays_open(const LaneRules& rules, int step, double now, double& error, LaneOutcome& lane) {
+  if (!lane.solved || error <= rules.tolerance) return false;
+  const double before = error;
+  error = now;
+  if (now <= rules.tolerance) {
+    lane.backward_error = larger(now, lane.backward_error);
+    lane.steps = lane.steps < step ? step : lane.steps;
+    return false;
+  }
+  const bool improved = step == 0 ? now < before : now < 0.5 * before;
+  lane.solved = improved && step < rules.max_steps;
+  return lane.solved;
+}
 
 }  // namespace mfs::lanes

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "kernels/lanes/lane_outcome.hpp"
+#include "kernels/lanes/lane_program.hpp"
 #include "plan/level_schedule.hpp"
 
 namespace mfs::lanes {

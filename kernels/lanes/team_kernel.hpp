@@ -6,9 +6,12 @@
 
 #include <Kokkos_Core.hpp>
 
-#include "kernels/lanes/lane_outcome.hpp"
 #include "kernels/lanes/lane_steps.hpp"
 #include "plan/level_schedule.hpp"
+
+#ifndef MFS_LANES_OF_SPACES
+#error "kernels/lanes/lane_numbers.hpp was included before Kokkos: its functions are for the host alone"
+#endif
 
 namespace mfs::lanes {
 

@@ -40,10 +40,9 @@ constexpr double kRemainder = 1e-6;
 /// Entries of x that were larger by 1 / kRemainder in `before` become zero.
 template <class Exec, class Scalar>
 void drop_remainders(const Exec& exec, Vertex n, const Scalar* before, Scalar* x) {
-  for_each_index(
-      exec, "mfs::drop_remainders", n, KOKKOS_LAMBDA(Offset i) {
-        if (magnitude(x[i]) <= kRemainder * magnitude(before[i])) x[i] = Scalar(0);
-      });
+  for_each_index(exec, "mfs::drop_remainders", n, [=](Offset i) {
+    if (magnitude(x[i]) <= kRemainder * magnitude(before[i])) x[i] = Scalar(0);
+  });
 }
 
 /// What a correction changes an entry by, as a part of it, where the entry is taken for rounding.
@@ -52,10 +51,9 @@ constexpr double kNoise = 1e-3;
 /// Entries of x become zero that d, the last of corrections which do not get smaller, still changes.
 template <class Exec, class Scalar>
 void drop_noise(const Exec& exec, Vertex n, const Scalar* d, Scalar* x) {
-  for_each_index(
-      exec, "mfs::drop_noise", n, KOKKOS_LAMBDA(Offset i) {
-        if (magnitude(d[i]) >= kNoise * magnitude(x[i])) x[i] = Scalar(0);
-      });
+  for_each_index(exec, "mfs::drop_noise", n, [=](Offset i) {
+    if (magnitude(d[i]) >= kNoise * magnitude(x[i])) x[i] = Scalar(0);
+  });
 }
 
 /// (x, low) += d, where x + low is a number of twice the precision and x that number rounded (Knuth's

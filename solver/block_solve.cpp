@@ -101,6 +101,7 @@ void BlockSolve<Scalar>::solve_parts(const Columns<Scalar>& all, const SolvePart
     part.b += first * all.ldb;
     part.x += first * all.ldx;
     part.count = std::min(block, all.count - first);
+    part.before = first;
     solve_part(part);
     phases_.tell("solve", static_cast<double>(first + part.count) / static_cast<double>(all.count));
   }
@@ -144,7 +145,7 @@ void BlockSolve<Scalar>::solve_part_on_device(const Columns<Scalar>& part, void*
   phases_.run("solve", [&] {
     factors_.resident("solve_device").download(part.b, part.ldb, n, columns, held.data(), stream);
   });
-  check_finite<Scalar>(n, columns, held.data(), n);
+  check_finite<Scalar>(n, columns, held.data(), n, part.before);
   solve_part(on_host, found == ResidentSolve::missed ? &outcome : nullptr);
   phases_.run("solve", [&] {
     factors_.resident("solve_device").upload(held.data(), n, columns, part.x, part.ldx, stream);

@@ -19,7 +19,8 @@ struct Columns {
   const Scalar* b;
   Scalar* x;
   Offset count, ldb, ldx;
-  bool transposed;  // solve with A^T
+  bool transposed;    // solve with A^T
+  Offset before = 0;  // columns of the same call that come before these
 };
 
 template <class Scalar>

@@ -20,16 +20,17 @@ SolveControls controls_of(const SolveOptions& options) {
           options.solve_singular};
 }
 
-/// Of n x count right-hand sides with the leading dimension ldb. Throws InvalidInput("b") with the first row
-/// and column that is NaN or infinite.
+/// Of n x count right-hand sides with the leading dimension ldb, of which the caller has `before` others.
+/// Throws InvalidInput("b") with the first row and column, counted from the caller's first, that is NaN or
+/// infinite.
 template <class Scalar>
-void check_finite(Offset n, Offset count, const Scalar* b, Offset ldb) {
+void check_finite(Offset n, Offset count, const Scalar* b, Offset ldb, Offset before = 0) {
   const auto bad = [](const Scalar& entry) { return !std::isfinite(std::abs(entry)); };
   for (Offset j = 0; j < count; ++j) {
     const Scalar *begin = b + j * ldb, *end = begin + n;
     // Counting takes half of the time of searching: it looks at several entries at once.
     if (std::count_if(begin, end, bad) > 0)
-      throw InvalidInput("b", "NaN or infinity", std::find_if(begin, end, bad) - begin, j);
+      throw InvalidInput("b", "NaN or infinity", std::find_if(begin, end, bad) - begin, before + j);
   }
 }
 

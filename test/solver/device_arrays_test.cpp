@@ -150,8 +150,8 @@ TYPED_TEST(DeviceArrays, MayRepeatEntries) {
   this->expect_solves_there(solver, summed, 3);
 }
 
-// What is wrong with them is said as of arrays of the host, and nothing is written. All bits set is what
-// marks an entry of a substitution that has not been done.
+// What is wrong with them is said as of arrays of the host, and the solutions of that block of columns are not
+// written. All bits set is what marks an entry of a substitution that has not been done.
 TYPED_TEST(DeviceArrays, ThatHoldNoNumbersAreRefused) {
   const BasicSparseMatrix<TypeParam> a = in_scalar<TypeParam>(random_diagonally_dominant(100, 4, 5));
   BasicSolver<TypeParam> solver(this->options_);
@@ -160,11 +160,16 @@ TYPED_TEST(DeviceArrays, ThatHoldNoNumbersAreRefused) {
   TypeParam all_bits_set;
   std::memset(static_cast<void*>(&all_bits_set), 0xff, sizeof(all_bits_set));
   for (const TypeParam number : {bad, all_bits_set}) {
-    std::vector<TypeParam> b = right_hand_sides(a, 2, a.n, 5);
-    std::memcpy(&b[static_cast<std::size_t>(a.n + 7)], &number, sizeof(number));
-    const DeviceArray<TypeParam> there(b), x(std::vector<TypeParam>(b.size(), TypeParam(1)));
-    expect_invalid([&] { solver.solve_device(there.get(), x.get(), 2); }, "b", 7, 1);
-    EXPECT_EQ(to_host(x, b.size()), std::vector<TypeParam>(b.size(), TypeParam(1)));
+    for (const int column : {0, 1, 40}) {
+      const auto n = static_cast<std::size_t>(a.n), begin = n * static_cast<std::size_t>(column);
+      std::vector<TypeParam> b = right_hand_sides(a, column + 1, a.n, 5);
+      std::memcpy(&b[begin + 7], &number, sizeof(number));
+      const std::vector<TypeParam> ones(b.size(), TypeParam(1));
+      const DeviceArray<TypeParam> there(b), x(ones);
+      expect_invalid([&] { solver.solve_device(there.get(), x.get(), column + 1); }, "b", 7, column);
+      const std::vector<TypeParam> left = to_host(x, b.size());
+      EXPECT_TRUE(std::equal(left.begin() + static_cast<std::ptrdiff_t>(begin), left.end(), ones.begin()));
+    }
   }
   BasicSparseMatrix<TypeParam> wrong = a;
   wrong.values[static_cast<std::size_t>(a.offsets[9])] = bad;

@@ -59,7 +59,7 @@ class MFS_API BasicSolver {
   /// They may be the same array (ldb = ldx), but must not overlap otherwise. On return each column's
   /// componentwise backward error is at most SolveOptions::tolerance. Throws StateError, InvalidInput,
   /// SingularMatrix (numerical), AccuracyNotReached, OutOfMemory, BackendError. x is then unchanged, but for
-  /// whole blocks of 16 columns that were solved before the failure.
+  /// whole blocks of at most 16 columns that were solved before the failure.
   void solve(const Scalar* b, Scalar* x, std::int64_t nrhs = 1, std::int64_t ldb = 0, std::int64_t ldx = 0);
   /// Solves A^T X = B (for complex numbers, too, without conjugation), with arguments and errors as solve.
   void solve_transpose(const Scalar* b, Scalar* x, std::int64_t nrhs = 1, std::int64_t ldb = 0,

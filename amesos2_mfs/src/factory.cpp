@@ -7,6 +7,9 @@
 
 #include <dlfcn.h>
 
+#include <Amesos2_Details_LinearSolverFactory_decl.hpp>
+#include <Amesos2_Details_LinearSolverFactory_def.hpp>
+
 #undef AMESOS2_FACTORY_HPP
 #define create create_installed
 #define create_solver_with_supported_type create_installed_solver_with_supported_type
@@ -87,5 +90,16 @@ TPETRA_INSTANTIATE_LGN(AMESOS2_MFS_DEFINE_TPETRA)
 AMESOS2_MFS_DEFINE(Details::MfsEpetra)
 #endif
 // NOLINTEND(performance-unnecessary-value-param)
+
+// Trilinos' own libraries reach `create` from Details::LinearSolver, as a rule. Where they are linked with
+// -Bsymbolic-functions, as all of Ubuntu's are, their calls stay inside; but they take virtual tables from
+// the program, and so come to the functions here.
+#define AMESOS2_MFS_LINEAR_SOLVERS(LO, GO, NODE)                                         \
+  template class Details::LinearSolverFactory<Tpetra::MultiVector<double, LO, GO, NODE>, \
+                                              Tpetra::Operator<double, LO, GO, NODE>, double>;
+TPETRA_INSTANTIATE_LGN(AMESOS2_MFS_LINEAR_SOLVERS)
+#ifdef HAVE_AMESOS2_EPETRA
+template class Details::LinearSolverFactory<Epetra_MultiVector, Epetra_Operator, double>;
+#endif
 
 }  // namespace Amesos2

@@ -1,5 +1,5 @@
 // MueLu's multigrid with a solver of Amesos2 on the coarsest grid.
-#include <Amesos2_MFS.hpp>
+#include <MueLu_MFS.hpp>
 
 #include <MueLu_CreateTpetraPreconditioner.hpp>
 

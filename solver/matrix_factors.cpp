@@ -5,11 +5,13 @@
 #include <future>
 #include <numeric>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include <mfs/error.hpp>
 
+#include "ordering/definite.hpp"
 #include "ordering/matrix_check.hpp"
 #include "ordering/size_scaling.hpp"
 #include "plan/delay_pivots.hpp"
@@ -140,7 +142,8 @@ void MatrixFactors<Scalar>::forget() {
   factored_ = refactored_ = drifted_ = false;
   usual_effort_ = 0;
   rematches_ = 0;
-  tiny_pivots_ = TinyPivots::noise;
+  stays_corrected_ = false;
+  forget_tiny_pivots();
   ++analyses_;
   planned_ = {};
   numeric_.reset();
@@ -297,22 +300,46 @@ double MatrixFactors<Scalar>::pivot_tolerance() const {
 // Factors what is in matrix_values().
 template <class Scalar>
 void MatrixFactors<Scalar>::factor_values() {
+  if (std::exchange(pivots_proved_, false)) {
+    divide_by_tiny_pivots();
+    divides_proved_ = true;
+  }
   constexpr std::size_t kMany = 4;  // times as many perturbed pivots as can be corrected
   PivotPolicy present = policy();
   const std::size_t most = numeric_->most_corrected();
   if (tiny_pivots_ == TinyPivots::noise) present.most_perturbed = kMany * most;
   factor_values(present);
   if (tiny_pivots_ == TinyPivots::data || report_.perturbed_pivots <= static_cast<std::int64_t>(most)) return;
-  tiny_pivots_ = TinyPivots::data;
+  divide_by_tiny_pivots();
   factor_values(policy());
+}
+
+template <class Scalar>
+void MatrixFactors<Scalar>::forget_tiny_pivots() {
+  tiny_pivots_ = TinyPivots::noise;
+  definite_ = pivots_proved_ = divides_proved_ = false;
+}
+
+template <class Scalar>
+void MatrixFactors<Scalar>::divide_by_tiny_pivots() {
+  tiny_pivots_ = TinyPivots::data;
+  phases_.run("factor", [&] {
+    definite_ =
+        looks_definite(*analysis_->pattern, numeric_->factors().matrix().values, phases_.threads_at_work());
+  });
 }
 
 template <class Scalar>
 PivotPolicy MatrixFactors<Scalar>::policy() const {
   // What grows by dividing by less than a hundredth of the border is seen in the backward error. To perturb
   // such a pivot by the root of epsilon would be no better.
-  if (tiny_pivots_ == TinyPivots::data) return {pivot_tolerance(), tiny_pivots_, pivot_tolerance()};
-  return pivot_tolerance();
+  if (tiny_pivots_ == TinyPivots::noise) return pivot_tolerance();
+  PivotPolicy data{pivot_tolerance(), tiny_pivots_, pivot_tolerance()};
+  if (definite_) {
+    data.preference = kDefinitePreference;
+    data.symmetric = std::is_same_v<Scalar, RealOf<Scalar>>;  // others have A = A^H
+  }
+  return data;
 }
 
 template <class Scalar>
@@ -334,8 +361,15 @@ bool MatrixFactors<Scalar>::climb(bool singular) {
   if (report_.single_precision) {
     report_.rung = Rung::full_precision;
     report_.single_precision = false;
-    tiny_pivots_ = TinyPivots::noise;
+    forget_tiny_pivots();
     replace_numeric();
+    return true;
+  }
+  if (tiny_pivots_ == TinyPivots::data && divides_proved_) {
+    report_.rung = Rung::correction;
+    forget_tiny_pivots();
+    stays_corrected_ = true;
+    factor_values();
     return true;
   }
   if (refactored_) {
@@ -346,7 +380,13 @@ bool MatrixFactors<Scalar>::climb(bool singular) {
   if (tiny_pivots_ == TinyPivots::noise && report_.perturbed_pivots > 0 &&
       (!singular || options_.solve.solve_singular)) {
     report_.rung = Rung::tiny_pivots;
-    tiny_pivots_ = TinyPivots::data;
+    divide_by_tiny_pivots();
+    factor_values();
+    return true;
+  }
+  if (tiny_pivots_ == TinyPivots::data && definite_) {  // A was not what it looked like
+    report_.rung = Rung::tiny_pivots;
+    definite_ = false;
     factor_values();
     return true;
   }
@@ -357,6 +397,10 @@ bool MatrixFactors<Scalar>::climb(bool singular) {
 
 template <class Scalar>
 void MatrixFactors<Scalar>::watch_effort() {
+  // A solution by correction proves that A is regular. What is divided by needs no correction, and such
+  // solves stay where the factors are; so later values are factored that way, and corrected again should that
+  // fail.
+  if (report_.corrected_pivots > 0 && tiny_pivots_ == TinyPivots::noise) pivots_proved_ = !stays_corrected_;
   constexpr std::int64_t kMore = 4;
   const std::int64_t effort = report_.refinement_steps + report_.krylov_steps + report_.corrected_pivots;
   if (!refactored_) {
@@ -456,7 +500,7 @@ void MatrixFactors<Scalar>::replace_numeric() {
 template <class Scalar>
 void MatrixFactors<Scalar>::rematch() {
   refactored_ = drifted_ = false;
-  tiny_pivots_ = TinyPivots::noise;
+  forget_tiny_pivots();
   ++rematches_;
   phases_.run_analysis("ordering", [&] {
     reanalyze(*analysis_, numeric_->factors().matrix().values, options_.analysis, backend_.assembly_turns(),

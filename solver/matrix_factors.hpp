@@ -102,6 +102,8 @@ class MatrixFactors {
   PivotPolicy policy() const;
   void factor_values();
   void factor_values(const PivotPolicy& policy);
+  void divide_by_tiny_pivots();
+  void forget_tiny_pivots();
 
   void delay_while_pivots_fail();
   bool delay_failed_pivots(Vertex levels, double allowed_flops);
@@ -126,8 +128,12 @@ class MatrixFactors {
   int rematches_ = 0;
   std::int64_t analyses_ = 0, value_sets_ = 0;
   TinyPivots tiny_pivots_ = TinyPivots::noise;  // data: since a factorization perturbed too many to correct
-  bool rescaled_ = false;                       // the scales are not those of the analysis
-  int strengthened_ = 0;                        // rounds of strengthen() for the present values
+  bool definite_ = false;                       // as A looks, where it was decided that they are data
+  bool pivots_proved_ = false;    // by a corrected solve: the next factorization divides by them
+  bool divides_proved_ = false;   // since then
+  bool stays_corrected_ = false;  // that has failed
+  bool rescaled_ = false;         // the scales are not those of the analysis
+  int strengthened_ = 0;          // rounds of strengthen() for the present values
   bool nonfinite_ = false;
 };
 

@@ -88,6 +88,7 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
     send_matrix();
     done_ = {0, 0, 0};
     find_factors(policy);
+    mirrors_ = policy.symmetric && policy.substitutes() && status_->pivots.perturbed == 0;
     FactorStatus status = status_->pivots;
     status.getrf = done_.getrf;
     status.trsm = done_.trsm;
@@ -349,21 +350,23 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
     const Offset n = plan().n;
     with_width(b.count, [&](auto k) {
       enter_elimination_order<k()><<<vector_blocks(n * k()), kVectorThreads, 0, stream_.get()>>>(
-          n, side(!transposed), b, substitution_.v);
+          n, side(!mirrored(transposed)), b, substitution_.v);
     });
   }
+  // Whether the factors of A^T serve (PivotPolicy::symmetric).
+  bool mirrored(bool transposed) const { return transposed != mirrors_; }
 
   // x_ = approximately A^-1 (or A^-T) of what has come into elimination order, or += that.
   void substitute(Vertex columns, bool transposed, bool add) {
     const Vertex width = solve_width(columns);
-    Graph& graph = solve_graph_[transposed][(width > 1) + (width > kFewColumns)];
-    if (!graph.recorded())
-      graph.record(stream_, [&] { stages_.substitute(substitution_, width, transposed); });
+    const bool by = mirrored(transposed);
+    Graph& graph = solve_graph_[by][(width > 1) + (width > kFewColumns)];
+    if (!graph.recorded()) graph.record(stream_, [&] { stages_.substitute(substitution_, width, by); });
     graph.launch(stream_);
     const Offset n = plan().n;
     with_width(columns, [&](auto k) {
       leave_elimination_order<k()><<<vector_blocks(n * k()), kVectorThreads, 0, stream_.get()>>>(
-          n, side(transposed), static_cast<const S*>(substitution_.v), add, x_);
+          n, side(by), static_cast<const S*>(substitution_.v), add, x_);
     });
   }
 
@@ -381,7 +384,8 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
       const auto launch = [&](auto lanes) {
         residual_in_elimination_order<k(), lanes()>
             <<<reducing_blocks(n * lanes()), kVectorThreads, 0, stream_.get()>>>(
-                n, rows, side(!transposed), b, static_cast<const V*>(x_), r, floors, device_error_);
+                n, rows, side(!mirrored(transposed != nullptr)), b, static_cast<const V*>(x_), r, floors,
+                device_error_);
       };
       if constexpr (k() > 1) {
         launch(k);
@@ -533,6 +537,7 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   bool scales_sent_ = false, values_sent_ = false, values_here_ = true, warm_ = false;
   BlockFlops done_{0, 0, 0};  // by the present factorization and those that it had to repeat
   bool strict_ = false;       // some front is, else none
+  bool mirrors_ = false;      // A^-1 is the inverse of A^T, too
   Fallback pivoted_roots_;    // those that the vendor's LAPACK could have are factored by tiles
   Event foreign_;
   Graph graph_[3], solve_graph_[2][3];  // by PivotSearch; by transposed, by width

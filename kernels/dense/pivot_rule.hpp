@@ -31,19 +31,28 @@ enum class TinyPivots {
 /// when a pivot is searched: threshold pivoting that prefers the diagonal (Duff, Erisman and Reid, Direct
 /// Methods for Sparse Matrices, 2017, section 5.2). Matrices with many tiny pivots are symmetric and
 /// definite, or nearly so, as a rule. There nothing grows by pivots on the diagonal, however small they are,
-/// while exchanges of rows mix what is large in A with what is small. A larger factor costs accuracy where
-/// blocks of L are inverted (docs/experiments/accuracy.md).
-constexpr double kDiagonalPreference = 8;
+/// while exchanges of rows mix what is large in A with what is small. Where A looks definite, rows are
+/// exchanged for what rounding may have left alone. Factors between the two cost accuracy where blocks of L
+/// are inverted (docs/experiments/accuracy.md).
+constexpr double kDiagonalPreference = 8, kDefinitePreference = 1 << 20;
 
 /// What the rule of a factorization is made of: `tolerance` relative to the largest scaled entry, and the
 /// part of its border that a suspect pivot must have to be accepted.
 struct PivotPolicy {
   PivotPolicy(double tolerance) : tolerance(tolerance) {}  // of noise, as nothing else is said
   PivotPolicy(double tolerance, TinyPivots tiny, double border_part)
-      : tolerance(tolerance), tiny(tiny), border_part(border_part) {}
+      : tolerance(tolerance),
+        tiny(tiny),
+        border_part(border_part),
+        preference(tiny == TinyPivots::data ? kDiagonalPreference : 1) {}
   double tolerance;
   TinyPivots tiny = TinyPivots::noise;
   double border_part = kBorderThreshold;
+  double preference = 1;  // of the diagonal
+  /// A = A^T but for rounding. Then factors that substitute with U and multiply by inverses of L solve with
+  /// their transposes, where U comes first: what products lose before it, it makes larger where tiny pivots
+  /// are divided by, and what they lose behind it stays small.
+  bool symmetric = false;
   /// Factors with more perturbed pivots are of no use: they are not made again with fronts that are strict.
   unsigned long long most_perturbed = std::numeric_limits<unsigned long long>::max();
 
@@ -51,7 +60,8 @@ struct PivotPolicy {
   /// errors of such products grow with the condition of a block, which is large where its pivots are tiny.
   bool substitutes() const { return tiny == TinyPivots::data; }
   bool operator==(const PivotPolicy& other) const {
-    return tolerance == other.tolerance && tiny == other.tiny && border_part == other.border_part;
+    return tolerance == other.tolerance && tiny == other.tiny && border_part == other.border_part &&
+           preference == other.preference;
   }
 };
 
@@ -74,9 +84,8 @@ PivotRule pivot_rule(const PivotPolicy& policy, double largest) {
   const double epsilon = std::numeric_limits<Real>::epsilon();
   const bool noise = policy.tiny == TinyPivots::noise;
   const double tiny = noise ? kTinyPivot * std::sqrt(epsilon) : epsilon;
-  return PivotRule{policy.tolerance, tiny, noise ? 1 : epsilon, policy.border_part,
-                   noise ? 1 : kDiagonalPreference}
-      .times(largest);
+  return PivotRule{policy.tolerance, tiny, noise ? 1 : epsilon, policy.border_part, policy.preference}.times(
+      largest);
 }
 
 /// A column whose border is below this many times `tiny` holds nothing but rounding there.

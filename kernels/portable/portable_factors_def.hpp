@@ -99,6 +99,10 @@ class PortableFactors final : public Factors<Value>, public ResidentFactors<Valu
       stages_.make_ancestors_strict();
       status = launch_factor(policy, progress);
     }
+    const bool mirrors =
+        !Dense::kSearchesAll && policy.symmetric && policy.substitutes() && status.pivots.perturbed == 0;
+    if (mirrors != mirrors_) forget_solves();
+    mirrors_ = mirrors;
     if (progress) progress(1.0);
     const BlockFlops& flops = stages_.flops();
     status.pivots.getrf = passes * flops.getrf;
@@ -236,8 +240,10 @@ class PortableFactors final : public Factors<Value>, public ResidentFactors<Valu
     return {plan.n, places, columns, kResident ? static_cast<Offset>(sizeof(V)) : 0};
   }
 
-  // to = approximately A^-1 from (or A^-T), or += that, in the caller's order.
-  void multiply_by_inverse(const V* from, V* to, Vertex columns, bool transposed, bool add) {
+  // to = approximately A^-1 from (or A^-T), or += that, in the caller's order. The other factors may serve
+  // (PivotPolicy::symmetric).
+  void multiply_by_inverse(const V* from, V* to, Vertex columns, bool of_transposed, bool add) {
+    const bool transposed = of_transposed != mirrors_;
     const FrontStore<S, V>& at = stages_.store().fronts;
     Vectors<S> vectors = vectors_;
     vectors.columns = columns;
@@ -405,6 +411,7 @@ class PortableFactors final : public Factors<Value>, public ResidentFactors<Valu
   double* errors_ = nullptr;
   SolveBlock<Value> solve_{};  // under way
   bool solve_on_host_ = false;
+  bool mirrors_ = false;  // A^-1 is the inverse of A^T, too
   double row_floor_ = 0;
   RowAccess<V> rows_{}, transposed_rows_{};
   Launches factor_, finite_;

@@ -64,7 +64,9 @@ class SpaceLanesOf : public testing::Test {
       Space<typename In::Exec>::start();
       const LevelSchedule levels = make_level_schedule(problem.program.program);
       Made space(problem.program, levels, problem.rules, problem.nrhs, 1, 1 << 30);
-      bytes = space.bytes() + (1 << 10);
+      const Offset staged =
+          problem.program.pattern->num_entries + 2 * problem.program.program.n * problem.nrhs;
+      bytes = space.bytes() + staged * static_cast<Offset>(sizeof(Scalar)) + (1 << 10);
     });
     return bytes;
   }

@@ -20,7 +20,8 @@ constexpr double kTolerance = sizeof(typename NumberParts<Scalar>::type) == size
 template <class Scalar>
 class DefiniteCheck {
  public:
-  DefiniteCheck(const Pattern& pattern, const Scalar* values) : pattern_(pattern), values_(values) {}
+  DefiniteCheck(const Pattern& pattern, const Scalar* values)
+      : pattern_(pattern), values_(values), sign_(std::real(value(0, 0)) < 0 ? -1 : 1) {}
 
   bool passes(Vertex i) const {
     const double own = diagonal(i);
@@ -48,7 +49,7 @@ class DefiniteCheck {
     const Offset slot = slot_of(i, j);
     return slot < 0 ? Scalar(0) : values_[slot];
   }
-  double diagonal(Vertex i) const { return std::real(value(i, i)); }
+  double diagonal(Vertex i) const { return sign_ * std::real(value(i, i)); }
   Offset slot_of(Vertex i, Vertex j) const {
     const auto begin = pattern_.columns.begin() + pattern_.offsets[i],
                end = pattern_.columns.begin() + pattern_.offsets[i + 1];
@@ -66,6 +67,7 @@ class DefiniteCheck {
 
   const Pattern& pattern_;
   const Scalar* values_;
+  double sign_;
 };
 
 }  // namespace

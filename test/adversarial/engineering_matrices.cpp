@@ -147,25 +147,9 @@ SparseMatrix interior_point(Random& random) {
   return from_entries_summed(n + constraints, entries);
 }
 
-/// A Laplacian, and constraints between three of its points as penalties.
-SparseMatrix penalties(Random& random) {
-  const Index side = random.integer(6, 24), n = side * side;
-  const double penalty = std::pow(10.0, 6 + 6 * random.unit());
-  Entries entries;
-  for (Index i = 0; i < n; ++i) {
-    entries.push_back({i, i, 4.0});
-    if (i % side > 0) add_symmetric(entries, i, i - 1, -1.0);
-    if (i >= side) add_symmetric(entries, i, i - side, -1.0);
-  }
-  for (Index c = 0; c < n / 4; ++c) {
-    const Index first = random.integer(0, n - side);
-    const std::array<Index, 3> place{first, first + 1, first + side};
-    constexpr std::array<double, 3> kFactor{1, -0.5, -0.5};
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) entries.push_back({place[i], place[j], penalty * kFactor[i] * kFactor[j]});
-    }
-  }
-  return from_entries_summed(n, entries);
+SparseMatrix random_penalties(Random& random) {
+  const Index side = random.integer(6, 24);
+  return penalties(side, std::pow(10.0, 6 + 6 * random.unit()), random);
 }
 
 /// Rows and columns graded over 2 x 140 decades each, one after the other or at random.
@@ -257,6 +241,25 @@ SparseMatrix lattice(bool redundant, Random& random) {
 
 }  // namespace
 
+SparseMatrix penalties(std::int64_t side, double penalty, Random& random) {
+  const Index n = side * side;
+  Entries entries;
+  for (Index i = 0; i < n; ++i) {
+    entries.push_back({i, i, 4.0});
+    if (i % side > 0) add_symmetric(entries, i, i - 1, -1.0);
+    if (i >= side) add_symmetric(entries, i, i - side, -1.0);
+  }
+  for (Index c = 0; c < n / 4; ++c) {
+    const Index first = random.integer(0, n - side);
+    const std::array<Index, 3> place{first, first + 1, first + side};
+    constexpr std::array<double, 3> kFactor{1, -0.5, -0.5};
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) entries.push_back({place[i], place[j], penalty * kFactor[i] * kFactor[j]});
+    }
+  }
+  return from_entries_summed(n, entries);
+}
+
 SparseMatrix curl_curl(std::int64_t side, double mass) {
   const Index nodes = side + 1, edges = nodes * nodes * nodes;
   std::vector<Index> number(static_cast<std::size_t>(3 * edges), -1);
@@ -316,7 +319,7 @@ HardMatrix engineering_matrix(std::uint64_t seed) {
       take("interior point", interior_point(random));
       break;
     case 6:
-      take("penalties", penalties(random));
+      take("penalties", random_penalties(random));
       break;
     case 7:
       made = graded(random);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "test/adversarial/hard_matrices.hpp"
+#include "test/reference/random.hpp"
 
 namespace mfs::test {
 
@@ -10,6 +11,9 @@ namespace mfs::test {
 /// interior point methods, penalties, gradings beyond 1e+-150, Oseen flow, lattices of rigid bodies with
 /// multipliers; singular ones among curl-curl and lattices.
 HardMatrix engineering_matrix(std::uint64_t seed);
+
+/// The Laplacian of side^2 points, and side^2 / 4 constraints between three of them as penalties.
+SparseMatrix penalties(std::int64_t side, double penalty, Random& random);
 
 /// C^T C + mass I for the curl C from the edges of a grid of side^3 cubes to their faces, all of them. As
 /// many pivots as there are nodes are of the size of the mass, but one; without a mass it is singular.

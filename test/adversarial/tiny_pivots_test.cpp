@@ -58,6 +58,32 @@ TEST(TinyPivots, AreDividedByWhereTheyAreTooManyToCorrect) {
   }
 }
 
+// The first solve proves that A is regular.
+TEST(TinyPivots, ThatWereCorrectedAreDividedByInLaterFactorizations) {
+  const SparseMatrix a = weakly_held_pairs(5, 0x1p-35);
+  const std::vector<double> b = Random(6).vector(a.n);
+  for (const Backend backend : host_backends()) {
+    SCOPED_TRACE(backend_name(backend));
+    Solver solver(on(backend));
+    std::vector<double> x(b.size());
+    const auto expect = [&](std::int64_t corrected) {
+      solver.solve(b.data(), x.data());
+      EXPECT_LE(backward_error(a, b, x), kTolerance);
+      EXPECT_EQ(solver.report().corrected_pivots, corrected);
+      EXPECT_EQ(solver.report().perturbed_pivots, corrected);
+    };
+    for (int analysis = 0; analysis < 2; ++analysis) {
+      solver.analyze(a.view());
+      solver.factor(a.view());
+      for (int k = 0; k < 2; ++k) expect(5);
+      for (int k = 0; k < 2; ++k) {
+        solver.refactor(a.view());
+        expect(0);
+      }
+    }
+  }
+}
+
 TEST(TinyPivots, OfCurlCurlAreDividedBy) {
   const SparseMatrix a = curl_curl(9, 1e-12);
   const std::vector<double> b = Random(8).vector(a.n);

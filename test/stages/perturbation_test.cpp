@@ -108,10 +108,14 @@ TYPED_TEST(PerturbationTest, TinyPivotsThatAreDataAreDividedBy) {
                       pivot_rule<double>(PivotPolicy(kPart, TinyPivots::data, kPart), kLargest));
 }
 
-// The entry on the diagonal is taken up to an eighth of the largest entry; by any other rule the largest is.
+// The entry on the diagonal is taken up to an eighth of the largest entry, in matrices that look definite up
+// to 2^-20 of it; by any other rule the largest is.
 TYPED_TEST(PerturbationTest, DiagonalIsPreferredWhereTinyPivotsAreData) {
   constexpr double kPart = 0x1p-26;
-  const PivotRule data = pivot_rule<double>(PivotPolicy(kPart, TinyPivots::data, kPart), kLargest);
+  PivotPolicy policy(kPart, TinyPivots::data, kPart);
+  const PivotRule data = pivot_rule<double>(policy, kLargest);
+  policy.preference = kDefinitePreference;
+  const PivotRule definite = pivot_rule<double>(policy, kLargest);
   const auto first_row = [](double diagonal, const PivotRule& rule, Path path, int threads) {
     const StageProblem<double> problem = two_fronts(
         2, 1,
@@ -124,6 +128,8 @@ TYPED_TEST(PerturbationTest, DiagonalIsPreferredWhereTinyPivotsAreData) {
   this->for_each_way([&](Path path, int threads) {
     EXPECT_EQ(first_row(0.126, data, path, threads), 0);
     EXPECT_EQ(first_row(0.124, data, path, threads), 1);
+    EXPECT_EQ(first_row(0x1.01p-20, definite, path, threads), 0);
+    EXPECT_EQ(first_row(0x1.fp-21, definite, path, threads), 1);
     EXPECT_EQ(first_row(0.999, {kBound, kTiny, kLargest}, path, threads), 1);
   });
 }

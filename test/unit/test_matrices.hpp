@@ -34,8 +34,9 @@ struct Matrix {
 /// Rows in order, columns ascending, the last value of a place wins.
 using Entries = std::map<std::pair<Vertex, Vertex>, double>;
 
-inline Matrix<double> matrix_of(Vertex n, const Entries& entries) {
-  Matrix<double> a;
+template <class Scalar>
+Matrix<Scalar> matrix_of(Vertex n, const std::map<std::pair<Vertex, Vertex>, Scalar>& entries) {
+  Matrix<Scalar> a;
   a.offsets.assign(static_cast<std::size_t>(n) + 1, 0);
   for (const auto& [place, value] : entries) {
     ++a.offsets[place.first + 1];
@@ -44,6 +45,10 @@ inline Matrix<double> matrix_of(Vertex n, const Entries& entries) {
   }
   for (Vertex i = 0; i < n; ++i) a.offsets[i + 1] += a.offsets[i];
   return a;
+}
+
+inline Matrix<double> matrix_of(Vertex n, const Entries& entries) {
+  return matrix_of<double>(n, entries);
 }
 
 inline Pattern pattern_of(Vertex n, const Entries& entries) {

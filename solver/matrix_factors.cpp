@@ -304,10 +304,9 @@ void MatrixFactors<Scalar>::factor_values() {
     divide_by_tiny_pivots();
     divides_proved_ = true;
   }
-  constexpr std::size_t kMany = 4;  // times as many perturbed pivots as can be corrected
   PivotPolicy present = policy();
   const std::size_t most = numeric_->most_corrected();
-  if (tiny_pivots_ == TinyPivots::noise) present.most_perturbed = kMany * most;
+  if (tiny_pivots_ == TinyPivots::noise) present.most_perturbed = most;
   factor_values(present);
   if (tiny_pivots_ == TinyPivots::data || report_.perturbed_pivots <= static_cast<std::int64_t>(most)) return;
   divide_by_tiny_pivots();
@@ -317,7 +316,7 @@ void MatrixFactors<Scalar>::factor_values() {
 template <class Scalar>
 void MatrixFactors<Scalar>::forget_tiny_pivots() {
   tiny_pivots_ = TinyPivots::noise;
-  definite_ = pivots_proved_ = divides_proved_ = false;
+  definite_ = mirrors_ = pivots_proved_ = divides_proved_ = false;
 }
 
 template <class Scalar>
@@ -337,7 +336,7 @@ PivotPolicy MatrixFactors<Scalar>::policy() const {
   PivotPolicy data{pivot_tolerance(), tiny_pivots_, pivot_tolerance()};
   if (definite_) {
     data.preference = kDefinitePreference;
-    data.symmetric = std::is_same_v<Scalar, RealOf<Scalar>>;  // others have A = A^H
+    data.symmetric = mirrors_;
   }
   return data;
 }
@@ -401,6 +400,10 @@ void MatrixFactors<Scalar>::watch_effort() {
   // solves stay where the factors are; so later values are factored that way, and corrected again should that
   // fail.
   if (report_.corrected_pivots > 0 && tiny_pivots_ == TinyPivots::noise) pivots_proved_ = !stays_corrected_;
+  // Transposed factors are slower where a device has them, so they wait until they are needed.
+  constexpr std::int64_t kFew = 2;
+  const bool is_real = std::is_same_v<Scalar, RealOf<Scalar>>;  // others that look definite have A = A^H
+  if (definite_ && is_real && on_device() && report_.refinement_steps > kFew) mirrors_ = true;
   constexpr std::int64_t kMore = 4;
   const std::int64_t effort = report_.refinement_steps + report_.krylov_steps + report_.corrected_pivots;
   if (!refactored_) {

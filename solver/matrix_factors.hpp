@@ -129,6 +129,7 @@ class MatrixFactors {
   std::int64_t analyses_ = 0, value_sets_ = 0;
   TinyPivots tiny_pivots_ = TinyPivots::noise;  // data: since a factorization perturbed too many to correct
   bool definite_ = false;                       // as A looks, where it was decided that they are data
+  bool mirrors_ = false;                        // and solves take steps of refinement
   bool pivots_proved_ = false;    // by a corrected solve: the next factorization divides by them
   bool divides_proved_ = false;   // since then
   bool stays_corrected_ = false;  // that has failed

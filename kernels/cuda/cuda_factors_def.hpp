@@ -354,7 +354,7 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
     });
   }
   // Whether the factors of A^T serve (PivotPolicy::symmetric).
-  bool mirrored(bool transposed) const { return transposed != mirrors_; }
+  bool mirrored(bool transposed) const { return transposed || mirrors_; }
 
   // x_ = approximately A^-1 (or A^-T) of what has come into elimination order, or += that.
   void substitute(Vertex columns, bool transposed, bool add) {
@@ -537,7 +537,7 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   bool scales_sent_ = false, values_sent_ = false, values_here_ = true, warm_ = false;
   BlockFlops done_{0, 0, 0};  // by the present factorization and those that it had to repeat
   bool strict_ = false;       // some front is, else none
-  bool mirrors_ = false;      // A^-1 is the inverse of A^T, too
+  bool mirrors_ = false;      // A^-T serves for A^-1, too
   Fallback pivoted_roots_;    // those that the vendor's LAPACK could have are factored by tiles
   Event foreign_;
   Graph graph_[3], solve_graph_[2][3];  // by PivotSearch; by transposed, by width

@@ -243,7 +243,7 @@ class PortableFactors final : public Factors<Value>, public ResidentFactors<Valu
   // to = approximately A^-1 from (or A^-T), or += that, in the caller's order. The other factors may serve
   // (PivotPolicy::symmetric).
   void multiply_by_inverse(const V* from, V* to, Vertex columns, bool of_transposed, bool add) {
-    const bool transposed = of_transposed != mirrors_;
+    const bool transposed = of_transposed || mirrors_;
     const FrontStore<S, V>& at = stages_.store().fronts;
     Vectors<S> vectors = vectors_;
     vectors.columns = columns;
@@ -411,7 +411,7 @@ class PortableFactors final : public Factors<Value>, public ResidentFactors<Valu
   double* errors_ = nullptr;
   SolveBlock<Value> solve_{};  // under way
   bool solve_on_host_ = false;
-  bool mirrors_ = false;  // A^-1 is the inverse of A^T, too
+  bool mirrors_ = false;  // A^-T serves for A^-1, too
   double row_floor_ = 0;
   RowAccess<V> rows_{}, transposed_rows_{};
   Launches factor_, finite_;

@@ -54,7 +54,7 @@ TEST_F(HostRung, IsNotNeededWhereTinyPivotsAreDividedBy) {
 // that is seen by the first solve.
 TEST_F(HostRung, DefiniteMatricesTakeOneStepOfRefinement) {
   Random random(21);
-  for (const std::int64_t side : {40, 100}) {
+  for (const std::int64_t side : {40, 100, 200}) {
     SCOPED_TRACE(side);
     SparseMatrix a = penalties(side, 1e12, random);
     const std::vector<double> b = Random(9).vector(16 * a.n);

@@ -32,18 +32,12 @@ class DefiniteCheck {
       const double size = std::sqrt(own) * std::sqrt(std::max(diagonal(j), 0.0));
       const Scalar upper = values_[slot], lower = value(j, i);
       if (!(std::abs(upper) <= (1 + kTolerance<Scalar>)*size)) return false;
-      if (!(std::abs(upper - conjugate(lower)) <= kTolerance<Scalar> * size)) return false;
+      if (!(std::abs(upper - conjugated(lower)) <= kTolerance<Scalar> * size)) return false;
     }
     return lower_entries(i);
   }
 
  private:
-  static double conjugate(double x) { return x; }
-  static float conjugate(float x) { return x; }
-  template <class Real>
-  static std::complex<Real> conjugate(const std::complex<Real>& x) {
-    return std::conj(x);
-  }
   // Zero where there is none.
   Scalar value(Vertex i, Vertex j) const {
     const Offset slot = slot_of(i, j);

@@ -17,4 +17,13 @@ struct NumberParts<std::complex<Real>> {
   static constexpr int count = 2;
 };
 
+template <class Real>
+Real conjugated(Real value) {
+  return value;
+}
+template <class Real>
+std::complex<Real> conjugated(std::complex<Real> value) {
+  return std::conj(value);
+}
+
 }  // namespace mfs

@@ -88,7 +88,7 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
     send_matrix();
     done_ = {0, 0, 0};
     find_factors(policy);
-    mirrors_ = policy.symmetric && policy.substitutes() && status_->pivots.perturbed == 0;
+    mirrors_ = policy.solves_by_transposed(status_->pivots.perturbed);
     FactorStatus status = status_->pivots;
     status.getrf = done_.getrf;
     status.trsm = done_.trsm;

@@ -59,6 +59,10 @@ struct PivotPolicy {
   /// Whether kernels that multiply by inverses of U's diagonal blocks substitute with them instead: the
   /// errors of such products grow with the condition of a block, which is large where its pivots are tiny.
   bool substitutes() const { return tiny == TinyPivots::data; }
+  /// Not where pivots were perturbed: those are factors of another matrix, which need not be symmetric.
+  bool solves_by_transposed(unsigned long long perturbed) const {
+    return symmetric && substitutes() && perturbed == 0;
+  }
   bool operator==(const PivotPolicy& other) const {
     return tolerance == other.tolerance && tiny == other.tiny && border_part == other.border_part &&
            preference == other.preference;

@@ -99,8 +99,7 @@ class PortableFactors final : public Factors<Value>, public ResidentFactors<Valu
       stages_.make_ancestors_strict();
       status = launch_factor(policy, progress);
     }
-    const bool mirrors =
-        !Dense::kSearchesAll && policy.symmetric && policy.substitutes() && status.pivots.perturbed == 0;
+    const bool mirrors = !Dense::kSearchesAll && policy.solves_by_transposed(status.pivots.perturbed);
     if (mirrors != mirrors_) forget_solves();
     mirrors_ = mirrors;
     if (progress) progress(1.0);

@@ -8,6 +8,8 @@
 
 #include <Kokkos_Core.hpp>
 
+#include "ordering/number_parts.hpp"
+
 namespace mfs {
 
 template <class Scalar>

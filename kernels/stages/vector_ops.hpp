@@ -11,15 +11,6 @@
 
 namespace mfs {
 
-template <class Real>
-Real conjugated(Real value) {
-  return value;
-}
-template <class Real>
-std::complex<Real> conjugated(std::complex<Real> value) {
-  return std::conj(value);
-}
-
 /// to = from
 template <class Exec, class Scalar>
 void copy_vector(const Exec& exec, Vertex n, const Scalar* from, Scalar* to) {

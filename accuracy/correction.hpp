@@ -186,15 +186,15 @@ class Correction {
   }
 
   // |A x| <= kSingular | |A| |x| | in scaled rows proves that the scaled A has a reciprocal condition number
-  // of at most kSingular (maximum norm). True if x comes to that; a refined x must come to rounding, because
-  // other scales may give a somewhat better condition. Refinement gains less than the condition of
-  // A', so A is regular beyond doubt where x is above kDoubt.
+  // of at most kSingular (maximum norm), and so in balanced rows. True if x comes to that; a refined x must
+  // come to rounding, because other scales may give a somewhat better condition. Refinement gains less than
+  // the condition of A', so A is regular beyond doubt where x is above kDoubt.
   template <class Inverse, class InverseOfTransposed>
   bool refine_null_vector(const ScaledRows<Scalar>& a, const Inverse& inverse,
                           const InverseOfTransposed& inverse_of_transposed,
                           const std::vector<std::vector<Scalar>>& found, std::vector<Scalar>& x) {
     constexpr double kEpsilon = std::numeric_limits<RealOf<Scalar>>::epsilon();
-    constexpr double kSingular = 45 * kEpsilon, kRefined = kSingular / 10;  // double: 1e-14, 1e-15
+    constexpr double kSingular = singular_below<Scalar>(), kRefined = kSingular / 10;  // double: 1e-14, 1e-15
     constexpr int kSteps = 3;
     const double kDoubt = std::sqrt(kEpsilon);
     std::vector<Scalar> d(x.size());
@@ -202,8 +202,9 @@ class Correction {
       normalize(x);
       for (const std::vector<Scalar>& other : found) subtract_projection(other, x);
       if (!(normalize(x) > kDoubt)) return false;  // rounding of what was found before
-      smallness_ = scaled_residual(a, {}, x, d);
-      if (smallness_ <= (step == 0 ? kSingular : kRefined)) return true;
+      const double bound = step == 0 ? kSingular : kRefined;
+      smallness_ = null_measure(a, bound, x, d);
+      if (smallness_ <= bound) return true;
       if (!(smallness_ <= kDoubt)) return false;
       doubtful_ = nullity_ == 0;
       solve_scaled(a, inverse, d);

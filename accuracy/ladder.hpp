@@ -26,6 +26,7 @@
 #include "accuracy/refinement.hpp"
 #include "accuracy/resident_refinement.hpp"
 #include "kernels/runtime/arena.hpp"
+#include "ordering/scaling.hpp"
 
 namespace mfs {
 
@@ -56,6 +57,7 @@ class AccuracyLadder final : public Factorization<Value> {
   FactorStatus factor(const PivotPolicy& policy, const std::function<void(double)>& progress) override {
     for (auto& correction : correction_) correction.reset();
     probed_.reset();
+    balanced_.reset();
     divided_by_tiny_ = policy.tiny == TinyPivots::data;
     const Factored factored = factors_->factor(policy, progress);
     status_ = factored.status;
@@ -334,8 +336,7 @@ class AccuracyLadder final : public Factorization<Value> {
 
   NullDirection probe_direction(const TransposedPattern* transposed) {
     const bool flip = transposed != nullptr;
-    const ScaledRows<Value> rows{matrix_rows(transposed), flip ? matrix_.column_scale : matrix_.row_scale,
-                                 flip ? matrix_.row_scale : matrix_.column_scale};
+    const ScaledRows<Value> rows = scaled_rows(transposed);
     return null_direction<Value>(
         rows, plan_->n, [&](Value* x) { apply_best_inverse(x, x, 1, flip); },
         [&](const Value* b, const Value* x, const Value* low, Value* r) {
@@ -381,8 +382,7 @@ class AccuracyLadder final : public Factorization<Value> {
     rhs(factors_->columns_at_once());  // room for the vectors of a full block
     const auto inverse = [&](Value* x, Vertex count) { factors_->apply_inverse(x, x, count, flip); };
     const auto inverse_of_transposed = [&](Value* x) { factors_->apply_inverse(x, x, 1, !flip); };
-    const ScaledRows<Value> rows{matrix_rows(transposed), flip ? matrix_.column_scale : matrix_.row_scale,
-                                 flip ? matrix_.row_scale : matrix_.column_scale};
+    const ScaledRows<Value> rows = scaled_rows(transposed);
     correction_[flip] =
         std::make_unique<Correction<Value>>(plan_->n, std::move(perturbations), rows,
                                             factors_->columns_at_once(), inverse, inverse_of_transposed);
@@ -439,6 +439,29 @@ class AccuracyLadder final : public Factorization<Value> {
     outcome.column = by ? other : own;
   }
 
+  ScaledRows<Value> scaled_rows(const TransposedPattern* transposed) {
+    const bool flip = transposed != nullptr;
+    return {matrix_rows(transposed), flip ? matrix_.column_scale : matrix_.row_scale,
+            flip ? matrix_.row_scale : matrix_.column_scale, [this, flip] {
+              if (!balanced_) balanced_ = balanced_scaling();
+              return (flip ? balanced_->column : balanced_->row).data();
+            }};
+  }
+
+  struct Scales {
+    std::vector<double> row, column;
+  };
+  // From the scales of the factors on, which parts of A that nothing links keep.
+  Scales balanced_scaling() const {
+    PowerScaling scaling(plan_->n);
+    for (Vertex i = 0; i < plan_->n; ++i) {
+      scaling.row[i] = std::ilogb(matrix_.row_scale[i]);
+      scaling.column[i] = std::ilogb(matrix_.column_scale[i]);
+    }
+    balance(*pattern_, exponents_of(matrix_.values, pattern_->nnz(), 1), scaling);
+    return {powers_of_two(scaling.row), powers_of_two(scaling.column)};
+  }
+
   RowAccess<Value> matrix_rows(const TransposedPattern* transposed) const {
     if (!transposed) return {pattern_->offsets.data(), pattern_->columns.data(), nullptr, matrix_.values};
     return {transposed->offsets.data(), transposed->columns.data(), transposed->slots.data(), matrix_.values};
@@ -459,6 +482,7 @@ class AccuracyLadder final : public Factorization<Value> {
   bool resident_improved_ = false;   // whether the last steps where the factors lie are worth going on from
   std::vector<Value> krylov_space_;  // taken when FGMRES is first needed
   std::optional<Probed> probed_;
+  std::optional<Scales> balanced_;                    // made when first needed
   std::unique_ptr<Correction<Value>> correction_[2];  // for A, for A^T; made when first needed
   Exec exec_;
 };

@@ -1,10 +1,13 @@
 // Vectors that may be null vectors of A, in scaled unknowns (x[u] / scale[u]), and how they are measured:
-// by |A x| / | |A| |x| | in scaled rows, maximum norms.
+// by |A x| / | |A| |x| | in scaled rows, maximum norms. The scales of the factors leave open how rows are
+// scaled that only small entries link, so what is small there is measured in balanced rows, too.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <functional>
+#include <limits>
 #include <type_traits>
 #include <vector>
 
@@ -18,13 +21,21 @@ template <class Scalar>
 using Extended =
     std::conditional_t<std::is_same_v<Scalar, RealOf<Scalar>>, long double, std::complex<long double>>;
 
-/// Rows of A with the scales of its rows and unknowns.
+/// Rows of A with the scales of its rows and unknowns. `balanced_row_scale` makes those of `balance`
+/// (ordering/scaling.hpp) when it is first called.
 template <class Scalar>
 struct ScaledRows {
   RowAccess<Scalar> rows;
   const double* row_scale;
   const double* scale;
+  std::function<const double*()> balanced_row_scale;
 };
+
+/// Double: 1e-14. |A x| of at most so much of | |A| |x| | proves A singular to working precision.
+template <class Scalar>
+constexpr double singular_below() {
+  return 45.0 * std::numeric_limits<RealOf<Scalar>>::epsilon();
+}
 
 /// r = b - A x for scaled unknowns x and unscaled rows (b empty: zero), and |A x| / | |A| |x| |.
 template <class Scalar>
@@ -46,6 +57,18 @@ double scaled_residual(const ScaledRows<Scalar>& a, const std::vector<Scalar>& b
     size = std::max(size, sizes * a.row_scale[i]);
   }
   return product / size;
+}
+
+/// |A x| / | |A| |x| | for scaled unknowns x, where that is at most `bound` the larger of it and of the same in
+/// balanced rows. r = -A x in unscaled rows.
+template <class Scalar>
+double null_measure(const ScaledRows<Scalar>& a, double bound, const std::vector<Scalar>& x,
+                    std::vector<Scalar>& r) {
+  const double smallness = scaled_residual(a, {}, x, r);
+  if (!(smallness <= bound)) return smallness;
+  ScaledRows<Scalar> balanced = a;
+  balanced.row_scale = a.balanced_row_scale();
+  return std::max(smallness, scaled_residual(balanced, {}, x, r));
 }
 
 template <class Scalar>

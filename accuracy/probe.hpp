@@ -5,7 +5,8 @@
 // happens to be orthogonal to l. So a residual that is small beside b itself proves A regular. The factors
 // are those of A + E, and steps of refinement d := (A+E)^-1 (b - A x), x := x + d leave the part of d alone
 // that is a null vector of A, as (A+E)^-1 E z = z for it, and make all else smaller. So d is measured as a
-// null vector: |A d| <= 45 epsilon | |A||d| | proves A singular to working precision, unless the residual
+// null vector: |A d| <= 45 epsilon | |A||d| |, in balanced rows
+// as well, proves A singular to working precision, unless the residual
 // becomes small all the same; with 2 epsilon, which is the rounding of A's own entries, that would be chance.
 // Neither proof rests on what the factors are. x and the residual have twice the precision
 // (accuracy/refinement.hpp): in plain precision a residual could not become small beside b for condition
@@ -77,14 +78,14 @@ class Probe {
       if (found_.null || found_.regular || !(length < kStall * last)) break;
       last = length;
     }
-    found_.null = found_.null || (!found_.regular && found_.smallness <= kSingular);
+    found_.null = found_.null || (!found_.regular && found_.smallness <= singular_below<Scalar>());
     found_.regular = found_.regular && !found_.null;
     return found_;
   }
 
  private:
   static constexpr double kEpsilon = std::numeric_limits<RealOf<Scalar>>::epsilon();
-  static constexpr double kRounding = 2 * kEpsilon, kSingular = 45 * kEpsilon;  // double: 4e-16, 1e-14
+  static constexpr double kRounding = 2 * kEpsilon;  // double: 4e-16
 
   double largest_of(const std::vector<Scalar>& r) const {
     double most = 0;
@@ -113,7 +114,7 @@ class Probe {
   void measure(double length) {
     if (!(length * std::sqrt(kEpsilon) > 1)) return;
     std::vector<Scalar> product(d_.size());
-    const double smallness = scaled_residual(a_, {}, d_, product);
+    const double smallness = null_measure(a_, singular_below<Scalar>(), d_, product);
     if (smallness < found_.smallness) found_.smallness = smallness;
     found_.null = smallness <= kRounding;
   }

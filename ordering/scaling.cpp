@@ -33,6 +33,30 @@ Exponent exponent_of(double magnitude) {
   return static_cast<Exponent>(std::max(static_cast<int>(bits >> 52) - 1023, kSmallest));
 }
 
+/// Takes the mean of the scaled exponents of each row out of `own`, and so by columns; returns the largest
+/// change.
+double subtract_means(const Pattern& pattern, const RawVector<Exponent>& exponents, bool by_rows,
+                      const std::vector<double>& other, std::vector<double>& own) {
+  std::vector<double> sum(own.size(), 0.0);
+  std::vector<Offset> count(own.size(), 0);
+  for (Vertex i = 0; i < pattern.n; ++i) {
+    for (Offset k = pattern.offsets[i]; k < pattern.offsets[i + 1]; ++k) {
+      if (exponents[k] == kZeroEntry) continue;
+      const Vertex j = pattern.columns[k], at = by_rows ? i : j;
+      sum[at] += exponents[k] + other[by_rows ? j : i];
+      ++count[at];
+    }
+  }
+  double most = 0;
+  for (std::size_t i = 0; i < own.size(); ++i) {
+    if (count[i] == 0) continue;
+    const double scale = -sum[i] / static_cast<double>(count[i]);
+    most = std::max(most, std::abs(scale - own[i]));
+    own[i] = scale;
+  }
+  return most;
+}
+
 /// Moves the scales against half of the excess; tells whether any scale changed.
 bool shift_half(const std::vector<std::int32_t>& largest, std::vector<std::int32_t>& scale) {
   bool changed = false;
@@ -92,6 +116,24 @@ LargestEntries equilibrate(const Pattern& pattern, const RawVector<Exponent>& ex
     largest = largest_entries(pattern, exponents, scaling, threads);
   }
   return largest;
+}
+
+void balance(const Pattern& pattern, const RawVector<Exponent>& exponents, PowerScaling& scaling) {
+  constexpr int kMost = 50;       // sweeps
+  constexpr double kSettled = 1;  // change of an exponent
+  std::vector<double> row(scaling.row.begin(), scaling.row.end());
+  std::vector<double> column(scaling.column.begin(), scaling.column.end());
+  for (int sweep = 0; sweep < kMost; ++sweep) {
+    const double rows = subtract_means(pattern, exponents, true, column, row);
+    const double columns = subtract_means(pattern, exponents, false, row, column);
+    if (rows <= kSettled && columns <= kSettled) break;
+  }
+  const auto rounded = [](double scale) {
+    return static_cast<std::int32_t>(std::lround(std::clamp<double>(scale, -kLargestScale, kLargestScale)));
+  };
+  std::transform(row.begin(), row.end(), scaling.row.begin(), rounded);
+  std::transform(column.begin(), column.end(), scaling.column.begin(), rounded);
+  equilibrate(pattern, exponents, 1, scaling);
 }
 
 Offset find_slot(const Pattern& pattern, Vertex row, Vertex column) {

@@ -41,6 +41,12 @@ LargestEntries largest_entries(const Pattern& pattern, const RawVector<Exponent>
 LargestEntries equilibrate(const Pattern& pattern, const RawVector<Exponent>& exponents, int threads,
                            PowerScaling& scaling);
 
+/// Improves `scaling` until the exponents of the entries in each row and in each column are 0 in the mean,
+/// least squares (Curtis and Reid 1972), as far as some sweeps go, and equilibrates from there. The largest
+/// entries alone leave open how blocks that only small entries link are scaled beside each other; here these
+/// entries tell.
+void balance(const Pattern& pattern, const RawVector<Exponent>& exponents, PowerScaling& scaling);
+
 /// The slot of entry (row, column); -1 where the pattern has none.
 Offset find_slot(const Pattern& pattern, Vertex row, Vertex column);
 

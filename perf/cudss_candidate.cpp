@@ -6,7 +6,7 @@
 
 namespace mfs::perf {
 
-std::function<std::unique_ptr<Candidate>(const System&)> load_cudss(const std::string&, int) {
+std::function<std::unique_ptr<Candidate>(const System&)> load_cudss(const std::string&, int, std::int64_t) {
   refuse_cudss();
 }
 
@@ -24,7 +24,7 @@ namespace {
 
 class CudssCandidate final : public Candidate {
  public:
-  CudssCandidate(const CudssLibrary& library, const System& system, int threads)
+  CudssCandidate(const CudssLibrary& library, const System& system, int threads, std::int64_t memory_limit)
       : lib_(library),
         n_(system.a.n),
         nnz_(system.a.offsets.back()),
@@ -35,6 +35,10 @@ class CudssCandidate final : public Candidate {
         x_(system.b.size()),
         system_(lib_, lib_.threading_layer.c_str(), n_, nnz_, offsets_.get(), columns_.get(), values_.get()) {
     system_.set(CUDSS_CONFIG_HOST_NTHREADS, threads, "host threads");
+    if (memory_limit > 0) {
+      system_.set(CUDSS_CONFIG_HYBRID_MEMORY_MODE, 1, "hybrid memory mode");
+      system_.set(CUDSS_CONFIG_HYBRID_DEVICE_MEMORY_LIMIT, memory_limit, "limit of the device's memory");
+    }
     refine(0);
     for (int many = 0; many < 2; ++many) {
       rhs_[many] = system_.vectors(b_.get(), many ? kColumns : 1);
@@ -110,10 +114,11 @@ class CudssCandidate final : public Candidate {
 
 }  // namespace
 
-std::function<std::unique_ptr<Candidate>(const System&)> load_cudss(const std::string& folder, int threads) {
+std::function<std::unique_ptr<Candidate>(const System&)> load_cudss(const std::string& folder, int threads,
+                                                                    std::int64_t memory_limit) {
   const auto library = std::make_shared<const CudssLibrary>(folder);
-  return [library, threads](const System& system) -> std::unique_ptr<Candidate> {
-    return std::make_unique<CudssCandidate>(*library, system, threads);
+  return [library, threads, memory_limit](const System& system) -> std::unique_ptr<Candidate> {
+    return std::make_unique<CudssCandidate>(*library, system, threads, memory_limit);
   };
 }
 

@@ -111,7 +111,8 @@ class CudssSystem {
   CudssSystem(const CudssSystem&) = delete;
   CudssSystem& operator=(const CudssSystem&) = delete;
 
-  void set(cudssConfigParam_t parameter, int value, const char* what) {
+  template <class T>
+  void set(cudssConfigParam_t parameter, T value, const char* what) {
     check(lib_.cudssConfigSet(config_, parameter, &value, sizeof value), what);
   }
   /// What this cuDSS does not know stays zero.

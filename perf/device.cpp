@@ -1,8 +1,9 @@
 // MFS beside cuDSS on one device: for each FAMILY:SIZE or file both solvers go through all phases, one after
 // the other on the same matrix, and each leaves a JSON line (times in s, memory in bytes); a third line has
 // MFS' figures over cuDSS'. MFS may run by several backends, each as if it were another solver. With
-// --memory-limit MFS runs with less memory as well, and the lines tell by solution_1 and solution_16 whether
-// solutions are the same bit for bit. perf/device runs this with all it needs.
+// --memory-limit both run with less memory as well, cuDSS in its hybrid memory mode, and the lines tell by
+// solution_1 and solution_16 whether solutions are the same bit for bit. perf/device runs this with all it
+// needs.
 //
 //   perf_device --cudss DIR --backend cuda,kokkos elas3d:40 poisson2d:1000 my_matrix.mtx.gz
 #include <cstdint>
@@ -52,16 +53,20 @@ std::vector<Entrant> entrants_of(const Arguments& arguments) {
                           return make_mfs(system, backend, arguments.runs.threads);
                         }});
   }
+  const auto add_cudss = [&](const std::string& name, std::int64_t bytes) {
+    if (arguments.cudss.empty()) return;
+    entrants.push_back({name, mfs::backend_name(mfs::Backend::cuda),
+                        load_cudss(arguments.cudss, arguments.runs.threads, bytes)});
+  };
   for (const std::uint64_t limit : arguments.limits) {
     const auto bytes = static_cast<std::int64_t>(limit);
     entrants.push_back({"mfs, " + std::to_string(bytes) + " bytes", mfs::backend_name(mfs::Backend::cuda),
                         [&arguments, bytes](const System& system) {
                           return make_mfs(system, mfs::Backend::cuda, arguments.runs.threads, bytes);
                         }});
+    add_cudss("cudss, " + std::to_string(bytes) + " bytes", bytes);
   }
-  if (!arguments.cudss.empty())
-    entrants.push_back({"cudss", mfs::backend_name(mfs::Backend::cuda),
-                        load_cudss(arguments.cudss, arguments.runs.threads)});
+  add_cudss("cudss", 0);
   return entrants;
 }
 
@@ -100,8 +105,10 @@ bool run_case(const std::string& name, const std::vector<Entrant>& entrants, con
       print(line);
       solved = solved && results.back()["status"] == "solved";
     }
-    if (entrants.back().name != "cudss" || !solved) continue;
+    const auto is_solved = [](const Json& result) { return result["status"] == "solved"; };
+    if (entrants.back().name != "cudss" || !is_solved(results.back())) continue;
     for (std::size_t i = 0; i + 1 < results.size(); ++i) {
+      if (!is_solved(results[i])) continue;
       Json line = head;
       line.update({{"ratio", entrants[i].name + "/cudss"}, {"backend", entrants[i].backend}});
       line.update(ratios(results[i], results.back()));
@@ -133,7 +140,8 @@ int main(int argc, char** argv) {
   app.add_option("--backend", arguments.backend,
                  "where MFS runs: cuda, kokkos, openmp, or several with commas");
   app.add_option("--memory-limit", arguments.limits,
-                 "bytes of the device, once or more: MFS is measured on cuda with each limit, too")
+                 "bytes of the device, once or more: MFS on cuda and cuDSS in its hybrid memory mode are "
+                 "measured with each limit, too")
       ->transform(CLI::AsSizeValue(true).description(""))
       ->allow_extra_args(false);
   CLI11_PARSE(app, argc, argv);

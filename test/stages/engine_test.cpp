@@ -53,7 +53,7 @@ TEST(Engine, CallsForWhichThereAreProcessorsMeet) {
 
 TEST(Engine, CallsThatWantMoreWait) {
   const int all = available_threads();
-  std::atomic<int> at_work{0}, most{0};
+  std::atomic<int> at_work{0};
   std::vector<std::thread> callers;
   for (int t = 0; t < 6; ++t) {
     callers.emplace_back([&, t] {

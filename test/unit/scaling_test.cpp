@@ -77,6 +77,38 @@ TEST(Scaling, SymmetricMatricesGetEqualScalesForRowsAndColumns) {
   EXPECT_EQ(scaling.row, scaling.column);
 }
 
+// Blocks of ones that entries of 2^-30 link, between scales that differ at random: largest entries say
+// nothing of the links, balanced scales bring them back to what they were.
+TEST(Scaling, BalancedWhereOnlySmallEntriesLink) {
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937 generator(seed);
+    std::uniform_int_distribution<int> grade(-20, 20);
+    const Vertex n = 12;
+    std::vector<int> left(n), right(n);
+    for (Vertex i = 0; i < n; ++i) left[i] = grade(generator), right[i] = grade(generator);
+    Entries entries;
+    const auto add = [&](Vertex i, Vertex j, int exponent) {
+      entries[{i, j}] = std::ldexp(1.0, exponent + left[i] + right[j]);
+    };
+    for (Vertex i = 0; i < n; i += 2) {
+      for (const auto& [row, column] : {std::pair{i, i}, {i, i + 1}, {i + 1, i}, {i + 1, i + 1}})
+        add(row, column, 0);
+      if (i > 0) add(i, i - 2, -30), add(i - 2, i, -30);
+    }
+    const Matrix<double> a = matrix_of(n, entries);
+    const Pattern p = check_pattern(a.view(), 1);
+    const auto exponents = exponents_of(a.values.data(), p.nnz(), 1);
+    PowerScaling scaling(n);
+    balance(p, exponents, scaling);
+    const auto scaled = [&](Vertex i, Vertex j) { return scaled_exponent(p, exponents, scaling, i, j); };
+    for (Vertex i = 0; i < n; i += 2) {
+      EXPECT_NEAR(scaled(i, i), 0, 2);
+      if (i > 0) EXPECT_NEAR(scaled(i, i - 2), scaled(i - 2, i), 8);
+    }
+  }
+}
+
 TEST(Scaling, FindsSlots) {
   const Pattern p = pattern_of(3, {{{0, 0}, 1}, {{0, 2}, 1}, {{2, 1}, 1}});
   EXPECT_EQ(find_slot(p, 0, 0), 0);

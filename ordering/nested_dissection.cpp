@@ -36,14 +36,15 @@ class Dissection {
         dense_(graph.n, false),
         order_(graph.n) {}
 
-  std::vector<Vertex> run(int threads) {
+  void prepare(int threads) {
     order_dense_last(threads);
-    SubGraph rest = whole_graph(graph_, dense_, threads);
-    if (rest.size() > 0) {
-#pragma omp parallel num_threads(threads)
-#pragma omp masked
-      error_.attempt([&] { dissect(std::move(rest), 0, 0); });
-    }
+    rest_ = whole_graph(graph_, dense_, threads);
+  }
+  /// In a task.
+  void run() {
+    if (rest_.size() > 0) error_.attempt([&] { dissect(std::move(rest_), 0, 0); });
+  }
+  std::vector<Vertex> order() {
     error_.rethrow();
     return std::move(order_);
   }
@@ -178,6 +179,7 @@ class Dissection {
   const Offset unknowns_;
   const int levels_;         // expected
   std::vector<bool> dense_;  // taken out, ordered last
+  SubGraph rest_;
   std::vector<Vertex> order_;
   std::atomic<double> work_done_{0};
   FirstError error_;
@@ -185,9 +187,31 @@ class Dissection {
 
 }  // namespace
 
+std::vector<std::vector<Vertex>> nested_dissections(const std::vector<const Graph*>& graphs,
+                                                    const AnalysisOptions& options, int threads,
+                                                    const OrderingProgress& progress) {
+  const OrderingProgress nobody;
+  std::vector<std::unique_ptr<Dissection>> dissections;
+  for (const Graph* const graph : graphs) {
+    dissections.push_back(
+        std::make_unique<Dissection>(*graph, options, dissections.empty() ? progress : nobody));
+    dissections.back()->prepare(threads);
+  }
+#pragma omp parallel num_threads(threads)
+#pragma omp masked
+  for (const auto& dissection : dissections) {
+    Dissection* const one = dissection.get();
+#pragma omp task firstprivate(one) if (dissections.size() > 1)
+    one->run();
+  }
+  std::vector<std::vector<Vertex>> orders;
+  for (const auto& dissection : dissections) orders.push_back(dissection->order());
+  return orders;
+}
+
 std::vector<Vertex> nested_dissection(const Graph& graph, const AnalysisOptions& options, int threads,
                                       const OrderingProgress& progress) {
-  return Dissection(graph, options, progress).run(threads);
+  return std::move(nested_dissections({&graph}, options, threads, progress).front());
 }
 
 std::vector<Vertex> minimum_degree_order(const Graph& graph, const AnalysisOptions& options) {

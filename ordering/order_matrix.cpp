@@ -63,17 +63,28 @@ bool tries_minimum_degree(const Graph& graph, const AnalysisOptions& options) {
 /// (docs/experiments/ordering.md).
 constexpr double kFewFlops = 500;
 
-std::vector<Vertex> order_graph(const Graph& graph, const AnalysisOptions& options, int threads,
-                                const OrderingProgress& progress) {
-  if (tries_minimum_degree(graph, options)) {
-    std::vector<Vertex> order = minimum_degree_order(graph, options);
-    const double unknowns = std::accumulate(graph.weight.begin(), graph.weight.end(), 0.0);
-    if (elimination_flops(graph, order, threads) <= kFewFlops * unknowns) {
-      if (progress) progress(1.0);
-      return order;
-    }
+/// Empty where that makes more.
+std::vector<Vertex> cheap_order(const Graph& graph, const AnalysisOptions& options, int threads) {
+  if (!tries_minimum_degree(graph, options)) return {};
+  std::vector<Vertex> order = minimum_degree_order(graph, options);
+  const double unknowns = std::accumulate(graph.weight.begin(), graph.weight.end(), 0.0);
+  if (elimination_flops(graph, order, threads) > kFewFlops * unknowns) order.clear();
+  return order;
+}
+
+/// Orders what is in `compressed` of all of them.
+void order_graphs(const std::vector<OrderedGraph*>& all, const AnalysisOptions& options, int threads,
+                  const OrderingProgress& progress) {
+  std::vector<OrderedGraph*> left;
+  for (OrderedGraph* const one : all) {
+    one->order = cheap_order(one->compressed.graph, options, threads);
+    if (one->order.empty()) left.push_back(one);
   }
-  return nested_dissection(graph, options, threads, progress);
+  std::vector<const Graph*> graphs;
+  for (const OrderedGraph* const one : left) graphs.push_back(&one->compressed.graph);
+  std::vector<std::vector<Vertex>> orders = nested_dissections(graphs, options, threads, progress);
+  for (std::size_t i = 0; i < left.size(); ++i) left[i]->order = std::move(orders[i]);
+  if (progress) progress(1.0);
 }
 
 /// What the ordering reads of `matched`, with only those pairs in which both diagonals are weak.
@@ -89,22 +100,30 @@ MatchedScaling part_pairs(const MatchedScaling& matched) {
 }
 
 /// Pairs are parted where the order serves the weak unknown all the same: the fill is then that of the
-/// symmetric pattern, while compressed pairs share all neighbours of both.
+/// symmetric pattern, while compressed pairs share all neighbours of both. Where many may have to move, many
+/// threads find both orders at a time: one dissection leaves most of them idle.
 OrderedGraph dissect(const Pattern& pattern, const MatchedScaling& matched, const AnalysisOptions& options,
                      int threads, const OrderingProgress& progress) {
-  const auto dissected = [&](const MatchedScaling& joined, const OrderingProgress& heard) {
-    OrderedGraph result;
-    result.compressed = compressed_graph(pattern, joined, threads);
-    result.order = order_graph(result.compressed.graph, options, threads, heard);
-    return result;
-  };
-  if (matched.weak.unknown.empty()) return dissected(matched, progress);
-
-  OrderedGraph parted = dissected(part_pairs(matched), progress);
+  constexpr int kManyThreads = 8;
+  OrderedGraph parted, paired;
+  if (matched.weak.unknown.empty()) {
+    paired.compressed = compressed_graph(pattern, matched, threads);
+    order_graphs({&paired}, options, threads, progress);
+    return paired;
+  }
+  parted.compressed = compressed_graph(pattern, part_pairs(matched), threads);
+  const double many = kManyMoved * parted.compressed.graph.n;
+  const bool both = threads >= kManyThreads && static_cast<double>(matched.weak.unknown.size()) > many;
+  if (both) paired.compressed = compressed_graph(pattern, matched, threads);
+  order_graphs(both ? std::vector<OrderedGraph*>{&parted, &paired} : std::vector<OrderedGraph*>{&parted},
+               options, threads, progress);
   Deferral deferral = defer_weak_unknowns(matched.weak, parted.compressed.partition, parted.order);
   parted.order = std::move(deferral.order);
-  if (deferral.moved <= kManyMoved * parted.compressed.graph.n) return parted;
-  OrderedGraph paired = dissected(matched, {});
+  if (deferral.moved <= many) return parted;
+  if (!both) {
+    paired.compressed = compressed_graph(pattern, matched, threads);
+    order_graphs({&paired}, options, threads, {});
+  }
   const auto flops_of = [&](const OrderedGraph& ordered) {
     return elimination_flops(ordered.compressed.graph, ordered.order, threads);
   };

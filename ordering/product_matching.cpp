@@ -35,6 +35,7 @@ class Matcher {
     start_duals();
     match_diagonal();
     match_tight_entries();
+    reduce_rows();
     for (Vertex i = 0; i < pattern_.n; ++i) {
       if (matching_.column_of_row[i] < 0 && !augment(i)) ++matching_.unmatched;
     }
@@ -111,6 +112,51 @@ class Matcher {
         break;
       }
     }
+  }
+
+  /// Augmenting row reduction (Jonker and Volgenant 1987): a free row takes its cheapest column, whose dual
+  /// falls so far that the row's second is as cheap, and the row that had it looks for another at once, if
+  /// the second is dearer. Rows whose two cheapest cost the same wait for the second pass. Where costs differ
+  /// little, rows could outbid each other for long, so the steps are counted.
+  void reduce_rows() {
+    constexpr std::int64_t kSteps = 4;  // for each row
+    std::int64_t left = kSteps * pattern_.n;
+    std::vector<Vertex> waiting, displaced;
+    for (Vertex i = 0; i < pattern_.n; ++i) {
+      if (matching_.column_of_row[i] < 0) waiting.push_back(i);
+    }
+    for (int pass = 0; pass < 2; ++pass) {
+      for (Vertex row : waiting) {
+        bool goes_on = true;
+        for (; row >= 0 && goes_on && left > 0; --left) row = take_cheapest(row, goes_on);
+        if (row >= 0) displaced.push_back(row);
+      }
+      waiting.swap(displaced);
+      displaced.clear();
+    }
+  }
+
+  /// The row that had the column before, -1 where it was free; `row` itself where it has no two columns to
+  /// choose from. `goes_on`: whether the row that is returned should look for another at once.
+  Vertex take_cheapest(Vertex row, bool& goes_on) {
+    Distance least = kFar, second = kFar;
+    Vertex cheapest = -1;
+    for_entries(row, [&](Offset k, Vertex j) {
+      const Distance own = slack(row, k);
+      const bool better = own < least || (own == least && matching_.row_of_column[j] < 0);
+      second = better ? least : std::min(second, own);
+      if (!better) return;
+      least = own;
+      cheapest = j;
+    });
+    goes_on = least < second && second < kFar;
+    if (second == kFar) return row;
+    const Vertex holder = matching_.row_of_column[cheapest];
+    matching_.row_dual[row] += second;
+    matching_.column_dual[cheapest] -= second - least;
+    if (holder >= 0) matching_.column_of_row[holder] = -1;
+    match(row, cheapest);
+    return holder;
   }
 
   /// Dijkstra from a free row over alternating paths to the nearest free column; false where there is none.

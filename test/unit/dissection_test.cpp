@@ -122,6 +122,16 @@ TEST(Dissection, TheSameOrderForAnyNumberOfThreads) {
   for (const int threads : {2, 4, 7}) EXPECT_EQ(nested_dissection(g, small_leaves(30), threads), one);
 }
 
+TEST(Dissection, OfSeveralGraphsAtATimeIsThatOfEach) {
+  const Graph small = graph_of(400, grid(20)), large = graph_of(2500, grid(50));
+  for (const int threads : {1, 3}) {
+    const auto orders = nested_dissections({&large, &small, &large}, small_leaves(30), threads);
+    EXPECT_THAT(orders, ::testing::ElementsAre(nested_dissection(large, small_leaves(30), 1),
+                                               nested_dissection(small, small_leaves(30), 1), orders[0]));
+  }
+  EXPECT_TRUE(nested_dissections({}, small_leaves(30), 2).empty());
+}
+
 TEST(Dissection, TheSameOrderInAnyThread) {
   const Graph g = graph_of(2500, grid(50));
   const auto here = nested_dissection(g, small_leaves(30), 1);

@@ -319,6 +319,28 @@ TEST(Matching, StructuralRankAgainstTrying) {
   EXPECT_GT(singular, 50);
 }
 
+RawVector<Cost> costs_of(const Matrix<double>& a) {
+  RawVector<Cost> costs;
+  for (const double value : a.values)
+    costs.push_back(static_cast<Cost>(-std::lround(std::log2(value) * kCostOfTwo)));
+  return costs;
+}
+
+/// By its duals: no entry lies below them, and matched ones on them.
+void expect_optimal(const Pattern& p, const RawVector<Cost>& costs, const ProductMatching& matching) {
+  for (Vertex i = 0; i < p.n; ++i) {
+    EXPECT_EQ(matching.row_of_column[matching.column_of_row[i]], i);
+    for (Offset k = p.offsets[i]; k < p.offsets[i + 1]; ++k) {
+      const Vertex j = p.columns[k];
+      const std::int64_t slack = costs[k] - matching.row_dual[i] - matching.column_dual[j];
+      EXPECT_GE(slack, 0);
+      if (matching.column_of_row[i] == j) {
+        EXPECT_EQ(slack, 0);
+      }
+    }
+  }
+}
+
 TEST(Matching, LargestProductAgainstTrying) {
   int permuted = 0;
   for (unsigned seed = 0; seed < 600; ++seed) {
@@ -332,9 +354,7 @@ TEST(Matching, LargestProductAgainstTrying) {
     if (std::isinf(best)) continue;
     const Matrix<double> a = matrix_of(n, entries);
     const Pattern p = check_pattern(a.view(), 1);
-    RawVector<Cost> costs;
-    for (const double value : a.values)
-      costs.push_back(static_cast<Cost>(-std::lround(std::log2(value) * kCostOfTwo)));
+    const RawVector<Cost> costs = costs_of(a);
     const ProductMatching matching = maximum_product_matching(p, costs, 1);
     const ProductMatching shared = maximum_product_matching(p, costs, 3);
     EXPECT_EQ(shared.row_of_column, matching.row_of_column);
@@ -348,19 +368,34 @@ TEST(Matching, LargestProductAgainstTrying) {
       permuted += matching.row_of_column[j] != j;
     }
     EXPECT_NEAR(product, best, 1e-4);
-    for (Vertex i = 0; i < n; ++i) {
-      EXPECT_EQ(matching.row_of_column[matching.column_of_row[i]], i);
-      for (Offset k = p.offsets[i]; k < p.offsets[i + 1]; ++k) {
-        const Vertex j = p.columns[k];
-        const std::int64_t slack = costs[k] - matching.row_dual[i] - matching.column_dual[j];
-        EXPECT_GE(slack, 0);
-        if (matching.column_of_row[i] == j) {
-          EXPECT_EQ(slack, 0);
-        }
-      }
-    }
+    expect_optimal(p, costs, matching);
   }
   EXPECT_GT(permuted, 300);
+}
+
+// Entries of a few sizes, as matrices of elements have them, tie at every step; of many sizes, rows outbid
+// each other.
+TEST(Matching, LargestProductOfLargeMatrices) {
+  for (unsigned seed = 0; seed < 30; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937 generator(seed);
+    const double sizes = seed % 3 == 0 ? 2 : seed % 3 == 1 ? 40 : 1e6;
+    std::uniform_real_distribution<double> grade(0, sizes);
+    const Vertex n = 100 + static_cast<Vertex>(generator() % 400);
+    Entries entries = random_entries(generator, n, 4.0, 0.6, false);
+    std::vector<Vertex> hidden(n);  // some permutation without zeros
+    std::iota(hidden.begin(), hidden.end(), 0);
+    std::shuffle(hidden.begin(), hidden.end(), generator);
+    for (Vertex j = 0; j < n; ++j) entries[{hidden[j], j}] = 1.0;
+    for (auto& [place, value] : entries) value = std::exp2(std::floor(grade(generator)) / sizes * 20);
+    const Matrix<double> a = matrix_of(n, entries);
+    const Pattern p = check_pattern(a.view(), 1);
+    const RawVector<Cost> costs = costs_of(a);
+    const ProductMatching matching = maximum_product_matching(p, costs, 1);
+    ASSERT_EQ(matching.unmatched, 0);
+    expect_permutation(matching.row_of_column, n);
+    expect_optimal(p, costs, matching);
+  }
 }
 
 TEST(Matching, LargeMatricesMatchToTheEnd) {

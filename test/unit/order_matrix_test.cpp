@@ -141,6 +141,20 @@ TEST(OrderMatrix, TheSameTreeForAnyNumberOfThreads) {
   for (const int threads : {2, 4}) expect_equal(order(7200, entries, options, threads).tree, one.tree);
 }
 
+// Most multipliers have to move, so with and without their partners are ordered: many threads do it at a
+// time.
+TEST(OrderMatrix, TheSameTreeHoweverManyThreadsTryBothOrders) {
+  for (const Vertex stride : {1, 2}) {
+    const Entries entries = constrained_grid(40, stride);
+    const Vertex n = entries.rbegin()->first.first + 1;
+    AnalysisOptions options;
+    options.leaf_size = 20;
+    const Ordered one = order(n, entries, options, 1);
+    ASSERT_GT(one.matched.weak.unknown.size(), static_cast<std::size_t>(n) / 6);
+    for (const int threads : {7, 8, 16}) expect_equal(order(n, entries, options, threads).tree, one.tree);
+  }
+}
+
 TEST(OrderMatrix, RandomMatricesGiveValidTrees) {
   for (unsigned seed = 0; seed < 150; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));

@@ -22,6 +22,7 @@
 #include <cmath>
 #include <complex>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "accuracy/null_vectors.hpp"
@@ -59,15 +60,16 @@ Vertex largest_unknown(Vertex n, const Scalar* x, const double* scale) {
   return best;
 }
 
-template <class Scalar>
+template <class Exec, class Scalar>
 class Correction {
  public:
   /// `inverse(x, columns)` puts A'^-1 X in the place of X, `at_once` columns at most,
   /// `inverse_of_transposed(x)` A'^-T x in the place of x.
   template <class Inverse, class InverseOfTransposed>
-  Correction(Vertex n, std::vector<Perturbation<Scalar>> perturbations, const ScaledRows<Scalar>& a,
-             Vertex at_once, const Inverse& inverse, const InverseOfTransposed& inverse_of_transposed)
-      : n_(n), perturbations_(std::move(perturbations)) {
+  Correction(const Exec& exec, Vertex n, std::vector<Perturbation<Scalar>> perturbations,
+             const ScaledRows<Scalar>& a, Vertex at_once, const Inverse& inverse,
+             const InverseOfTransposed& inverse_of_transposed)
+      : exec_(exec), n_(n), perturbations_(std::move(perturbations)) {
     const std::size_t k = perturbations_.size(), block = static_cast<std::size_t>(at_once);
     for (const Perturbation<Scalar>& p : perturbations_)
       scale_.push_back(static_cast<RealOf<Scalar>>(a.scale[p.column]));
@@ -198,20 +200,23 @@ class Correction {
     constexpr int kSteps = 3;
     const double kDoubt = std::sqrt(kEpsilon);
     std::vector<Scalar> d(x.size());
+    bool iterated = false;
     for (int step = 0; step <= kSteps; ++step) {
       normalize(x);
       for (const std::vector<Scalar>& other : found) subtract_projection(other, x);
       if (!(normalize(x) > kDoubt)) return false;  // rounding of what was found before
       const double bound = step == 0 ? kSingular : kRefined;
-      smallness_ = null_measure(a, bound, x, d);
+      smallness_ = null_measure(exec_, a, bound, x, d);
       if (smallness_ <= bound) return true;
       if (!(smallness_ <= kDoubt)) return false;
       doubtful_ = nullity_ == 0;
       solve_scaled(a, inverse, d);
       if (largest_size(d) <= 0.5 * largest_size(x)) {
         add(d, x);
-      } else {
+      } else if (!std::exchange(iterated, true)) {
         x = inverse_iterate(a, inverse, inverse_of_transposed);
+      } else {
+        return false;  // it would find the same
       }
     }
     return false;
@@ -234,7 +239,7 @@ class Correction {
     unscale_rows();  // and the same as a right-hand side of A
     std::vector<Scalar> x = left;
     solve_scaled(a, inverse, x);
-    scaled_residual(a, left, x, r);
+    scaled_residual(exec_, a, left, x, r);
     solve_scaled(a, inverse, r);
     add(r, x);
     return x;
@@ -281,12 +286,12 @@ class Correction {
   void residual_of_column(const RowAccess<Scalar>& rows, std::size_t column, Scalar* r) const {
     const Scalar* z = z_.data() + column * static_cast<std::size_t>(n_);
     std::vector<Extended<Scalar>> sum(static_cast<std::size_t>(n_));
-    for (Vertex i = 0; i < n_; ++i) {
+    for_each_index(exec_, "correction", n_, [&](Offset i) {
       for (Offset k = rows.offsets[i]; k < rows.offsets[i + 1]; ++k) {
         const Scalar value = rows.values[rows.slots ? rows.slots[k] : k];
         sum[i] -= Extended<Scalar>(value) * Extended<Scalar>(z[rows.columns[k]]);
       }
-    }
+    });
     const Perturbation<Scalar>& own = perturbations_[column];
     sum[own.row] += Extended<Scalar>(own.amount);
     for (const Perturbation<Scalar>& p : perturbations_)
@@ -358,6 +363,7 @@ class Correction {
     }
   }
 
+  Exec exec_;
   Vertex n_;
   std::vector<Perturbation<Scalar>> perturbations_;
   std::vector<RealOf<Scalar>> scale_;                     // of the unknown of each perturbation

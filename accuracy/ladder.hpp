@@ -237,7 +237,7 @@ class AccuracyLadder final : public Factorization<Value> {
   // The inverse corrected for perturbed pivots, where that has been made.
   void apply_best_inverse(const Value* from, Value* to, Vertex columns, bool transposed) {
     factors_->apply_inverse(from, to, columns, transposed);
-    Correction<Value>* correction = correction_[transposed].get();
+    Correction<Exec, Value>* correction = correction_[transposed].get();
     if (!correction || correction->nullity() > 0) return;
     for (Vertex j = 0; j < columns; ++j) correction->apply(to + static_cast<Offset>(j) * plan_->n);
   }
@@ -337,8 +337,8 @@ class AccuracyLadder final : public Factorization<Value> {
   NullDirection probe_direction(const TransposedPattern* transposed) {
     const bool flip = transposed != nullptr;
     const ScaledRows<Value> rows = scaled_rows(transposed);
-    return null_direction<Value>(
-        rows, plan_->n, [&](Value* x) { apply_best_inverse(x, x, 1, flip); },
+    return null_direction(
+        exec_, rows, plan_->n, [&](Value* x) { apply_best_inverse(x, x, 1, flip); },
         [&](const Value* b, const Value* x, const Value* low, Value* r) {
           doubled_residual(exec_, plan_->n, rows.rows, b, x, low, r);
         },
@@ -383,9 +383,9 @@ class AccuracyLadder final : public Factorization<Value> {
     const auto inverse = [&](Value* x, Vertex count) { factors_->apply_inverse(x, x, count, flip); };
     const auto inverse_of_transposed = [&](Value* x) { factors_->apply_inverse(x, x, 1, !flip); };
     const ScaledRows<Value> rows = scaled_rows(transposed);
-    correction_[flip] =
-        std::make_unique<Correction<Value>>(plan_->n, std::move(perturbations), rows,
-                                            factors_->columns_at_once(), inverse, inverse_of_transposed);
+    correction_[flip] = std::make_unique<Correction<Exec, Value>>(exec_, plan_->n, std::move(perturbations),
+                                                                  rows, factors_->columns_at_once(), inverse,
+                                                                  inverse_of_transposed);
     if (!correction_[flip]->usable()) correction_[flip].reset();
     return correction_[flip] != nullptr;
   }
@@ -482,8 +482,8 @@ class AccuracyLadder final : public Factorization<Value> {
   bool resident_improved_ = false;   // whether the last steps where the factors lie are worth going on from
   std::vector<Value> krylov_space_;  // taken when FGMRES is first needed
   std::optional<Probed> probed_;
-  std::optional<Scales> balanced_;                    // made when first needed
-  std::unique_ptr<Correction<Value>> correction_[2];  // for A, for A^T; made when first needed
+  std::optional<Scales> balanced_;                          // made when first needed
+  std::unique_ptr<Correction<Exec, Value>> correction_[2];  // for A, for A^T; made when first needed
   Exec exec_;
 };
 

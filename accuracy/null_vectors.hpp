@@ -38,37 +38,42 @@ constexpr double singular_below() {
 }
 
 /// r = b - A x for scaled unknowns x and unscaled rows (b empty: zero), and |A x| / | |A| |x| |.
-template <class Scalar>
-double scaled_residual(const ScaledRows<Scalar>& a, const std::vector<Scalar>& b,
+template <class Exec, class Scalar>
+double scaled_residual(const Exec& exec, const ScaledRows<Scalar>& a, const std::vector<Scalar>& b,
                        const std::vector<Scalar>& x, std::vector<Scalar>& r) {
-  double product = 0, size = 0;
-  for (std::size_t i = 0; i < x.size(); ++i) {
+  std::vector<double> products(x.size()), sizes(x.size());
+  for_each_index(exec, "null vector", static_cast<Offset>(x.size()), [&](Offset i) {
     Extended<Scalar> sum = 0;
-    double sizes = 0;
+    double size = 0;
     for (Offset k = a.rows.offsets[i]; k < a.rows.offsets[i + 1]; ++k) {
       const Vertex column = a.rows.columns[k];
       const Extended<Scalar> term = Extended<Scalar>(a.rows.values[a.rows.slots ? a.rows.slots[k] : k]) *
                                     static_cast<long double>(a.scale[column]) * Extended<Scalar>(x[column]);
       sum += term;
-      sizes += static_cast<double>(std::abs(term));
+      size += static_cast<double>(std::abs(term));
     }
     r[i] = static_cast<Scalar>(b.empty() ? -sum : Extended<Scalar>(b[i]) - sum);
-    product = std::max(product, static_cast<double>(std::abs(sum)) * a.row_scale[i]);
-    size = std::max(size, sizes * a.row_scale[i]);
+    products[i] = static_cast<double>(std::abs(sum)) * a.row_scale[i];
+    sizes[i] = size * a.row_scale[i];
+  });
+  double product = 0, size = 0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    product = std::max(product, products[i]);
+    size = std::max(size, sizes[i]);
   }
   return product / size;
 }
 
-/// |A x| / | |A| |x| | for scaled unknowns x, where that is at most `bound` the larger of it and of the same in
-/// balanced rows. r = -A x in unscaled rows.
-template <class Scalar>
-double null_measure(const ScaledRows<Scalar>& a, double bound, const std::vector<Scalar>& x,
+/// |A x| / | |A| |x| | for scaled unknowns x, where that is at most `bound` the larger of it and of the same
+/// in balanced rows. r = -A x in unscaled rows.
+template <class Exec, class Scalar>
+double null_measure(const Exec& exec, const ScaledRows<Scalar>& a, double bound, const std::vector<Scalar>& x,
                     std::vector<Scalar>& r) {
-  const double smallness = scaled_residual(a, {}, x, r);
+  const double smallness = scaled_residual(exec, a, {}, x, r);
   if (!(smallness <= bound)) return smallness;
   ScaledRows<Scalar> balanced = a;
   balanced.row_scale = a.balanced_row_scale();
-  return std::max(smallness, scaled_residual(balanced, {}, x, r));
+  return std::max(smallness, scaled_residual(exec, balanced, {}, x, r));
 }
 
 template <class Scalar>

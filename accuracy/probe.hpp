@@ -49,12 +49,12 @@ inline double small_residual(Vertex n) {
 
 /// One use. `inverse(x)` puts about A^-1 x in the place of x; `residual(b, x, low, r)` r = b - A (x + low),
 /// `add(d, x, low)` x + low += d, both in twice the precision.
-template <class Scalar, class Inverse, class Residual, class Add>
+template <class Exec, class Scalar, class Inverse, class Residual, class Add>
 class Probe {
  public:
-  Probe(const ScaledRows<Scalar>& a, Vertex n, const Inverse& inverse, const Residual& residual,
-        const Add& add)
-      : a_(a), inverse_(inverse), residual_(residual), add_(add) {
+  Probe(const Exec& exec, const ScaledRows<Scalar>& a, Vertex n, const Inverse& inverse,
+        const Residual& residual, const Add& add)
+      : exec_(exec), a_(a), inverse_(inverse), residual_(residual), add_(add) {
     for (std::vector<Scalar>* vector : {&b_, &x_, &low_, &d_, &r_})
       vector->assign(static_cast<std::size_t>(n), Scalar(0));
   }
@@ -114,11 +114,12 @@ class Probe {
   void measure(double length) {
     if (!(length * std::sqrt(kEpsilon) > 1)) return;
     std::vector<Scalar> product(d_.size());
-    const double smallness = null_measure(a_, singular_below<Scalar>(), d_, product);
+    const double smallness = null_measure(exec_, a_, singular_below<Scalar>(), d_, product);
     if (smallness < found_.smallness) found_.smallness = smallness;
     found_.null = smallness <= kRounding;
   }
 
+  Exec exec_;
   ScaledRows<Scalar> a_;
   const Inverse& inverse_;
   const Residual& residual_;
@@ -127,10 +128,10 @@ class Probe {
   NullDirection found_;
 };
 
-template <class Scalar, class Inverse, class Residual, class Add>
-NullDirection null_direction(const ScaledRows<Scalar>& a, Vertex n, const Inverse& inverse,
+template <class Exec, class Scalar, class Inverse, class Residual, class Add>
+NullDirection null_direction(const Exec& exec, const ScaledRows<Scalar>& a, Vertex n, const Inverse& inverse,
                              const Residual& residual, const Add& add) {
-  return Probe<Scalar, Inverse, Residual, Add>(a, n, inverse, residual, add).run();
+  return Probe<Exec, Scalar, Inverse, Residual, Add>(exec, a, n, inverse, residual, add).run();
 }
 
 }  // namespace mfs

@@ -23,14 +23,16 @@ PivotPolicy dividing() {
   return {kTiny, TinyPivots::data, kTiny};
 }
 
-void expect_solves(const SparseMatrix& a, int most_passes, int most_steps) {
+/// Whether the solutions, which must be right, took at most so many steps of refinement and none of FGMRES.
+bool solves(const std::string& name, const SparseMatrix& a, int most_passes, int most_steps) {
+  bool soon = true;
   in_engine(1, [&] {
     DeviceCode code(a);
     EXPECT_LE(code.factor(dividing()), most_passes + 0.5);
     const TransposedPattern pattern = transpose(code.pattern(), 1);
     for (const Vertex columns : {1, 3}) {
       for (const bool transposed : {false, true}) {
-        SCOPED_TRACE(std::to_string(columns) + (transposed ? " transposed" : ""));
+        SCOPED_TRACE(name + ", columns " + std::to_string(columns) + (transposed ? " transposed" : ""));
         const std::vector<double> b = Random(7).vector(a.n * columns);
         Factorization<double>& factors = code.factorization();
         std::copy(b.begin(), b.end(), factors.rhs(columns));
@@ -39,27 +41,31 @@ void expect_solves(const SparseMatrix& a, int most_passes, int most_steps) {
         const SolveOutcome outcome = factors.solve(columns, transposed ? &pattern : nullptr, controls);
         EXPECT_EQ(outcome.dependent_rows, 0);
         EXPECT_LE(outcome.backward_error, kTolerance);
-        EXPECT_LE(outcome.refinement_steps, most_steps);
-        EXPECT_EQ(outcome.krylov_steps, 0);
+        soon = soon && outcome.refinement_steps <= most_steps && outcome.krylov_steps == 0;
       }
     }
   });
+  return soon;
 }
 
 TEST(Substitution, SolvesCurlCurlByTheFactorsAlone) {
   for (const double mass : {1e-10, 1e-12, 1e-14}) {
-    SCOPED_TRACE(mass);
-    expect_solves(curl_curl(12, mass), 1, 0);  // no front need be strict: whole rows are tiny
+    // No front need be strict: whole rows are tiny.
+    EXPECT_TRUE(solves("mass " + std::to_string(mass), curl_curl(12, mass), 1, 0)) << mass;
   }
 }
 
+// But for one in a hundred saddle points, whose pivots a solver would delay.
 TEST(Substitution, SolvesWhatEngineersMake) {
-  for (std::uint64_t seed = 0; seed < 44; ++seed) {
+  int solved = 0, late = 0;
+  for (std::uint64_t seed = 0; seed < 440; ++seed) {
     const HardMatrix hard = engineering_matrix(seed);
     if (hard.singular || !hard.solution_sizes.empty()) continue;
-    SCOPED_TRACE(hard.name);
-    expect_solves(hard.matrix, 2, 1);
+    ++solved;
+    late += !solves(hard.name, hard.matrix, 2, 1);
   }
+  EXPECT_GT(solved, 300);
+  EXPECT_LE(late, 4);
 }
 
 // Factors that perturb too many pivots to be of use are not made again for strict fronts, and those that

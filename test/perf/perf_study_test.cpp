@@ -24,11 +24,10 @@ bool has_matplotlib() {
 class FakePrograms {
  public:
   explicit FakePrograms(const std::string& bench) {
-    const std::string path =
-        folder_.write("mfs",
-                      "#!/bin/bash\nif [ \"$1\" = info ]; then echo 'backends  serial, openmp'; "
-                      "exit 0; fi\n" +
-                          bench + "\n");
+    add("mfs", "if [ \"$1\" = info ]; then echo 'backends  serial, openmp'; exit 0; fi\n" + bench);
+  }
+  void add(const std::string& name, const std::string& shell) {
+    const std::string path = folder_.write(name, "#!/bin/bash\n" + shell + "\n");
     std::filesystem::permissions(path, std::filesystem::perms::owner_all);
   }
   std::string option() const { return " --bin " + folder_.path("") + " "; }
@@ -159,6 +158,33 @@ TEST(Study, ABackendThatFailsIsAFault) {
   const ProgramRun run = shell(kStudy + "backends a.mtx" + fake.option());
   EXPECT_EQ(run.code, 1);
   EXPECT_THAT(run.err, HasSubstr("a, serial: singular: row 3"));
+}
+
+// Two kernels that overlap are at work for 0.8 s of 1, a copy of 100 bytes for 0.4 s, half of it beside them.
+TEST(Study, TimelineOfKernelsAndCopies) {
+  const TemporaryFolder folder;
+  FakePrograms fake("");
+  const std::string phase =
+      R"({"seconds": 1, "activities": [["kernel", 0, 0.5, 0], ["out", 0.6, 1.0, 100], ["kernel", 0.4, 0.8, 0]]})";
+  fake.add(
+      "perf_timeline",
+      R"(limit=0; for word in "$@"; do [ "$last" = --limit ] && limit=$word; last=$word; done; echo '{"case": "a", )"
+      R"("limit": '$limit', "device_bytes": 4000, "segments": 3, "refactor": )" +
+          phase + R"(, "solve": {"seconds": 2, "activities": [["kernel", 1, 2, 0]]}}')");
+  const std::string kept = folder.path("timeline.jsonl"), png = folder.path("timeline.png");
+  ProgramRun run = shell(kStudy + "timeline a.mtx --partial 0.5 --json " + kept + fake.option());
+  ASSERT_EQ(run.code, 0) << run.err;
+  for (const std::string memory : {"FULL", "50%"}) {
+    EXPECT_THAT(run.out,
+                AllOf(HasSubstr("| a | " + memory +
+                                " | 4 kB | 3 | refactor | 1 s | 80% | 100 B | 250 B/s | 50% | 0 B | - | - |"),
+                      HasSubstr("| a | " + memory + " | 4 kB | 3 | solve | 2 s | 50% | 0 B | - | - |")));
+  }
+  EXPECT_EQ(json_lines(text_of(kept)).at(1)["limit"], 2000);
+  if (!has_matplotlib()) return;
+  run = shell(kStudy + "timeline --from " + kept + " --png " + png);
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_EQ(text_of(png).substr(1, 3), "PNG");
 }
 
 TEST(Study, RefusesWhatIsNotThere) {

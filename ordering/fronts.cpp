@@ -21,6 +21,13 @@ struct Relaxation {
 constexpr Offset kAlwaysMerge = 4;
 constexpr Relaxation kRelaxed[] = {{8, 0.7}, {48, 0.1}, {INT64_MAX, 0.05}};
 
+/// A merge saves the contribution block of the child, which is written, read and added to its parent's front.
+/// That takes as long as some hundred operations for an entry of it, and an explicit zero in a column costs
+/// four for each row. So below large borders, so many zeros for a row are worth it whatever their share:
+/// random graphs have chains of fronts with 50 pivots and 10 000 border rows each.
+constexpr Offset kLargeBorder = 512;
+constexpr double kZerosForARow = 16;
+
 /// Children of at least so many pivots stay fronts of their own beside a sibling of half their size or more:
 /// both are then factored and solved with at the same time, and what a child does to its parent is one
 /// product of full depth.
@@ -156,8 +163,11 @@ void amalgamate(FrontTree& fronts) {
       const Offset pivots = fronts.pivots[child] + fronts.pivots[parent];
       const double width = static_cast<double>(pivots);
       const double entries = width * (width + 1) / 2 + width * static_cast<double>(fronts.border[parent]);
-      const double merged_zeros = zeros[child] + zeros[parent] + new_zeros(child, parent);
-      if (!acceptable(pivots, entries, merged_zeros)) continue;
+      const double more_zeros = new_zeros(child, parent);
+      const double merged_zeros = zeros[child] + zeros[parent] + more_zeros;
+      const bool saves_more = fronts.border[child] >= kLargeBorder &&
+                              more_zeros <= kZerosForARow * static_cast<double>(fronts.border[child]);
+      if (!saves_more && !acceptable(pivots, entries, merged_zeros)) continue;
       target[child] = parent;
       fronts.pivots[parent] = pivots;
       zeros[parent] = merged_zeros;

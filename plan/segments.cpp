@@ -101,7 +101,8 @@ Vertex SegmentPlan::last_segment_of(Vertex f) const {
 
 namespace {
 
-/// By turns: those of a later one are tried where none of the earlier ones fits.
+/// By turns: those of a later one are tried where none of the earlier ones fits, and those of the next one
+/// where what fits leaves kernels and copies waiting for each other.
 constexpr Vertex kNever = std::numeric_limits<Vertex>::max();
 constexpr struct {
   int turn;
@@ -133,9 +134,11 @@ struct Found {
   double cost = std::numeric_limits<double>::max();
 };
 
-/// Entries that leave; contribution blocks are read over the link, too, which no kernel runs beside.
-double cost_of(const SegmentPlaces& places) {
-  return static_cast<double>(places.host_entries() + 2 * places.blocks_out());
+/// Entries that leave, twice where no kernel runs beside; contribution blocks are read over the link, too,
+/// which none runs beside.
+double cost_of(const SegmentPlaces& places, const Ahead& ahead) {
+  const Offset times = ahead.out > 0 ? 1 : 2;
+  return static_cast<double>(times * places.host_entries() + 2 * places.blocks_out());
 }
 
 /// Makes `least` the best of one way if that costs less. Some levels at a time: more of them can only pay by
@@ -155,7 +158,7 @@ void improve(const SymbolicPlan& plan, Offset region, Offset spare, const Way& w
       const std::optional<Fit> fit = fit_into(places, region, spare);
       if (!fit) return;
       places.place(fit->first_staying, fit->ahead, spare);
-      const double cost = cost_of(places) + level_cost(orders[i].level);
+      const double cost = cost_of(places, fit->ahead) + level_cost(orders[i].level);
       found[i] = {std::move(orders[i]), way, *fit, cost};
     });
     for (Found& one : found) {
@@ -169,13 +172,17 @@ void improve(const SymbolicPlan& plan, Offset region, Offset spare, const Way& w
 SegmentPlan make_segments(const SymbolicPlan& plan, Offset region, Offset spare, Vertex small_rows,
                           Outside outside) {
   Found least;
-  for (int turn = 0; turn < kTurns && least.order.step.empty(); ++turn) {
+  const auto none = [&] { return least.order.step.empty(); };
+  int turns = kTurns;
+  for (int turn = 0; turn < turns; ++turn) {
+    const bool first = none();
     for (const auto& [when, way] : kWays) {
       if (when != turn || (outside == Outside::file && reads_outside(way))) continue;
       improve(plan, region, spare, way, small_rows, outside, least);
     }
+    if (first && !none()) turns = std::min(kTurns, turn + (least.fit.ahead.out > 0 ? 1 : 2));
   }
-  if (least.order.step.empty()) return {};
+  if (none()) return {};
   SegmentPlaces places(plan, least.order, least.way, region, small_rows, outside);
   places.place(least.fit.first_staying, least.fit.ahead, spare);
   return places.finish();

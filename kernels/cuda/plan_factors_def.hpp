@@ -76,7 +76,7 @@ class FactorPlanner {
   // becomes null, and bytes_ what would do.
   void divide(Offset available) {
     constexpr Offset kLeast = Offset(256) << 20, kShare = 64;
-    constexpr Offset kPart = 8;  // of the region, which vectors of many columns may have in a solve
+    constexpr Offset kPart = 2;  // of the region, which vectors of many columns may have in a solve
     if (room_.limit == 0) available -= std::max(kLeast, available / kShare);  // the driver loads more later
     placed_ = nullptr;
     lists_ = nullptr;

@@ -177,6 +177,30 @@ TEST(Fronts, ALongPathBecomesAChainOfSmallFronts) {
   EXPECT_GT(tree.num_nodes(), 100);
 }
 
+/// A path of which each vertex touches one vertex more of a clique than the one before, `border` for the
+/// first.
+SeparatorTree path_below_clique(Vertex length, Vertex border) {
+  const Vertex n = 2 * length + border;
+  Entries entries;
+  const auto join = [&](Vertex i, Vertex j) { entries[{i, j}] = entries[{j, i}] = 1.0; };
+  for (Vertex k = 0; k < length; ++k) {
+    join(k, k);
+    if (k > 0) join(k, k - 1);
+    for (Vertex j = 0; j < border + k; ++j) join(k, length + j);
+  }
+  for (Vertex i = length; i < n; ++i) {
+    for (Vertex j = length; j <= i; ++j) join(i, j);
+  }
+  return fronts(n, entries, natural(n));
+}
+
+// Below a large border the chain becomes one front with the clique, whatever the share of zeros in it: each
+// piece of it would have a contribution block of its own.
+TEST(Fronts, ChainsBelowLargeBordersAreMerged) {
+  EXPECT_EQ(path_below_clique(200, 600).num_nodes(), 1);
+  EXPECT_GT(path_below_clique(200, 60).num_nodes(), 2);
+}
+
 TEST(Fronts, VeryDeepTreesNeedNoStack) {
   const Vertex n = 300000;
   const SeparatorTree tree = fronts(n, path(n), natural(n));

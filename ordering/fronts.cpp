@@ -21,12 +21,13 @@ struct Relaxation {
 constexpr Offset kAlwaysMerge = 4;
 constexpr Relaxation kRelaxed[] = {{8, 0.7}, {48, 0.1}, {INT64_MAX, 0.05}};
 
-/// A merge saves the contribution block of the child, which is written, read and added to its parent's front.
-/// That takes as long as some hundred operations for an entry of it, and an explicit zero in a column costs
-/// four for each row. So below large borders, so many zeros for a row are worth it whatever their share:
-/// random graphs have chains of fronts with 50 pivots and 10 000 border rows each.
+/// A merge saves the contribution block of the child, which is written, read and added to its parent's front,
+/// and that takes as long as many products. It makes p (R^2 - b^2) more of them for a child of p pivots and b
+/// border rows, where the parent's front has R rows. So below large borders it may cost so many for each
+/// entry of the block, whatever the share of zeros: random graphs have chains of fronts with some 50 pivots
+/// and a border of 10 000 rows.
 constexpr Offset kLargeBorder = 512;
-constexpr double kZerosForARow = 16;
+constexpr double kProductsForAnEntry = 32;
 
 /// Children of at least so many pivots stay fronts of their own beside a sibling of half their size or more:
 /// both are then factored and solved with at the same time, and what a child does to its parent is one
@@ -145,6 +146,12 @@ void amalgamate(FrontTree& fronts) {
     return static_cast<double>(fronts.pivots[child]) *
            static_cast<double>(fronts.pivots[parent] + fronts.border[parent] - fronts.border[child]);
   };
+  const auto saves_time = [&](Vertex child, Vertex parent) {
+    const double rows = static_cast<double>(fronts.pivots[parent] + fronts.border[parent]),
+                 border = static_cast<double>(fronts.border[child]), block = border * border;
+    return fronts.border[child] >= kLargeBorder &&
+           static_cast<double>(fronts.pivots[child]) * (rows * rows - block) <= kProductsForAnEntry * block;
+  };
   std::vector<std::pair<double, Vertex>> candidates;  // cost, minus the child
   for (Vertex parent = 0; parent < fronts.size(); ++parent) {
     candidates.clear();
@@ -163,11 +170,8 @@ void amalgamate(FrontTree& fronts) {
       const Offset pivots = fronts.pivots[child] + fronts.pivots[parent];
       const double width = static_cast<double>(pivots);
       const double entries = width * (width + 1) / 2 + width * static_cast<double>(fronts.border[parent]);
-      const double more_zeros = new_zeros(child, parent);
-      const double merged_zeros = zeros[child] + zeros[parent] + more_zeros;
-      const bool saves_more = fronts.border[child] >= kLargeBorder &&
-                              more_zeros <= kZerosForARow * static_cast<double>(fronts.border[child]);
-      if (!saves_more && !acceptable(pivots, entries, merged_zeros)) continue;
+      const double merged_zeros = zeros[child] + zeros[parent] + new_zeros(child, parent);
+      if (!saves_time(child, parent) && !acceptable(pivots, entries, merged_zeros)) continue;
       target[child] = parent;
       fronts.pivots[parent] = pivots;
       zeros[parent] = merged_zeros;

@@ -2,7 +2,8 @@
 //
 //   fundamental supernodes   chains of vertices whose columns have the same structure
 //   amalgamation             a child is merged into its parent where that costs few explicit zeros (Ashcraft
-//                            and Grimes 1989; the limits are those of CHOLMOD)
+//                            and Grimes 1989; the limits are those of CHOLMOD), or less time than its
+//                            contribution block
 //   bundles                  many tiny siblings with the same border share a front
 //   breadth first            deepest depth first, siblings together
 #pragma once

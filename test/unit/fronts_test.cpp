@@ -201,6 +201,24 @@ TEST(Fronts, ChainsBelowLargeBordersAreMerged) {
   EXPECT_GT(path_below_clique(200, 60).num_nodes(), 2);
 }
 
+// Vertices with 550 others behind each, below a clique of 5000: in its front their columns would be nine
+// times as long, and few of them are worth it.
+TEST(Fronts, ChildrenOfAFarLargerFrontStayByThemselves) {
+  constexpr Vertex kLeaves = 400, kCentres = 10, kBorder = 550, kRows = 5000;
+  const Vertex n = kLeaves + kCentres + kRows, rest = kLeaves + kCentres;
+  Entries entries;
+  const auto join = [&](Vertex i, Vertex j) { entries[{i, j}] = entries[{j, i}] = 1.0; };
+  for (Vertex i = 0; i < n; ++i) join(i, i);
+  for (Vertex c = kLeaves; c < rest; ++c) {
+    for (Vertex j = c + 1; j < n; ++j) join(c, j);
+  }
+  for (Vertex leaf = 0; leaf < kLeaves; ++leaf) {
+    join(leaf, kLeaves);
+    for (Vertex j = 0; j < kBorder; ++j) join(leaf, rest + (leaf * 10 + j) % kRows);
+  }
+  EXPECT_GT(fronts(n, entries, natural(n)).num_nodes(), kLeaves / 2);
+}
+
 TEST(Fronts, VeryDeepTreesNeedNoStack) {
   const Vertex n = 300000;
   const SeparatorTree tree = fronts(n, path(n), natural(n));

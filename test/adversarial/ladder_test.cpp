@@ -37,7 +37,7 @@ SparseMatrix weak_grid(std::int64_t rows, double diagonal, std::uint64_t seed) {
 // small, and refinement in twice the precision does not help: small rows of the residual drown in what large
 // entries of x leave there, unless measured by their size.
 TEST(Ladder, SmallRowsDoNotDrown) {
-  for (const std::uint64_t seed : {1015568, 2058608}) {
+  for (const std::uint64_t seed : {1015568, 2069928}) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     const HardMatrix hard = hard_matrix(seed);
     const std::vector<double> b = Random(seed).vector(hard.matrix.n);
@@ -124,7 +124,7 @@ TEST(Ladder, MatchingAnewHasAnEnd) {
 // As above, but FGMRES is of no use either: what is missing is in the factors. Rows scaled for the solution
 // give better ones, for each right-hand side its own, and only for these values.
 TEST(Ladder, RowsAreScaledForTheSolution) {
-  for (const std::uint64_t seed : {1000988, 1003248, 1043488}) {
+  for (const std::uint64_t seed : {1000988, 1003248, 1010828}) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     const SparseMatrix a = hard_matrix(seed).matrix;
     const std::vector<double> b = Random(seed).vector(a.n);
@@ -142,7 +142,7 @@ TEST(Ladder, RowsAreScaledForTheSolution) {
 }
 
 TEST(Ladder, RowsOfTheTransposedAreScaledForTheSolution) {
-  for (const std::uint64_t seed : {1001988, 1003888, 1043588}) {
+  for (const std::uint64_t seed : {1001928, 1003888, 1043588}) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     const SparseMatrix a = hard_matrix(seed).matrix, at = transposed(a);
     const std::vector<double> b = Random(seed).vector(a.n);

@@ -5,12 +5,11 @@
 // happens to be orthogonal to l. So a residual that is small beside b itself proves A regular. The factors
 // are those of A + E, and steps of refinement d := (A+E)^-1 (b - A x), x := x + d leave the part of d alone
 // that is a null vector of A, as (A+E)^-1 E z = z for it, and make all else smaller. So d is measured as a
-// null vector: |A d| <= 45 epsilon | |A||d| |, in balanced rows
-// as well, proves A singular to working precision, unless the residual
-// becomes small all the same; with 2 epsilon, which is the rounding of A's own entries, that would be chance.
-// Neither proof rests on what the factors are. x and the residual have twice the precision
-// (accuracy/refinement.hpp): in plain precision a residual could not become small beside b for condition
-// numbers from 1e12 on.
+// null vector: |A d| <= 45 epsilon | |A||d| |, in balanced rows as well, proves A singular to working
+// precision, unless the residual becomes small all the same; with 2 epsilon, which is the rounding of A's own
+// entries, that would be chance. Neither proof rests on what the factors are. x and the residual have twice
+// the precision (accuracy/refinement.hpp): in plain precision a residual could not become small beside b for
+// condition numbers from 1e12 on.
 #pragma once
 
 #include <cmath>

@@ -82,8 +82,10 @@ void order_graphs(const std::vector<OrderedGraph*>& all, const AnalysisOptions& 
   }
   std::vector<const Graph*> graphs;
   for (const OrderedGraph* const one : left) graphs.push_back(&one->compressed.graph);
-  std::vector<std::vector<Vertex>> orders = nested_dissections(graphs, options, threads, progress);
-  for (std::size_t i = 0; i < left.size(); ++i) left[i]->order = std::move(orders[i]);
+  if (!graphs.empty()) {
+    std::vector<std::vector<Vertex>> orders = nested_dissections(graphs, options, threads, progress);
+    for (std::size_t i = 0; i < left.size(); ++i) left[i]->order = std::move(orders[i]);
+  }
   if (progress) progress(1.0);
 }
 

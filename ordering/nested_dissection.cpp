@@ -209,11 +209,6 @@ std::vector<std::vector<Vertex>> nested_dissections(const std::vector<const Grap
   return orders;
 }
 
-std::vector<Vertex> nested_dissection(const Graph& graph, const AnalysisOptions& options, int threads,
-                                      const OrderingProgress& progress) {
-  return std::move(nested_dissections({&graph}, options, threads, progress).front());
-}
-
 std::vector<Vertex> minimum_degree_order(const Graph& graph, const AnalysisOptions& options) {
   const OrderingProgress nobody;
   return Dissection(graph, options, nobody).run_by_degree();

@@ -27,18 +27,14 @@
 
 namespace mfs {
 
-/// order[position] = vertex of `graph`. Throws OutOfMemory, BackendError("METIS" or "CAMD"), and whatever
-/// `progress` throws.
-std::vector<Vertex> nested_dissection(const Graph& graph, const AnalysisOptions& options, int threads,
-                                      const OrderingProgress& progress = {});
-
-/// The same of several graphs at a time; the progress of the first is told.
+/// order[position] = vertex, for each of `graphs`, which threads work on at the same time; the progress of
+/// the first is told. Throws OutOfMemory, BackendError("METIS" or "CAMD"), and whatever `progress` throws.
 std::vector<std::vector<Vertex>> nested_dissections(const std::vector<const Graph*>& graphs,
                                                     const AnalysisOptions& options, int threads,
                                                     const OrderingProgress& progress = {});
 
-/// The same by minimum degree (CAMD) alone, dense vertices last: faster by far, and no worse where the graph
-/// is small or its fill little.
+/// The same of one graph by minimum degree (CAMD) alone, dense vertices last: faster by far, and no worse
+/// where the graph is small or its fill little.
 std::vector<Vertex> minimum_degree_order(const Graph& graph, const AnalysisOptions& options);
 
 }  // namespace mfs

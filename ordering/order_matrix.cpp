@@ -107,23 +107,28 @@ MatchedScaling part_pairs(const MatchedScaling& matched) {
 OrderedGraph dissect(const Pattern& pattern, const MatchedScaling& matched, const AnalysisOptions& options,
                      int threads, const OrderingProgress& progress) {
   constexpr int kManyThreads = 8;
-  OrderedGraph parted, paired;
+  const auto compressed = [&](const MatchedScaling& joined) {
+    return OrderedGraph{compressed_graph(pattern, joined, threads), {}};
+  };
   if (matched.weak.unknown.empty()) {
-    paired.compressed = compressed_graph(pattern, matched, threads);
+    OrderedGraph paired = compressed(matched);
     order_graphs({&paired}, options, threads, progress);
     return paired;
   }
-  parted.compressed = compressed_graph(pattern, part_pairs(matched), threads);
+  OrderedGraph parted = compressed(part_pairs(matched)), paired;
   const double many = kManyMoved * parted.compressed.graph.n;
   const bool both = threads >= kManyThreads && static_cast<double>(matched.weak.unknown.size()) > many;
-  if (both) paired.compressed = compressed_graph(pattern, matched, threads);
-  order_graphs(both ? std::vector<OrderedGraph*>{&parted, &paired} : std::vector<OrderedGraph*>{&parted},
-               options, threads, progress);
+  std::vector<OrderedGraph*> at_once{&parted};
+  if (both) {
+    paired = compressed(matched);
+    at_once.push_back(&paired);
+  }
+  order_graphs(at_once, options, threads, progress);
   Deferral deferral = defer_weak_unknowns(matched.weak, parted.compressed.partition, parted.order);
   parted.order = std::move(deferral.order);
   if (deferral.moved <= many) return parted;
   if (!both) {
-    paired.compressed = compressed_graph(pattern, matched, threads);
+    paired = compressed(matched);
     order_graphs({&paired}, options, threads, {});
   }
   const auto flops_of = [&](const OrderedGraph& ordered) {

@@ -2,13 +2,15 @@
 // line with all kernels and copies as the runtime itself records them (CUPTI's activity records), in seconds
 // from the begin of the call. perf/study timeline makes a table and a picture of it, as Fig. 15 of the paper.
 //
-//   perf_timeline --limit 0 --limit 6GB elas3d:40
+//   perf_timeline --memory-limit 0 --memory-limit 6GB elas3d:40
 #include <cupti.h>
 
 #include <cstdint>
 #include <cstdlib>
+#include <memory>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <mfs/mfs.hpp>
@@ -64,8 +66,8 @@ class Recorder {
     return all;
   }
   static void CUPTIAPI give_buffer(std::uint8_t** buffer, std::size_t* size, std::size_t* most) {
-    constexpr std::size_t kBytes = 8 << 20, kAlignment = 8;
-    *buffer = static_cast<std::uint8_t*>(std::aligned_alloc(kAlignment, kBytes));
+    constexpr std::size_t kBytes = 8 << 20;
+    *buffer = static_cast<std::uint8_t*>(std::malloc(kBytes));
     *size = *buffer ? kBytes : 0;
     *most = 0;
   }
@@ -127,7 +129,7 @@ int main(int argc, char** argv) {
   int threads = 16;
   CLI::App app("Kernels and copies of a refactorization and of a solve on a device, as JSON lines");
   app.add_option("cases", cases, "FAMILY:SIZE or a file, Matrix Market or PETSc binary")->required();
-  app.add_option("--limit", limits, "bytes of the device that MFS may use, once or more; 0: all")
+  app.add_option("--memory-limit", limits, "bytes of the device that MFS may use, once or more; 0: all")
       ->transform(CLI::AsSizeValue(true).description(""))
       ->allow_extra_args(false);
   app.add_option("--threads", threads, "of the host")->check(CLI::PositiveNumber);

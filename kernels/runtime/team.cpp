@@ -1,7 +1,6 @@
 #include "kernels/runtime/team.hpp"
 
 #include <omp.h>
-#include <sys/mman.h>
 
 #include <algorithm>
 #include <chrono>
@@ -20,34 +19,15 @@ namespace {
 
 thread_local int threads_here = 0;  // 0: not at work
 
-// Kokkos and OpenMP's library take some KiB for each thread when they start, and some hundred for all.
-constexpr std::size_t kThreadMemory = 1 << 20;
-
-// LLVM's library lets threads allocate while it still creates others, with stacks of sizes that none of those
-// that were asked for has. So it needs what the C library may take for each of its threads once more.
+// Kokkos and OpenMP's library take some KiB for each thread when they start, and some hundred for all. LLVM's
+// lets threads allocate while it still creates others, with stacks of sizes that none of those that were
+// asked for has: so it needs the 64 MiB of address space that the C library may take for each of them once
+// more.
 #if defined(KMP_VERSION_MAJOR)
-constexpr std::size_t kAddressSpace = 64 << 20;
+constexpr std::size_t kThreadMemory = std::size_t{65} << 20;
 #else
-constexpr std::size_t kAddressSpace = 0;
+constexpr std::size_t kThreadMemory = 1 << 20;
 #endif
-
-// Address space that is asked for and not used; none where the size is 0.
-class AskedSpace {
- public:
-  explicit AskedSpace(std::size_t bytes) : bytes_(bytes) {
-    if (bytes > 0) at_ = mmap(nullptr, bytes, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
-  }
-  ~AskedSpace() {
-    if (bytes_ > 0 && granted()) munmap(at_, bytes_);
-  }
-  AskedSpace(const AskedSpace&) = delete;
-  AskedSpace& operator=(const AskedSpace&) = delete;
-  bool granted() const { return at_ != MAP_FAILED; }
-
- private:
-  std::size_t bytes_;
-  void* at_ = nullptr;
-};
 
 // OpenMP's library ends the process where the system refuses it a thread, and so does Kokkos where its
 // threads find no memory. So threads and memory are asked for here first, all at once, and a refusal is
@@ -63,8 +43,7 @@ void ask_for_threads(int count) {
     std::unique_lock<std::mutex> lock(mutex);
     changed.wait(lock, [&] { return there >= 0; });
     void* const volatile taken = std::malloc(kThreadMemory);
-    const AskedSpace space(kAddressSpace);
-    if (!taken || !space.granted()) memory_refused = true;
+    if (!taken) memory_refused = true;
     if (++settled == there + 1) changed.notify_all();
     changed.wait(lock, [&] { return settled == there + 1; });  // with that of the caller
     std::free(taken);

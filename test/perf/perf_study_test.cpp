@@ -168,7 +168,7 @@ TEST(Study, TimelineOfKernelsAndCopies) {
       R"({"seconds": 1, "activities": [["kernel", 0, 0.5, 0], ["out", 0.6, 1.0, 100], ["kernel", 0.4, 0.8, 0]]})";
   fake.add(
       "perf_timeline",
-      R"(limit=0; for word in "$@"; do [ "$last" = --limit ] && limit=$word; last=$word; done; echo '{"case": "a", )"
+      R"(limit=0; for word in "$@"; do [ "$last" = --memory-limit ] && limit=$word; last=$word; done; echo '{"case": "a", )"
       R"("limit": '$limit', "device_bytes": 4000, "segments": 3, "refactor": )" +
           phase + R"(, "solve": {"seconds": 2, "activities": [["kernel", 1, 2, 0]]}}')");
   const std::string kept = folder.path("timeline.jsonl"), png = folder.path("timeline.png");

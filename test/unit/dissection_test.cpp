@@ -97,6 +97,11 @@ TEST(SubGraph, CostOfASeparator) {
   EXPECT_TRUE(std::isinf(find_separator(whole_graph(triangle, std::vector<bool>(3, false), 1), 42, 10).cost));
 }
 
+std::vector<Vertex> nested_dissection(const Graph& graph, const AnalysisOptions& options, int threads,
+                                      const OrderingProgress& progress = {}) {
+  return nested_dissections({&graph}, options, threads, progress).front();
+}
+
 TEST(Dissection, APathIsCutInTheMiddle) {
   const Graph g = graph_of(101, path(101));
   const auto order = nested_dissection(g, small_leaves(60), 1);

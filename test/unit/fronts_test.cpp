@@ -177,19 +177,22 @@ TEST(Fronts, ALongPathBecomesAChainOfSmallFronts) {
   EXPECT_GT(tree.num_nodes(), 100);
 }
 
+void join(Entries& entries, Vertex i, Vertex j) {
+  entries[{i, j}] = entries[{j, i}] = 1.0;
+}
+
 /// A path of which each vertex touches one vertex more of a clique than the one before, `border` for the
 /// first.
 SeparatorTree path_below_clique(Vertex length, Vertex border) {
   const Vertex n = 2 * length + border;
   Entries entries;
-  const auto join = [&](Vertex i, Vertex j) { entries[{i, j}] = entries[{j, i}] = 1.0; };
   for (Vertex k = 0; k < length; ++k) {
-    join(k, k);
-    if (k > 0) join(k, k - 1);
-    for (Vertex j = 0; j < border + k; ++j) join(k, length + j);
+    join(entries, k, k);
+    if (k > 0) join(entries, k, k - 1);
+    for (Vertex j = 0; j < border + k; ++j) join(entries, k, length + j);
   }
   for (Vertex i = length; i < n; ++i) {
-    for (Vertex j = length; j <= i; ++j) join(i, j);
+    for (Vertex j = length; j <= i; ++j) join(entries, i, j);
   }
   return fronts(n, entries, natural(n));
 }
@@ -207,14 +210,13 @@ TEST(Fronts, ChildrenOfAFarLargerFrontStayByThemselves) {
   constexpr Vertex kLeaves = 400, kCentres = 10, kBorder = 550, kRows = 5000;
   const Vertex n = kLeaves + kCentres + kRows, rest = kLeaves + kCentres;
   Entries entries;
-  const auto join = [&](Vertex i, Vertex j) { entries[{i, j}] = entries[{j, i}] = 1.0; };
-  for (Vertex i = 0; i < n; ++i) join(i, i);
+  for (Vertex i = 0; i < n; ++i) join(entries, i, i);
   for (Vertex c = kLeaves; c < rest; ++c) {
-    for (Vertex j = c + 1; j < n; ++j) join(c, j);
+    for (Vertex j = c + 1; j < n; ++j) join(entries, c, j);
   }
   for (Vertex leaf = 0; leaf < kLeaves; ++leaf) {
-    join(leaf, kLeaves);
-    for (Vertex j = 0; j < kBorder; ++j) join(leaf, rest + (leaf * 10 + j) % kRows);
+    join(entries, leaf, kLeaves);
+    for (Vertex j = 0; j < kBorder; ++j) join(entries, leaf, rest + (leaf * 10 + j) % kRows);
   }
   EXPECT_GT(fronts(n, entries, natural(n)).num_nodes(), kLeaves / 2);
 }

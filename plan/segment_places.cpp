@@ -5,11 +5,22 @@
 #include <numeric>
 #include <utility>
 
+#include "plan/device_plan.hpp"
 #include "plan/spans.hpp"
 
 namespace mfs {
 
 namespace {
+
+/// A front leaves out of a pass what has more entries than kLeastApart times the square of the rows of small
+/// fronts, some tenths of a megabyte, which take the link as long as it takes a copy to begin. Pivot blocks
+/// are cut into so many blocks of columns at most: what they leave out of a triangle is all but a part of
+/// that.
+constexpr Offset kLeastApart = 2, kMostColumnBlocks = 8;
+
+Offset aligned_to_tiles(Offset columns) {
+  return std::max<Offset>((columns + kSolveTile - 1) / kSolveTile * kSolveTile, kSolveTile);
+}
 
 /// Gives blocks their places from `begin` on, the largest first, each in the first gap that has room for it
 /// beside those that it meets; `fixed` have theirs, and ascend by them. Returns where the last one ends.
@@ -72,6 +83,10 @@ SegmentPlan SegmentPlaces::finish() {
   list_leaving();
   find_orders();
   place_fronts();
+  if (outside_ == Outside::memory) {
+    made_.lower_side = blocks_of(Side::lower);
+    made_.upper_side = blocks_of(Side::upper);
+  }
   return made_;
 }
 
@@ -242,6 +257,52 @@ void SegmentPlaces::find_orders() {
     while (own.backward_after < stay_ && !meet(t, own.backward_after)) ++own.backward_after;
     if (own.backward_after == stay_) own.backward_after = -1;
   }
+}
+
+SideBlocks SegmentPlaces::blocks_of(Side side) const {
+  SideBlocks made;
+  for (const Segment& segment : made_.segments) {
+    made.begin.push_back(made.blocks.size());
+    std::vector<SegmentBlock> blocks;
+    for (Vertex i = segment.stays() ? segment.end : segment.begin; i < segment.end; ++i)
+      add_front(made_.order[i], side, segment.place, blocks);
+    made.blocks.insert(made.blocks.end(), blocks.begin(), blocks.end());
+  }
+  made.begin.push_back(made.blocks.size());
+  return made;
+}
+
+void SegmentPlaces::add_front(Vertex f, Side side, Offset segment_begin,
+                              std::vector<SegmentBlock>& blocks) const {
+  const auto add_run = [&](Offset begin, Offset entries) {
+    if (!blocks.empty() && blocks.back().columns == 1 && blocks.back().begin + blocks.back().rows == begin) {
+      blocks.back().rows += entries;
+    } else if (entries > 0) {
+      blocks.push_back({begin, entries, entries, 1});
+    }
+  };
+  const Offset p = plan_.pivots(f), b = plan_.border_rows(f), ld = plan_.lower_ld(f);
+  const Offset lower = made_.lower[f] - segment_begin, upper = made_.upper[f] - segment_begin;
+  const Offset small = std::min<Offset>(small_rows_, 1 << 20);
+  const Offset least = std::max<Offset>(kLeastApart * small * small, kSolveTile * kSolveTile);
+  Offset width = aligned_to_tiles(p / kMostColumnBlocks);
+  while (width * width < least) width += kSolveTile;
+  const bool apart = p * b >= least;
+  if (!apart && p <= width) {
+    add_run(lower, lower_entries(f) + upper_entries(f));
+    return;
+  }
+  for (Offset k = 0; k < p; k += width) {
+    const Offset end = std::min(k + width, p), begin = lower + k * ld;
+    if (side == Side::upper) {
+      blocks.push_back({begin, end, ld, end - k});
+    } else if (k == 0) {
+      add_run(begin, end * ld);
+    } else {
+      blocks.push_back({begin + k, p + b - k, ld, end - k});
+    }
+  }
+  if (side == Side::upper || !apart) add_run(upper, upper_entries(f));
 }
 
 void SegmentPlaces::list_leaving() {

@@ -71,10 +71,23 @@ Offset SegmentPlan::blocks_out() const {
   return sum;
 }
 
+Offset SideBlocks::entries(Vertex t) const {
+  Offset sum = 0;
+  for (std::size_t i = begin[t]; i < begin[t + 1]; ++i) sum += blocks[i].rows * blocks[i].columns;
+  return sum;
+}
+
 Offset SegmentPlan::entries_back() const {
   Offset sum = 0;
-  for (const Segment& own : segments) {
-    if (!own.stays()) sum += own.entries * (own.comes() && own.backward_after < 0 ? 1 : 2);
+  for (std::size_t t = 0; t < segments.size(); ++t) {
+    const Segment& own = segments[t];
+    const auto k = static_cast<Vertex>(t);
+    if (own.stays()) continue;
+    if (own.comes() && own.backward_after < 0) {
+      sum += own.entries;
+    } else {
+      sum += lower_side.empty() ? 2 * own.entries : lower_side.entries(k) + upper_side.entries(k);
+    }
   }
   return sum;
 }

@@ -14,6 +14,9 @@
 //                 / \     / \     wait at a time; above, a front is done as soon as its children are. Level
 //                1   2   4   5    0 is the order of the plan itself.
 //
+// A pass of a solve needs one triangle of the pivot blocks and L or U, and not the others: where that leaves
+// out enough for a copy of its own, no more comes.
+//
 //   the region in a factorization                             in a solve
 //   | stay: 7 ... 6 | factors and contribution blocks ... |   | stay | vectors | segments that come and go |
 //
@@ -65,6 +68,24 @@ struct BorderColumns {
   Offset upper, contribution;
 };
 
+/// What a pass reads of fronts: the lower triangles of P, and L; or the upper ones, and U.
+enum class Side { lower, upper };
+
+/// `columns` of `rows` entries, `ld` apart, from `begin` on, counted from the first entry of a segment.
+struct SegmentBlock {
+  Offset begin, rows, ld, columns;
+};
+
+/// What comes of one side, segment by segment: those of segment t from begin[t] to begin[t + 1]. It covers
+/// what a pass reads, the tiles of 64 rows and columns on the diagonal as a whole.
+struct SideBlocks {
+  std::vector<std::size_t> begin;
+  std::vector<SegmentBlock> blocks;
+
+  bool empty() const { return begin.empty(); }
+  Offset entries(Vertex t) const;
+};
+
 struct SegmentPlan {
   std::vector<Segment> segments;
   std::vector<Vertex> order;    // num_fronts
@@ -82,10 +103,12 @@ struct SegmentPlan {
   // num_fronts: where the contribution block is read in the memory of the host, -1 for where it is made.
   std::vector<Offset> read_on_host;
   Offset spare_begin = 0, spare_entries = 0;  // of the region in a solve, where no factors come
+  SideBlocks lower_side, upper_side;          // without any, whole segments come
 
   bool empty() const { return segments.empty(); }
   bool has_divided() const { return !border_columns.empty(); }
   bool solved_on_host(Vertex f) const { return segments[segment[f]].solved_on_host; }
+  const SideBlocks& side(Side side) const { return side == Side::lower ? lower_side : upper_side; }
   /// Entries of contribution blocks that one factorization sends to the host, and reads there.
   Offset blocks_out() const;
   /// Entries that come back in one solve, or are read on the host.

@@ -532,7 +532,7 @@ void DeviceStages<S, V>::substitute_columns(const Vectors& at) {
   unset(vectors.y, plan_.n);
   Vertex segment = 0;
   for (const SolveLaunch& launch : lists_.forward) {
-    if (copies_) copies_->begin_forward(segment, stream_, store.fronts.storage);
+    if (copies_) copies_->begin_forward(segment, stream_, store.fronts.storage, Transposed);
     const bool waits = launch.tiny.count() == 0;  // for what it leaves itself
     if (waits) unset(vectors.border + launch.border.begin * K, launch.border.count());
     launch_side_by_side(
@@ -551,7 +551,7 @@ void DeviceStages<S, V>::substitute_columns(const Vectors& at) {
   unset(vectors.v, plan_.n);
   unset(vectors.partial, partial_rows(lists_));
   for (const SolveLaunch& launch : lists_.backward) {
-    if (copies_) copies_->begin_backward(--segment, stream_, store.fronts.storage);
+    if (copies_) copies_->begin_backward(--segment, stream_, store.fronts.storage, Transposed);
     launch_side_by_side(
         launch.tiny.count() > 0, launch.tiles.count() > 0,
         [&](const Stream& stream) {

@@ -41,25 +41,49 @@ void SegmentCopies::begin_solve(const Stream& main) {
   begun_.record(main);
 }
 
-void SegmentCopies::begin_forward(Vertex t, const Stream& main, void* storage) {
+void SegmentCopies::begin_forward(Vertex t, const Stream& main, void* storage, bool transposed) {
   const Segment& segment = plan_.segments[t];
   if (!segment.comes()) return;
-  come(t, segment.forward_after < 0 ? begun_ : done_[segment.forward_after], main, storage);
-}
-
-void SegmentCopies::begin_backward(Vertex t, const Stream& main, void* storage) {
-  const Segment& segment = plan_.segments[t];
-  if (!segment.comes() || segment.backward_after < 0) return;
-  come(t, done_[segment.backward_after], main, storage);
-}
-
-void SegmentCopies::come(Vertex t, const Event& after, const Stream& main, void* storage) {
-  const Segment& segment = plan_.segments[t];
-  stream_.wait_for(after);
-  stream_.to_device(static_cast<char*>(storage) + segment.solve_place * entry_bytes_,
-                    memory_.at<char>(segment.host * entry_bytes_), segment.entries * entry_bytes_);
+  stream_.wait_for(segment.forward_after < 0 ? begun_ : done_[segment.forward_after]);
+  if (segment.backward_after < 0) {  // it stays for the other pass
+    come_whole(t, storage);
+  } else {
+    come(t, transposed ? Side::upper : Side::lower, storage);
+  }
   moved_[t].record(stream_);
   main.wait_for(moved_[t]);
+}
+
+void SegmentCopies::begin_backward(Vertex t, const Stream& main, void* storage, bool transposed) {
+  const Segment& segment = plan_.segments[t];
+  if (!segment.comes() || segment.backward_after < 0) return;
+  stream_.wait_for(done_[segment.backward_after]);
+  come(t, transposed ? Side::lower : Side::upper, storage);
+  moved_[t].record(stream_);
+  main.wait_for(moved_[t]);
+}
+
+void SegmentCopies::come_whole(Vertex t, void* storage) const {
+  const Segment& segment = plan_.segments[t];
+  stream_.to_device(static_cast<char*>(storage) + segment.solve_place * entry_bytes_,
+                    memory_.at<char>(segment.host * entry_bytes_), segment.entries * entry_bytes_);
+}
+
+void SegmentCopies::come(Vertex t, Side side, void* storage) const {
+  const Segment& segment = plan_.segments[t];
+  const SideBlocks& all = plan_.side(side);
+  char* const to = static_cast<char*>(storage) + segment.solve_place * entry_bytes_;
+  const char* const from = memory_.at<char>(segment.host * entry_bytes_);
+  for (std::size_t i = all.begin[t]; i < all.begin[t + 1]; ++i) {
+    const SegmentBlock& block = all.blocks[i];
+    const Offset begin = block.begin * entry_bytes_, pitch = block.ld * entry_bytes_;
+    if (block.columns == 1) {
+      stream_.to_device(to + begin, from + begin, block.rows * entry_bytes_);
+    } else {
+      stream_.copy_columns(to + begin, pitch, from + begin, pitch, block.rows * entry_bytes_,
+                           static_cast<Vertex>(block.columns));
+    }
+  }
 }
 
 }  // namespace mfs::cuda

@@ -21,10 +21,11 @@ class SegmentCopies {
   /// `main` waits for the last copy.
   void end_factorization(const Stream& main) const;
 
-  /// In a solve, before and after that of segment t in `main`: forward, then backward.
+  /// In a solve, before and after that of segment t in `main`: forward, then backward. The transposed system
+  /// takes the upper side forward.
   void begin_solve(const Stream& main);
-  void begin_forward(Vertex t, const Stream& main, void* storage);
-  void begin_backward(Vertex t, const Stream& main, void* storage);
+  void begin_forward(Vertex t, const Stream& main, void* storage, bool transposed);
+  void begin_backward(Vertex t, const Stream& main, void* storage, bool transposed);
   void end_pass(Vertex t, const Stream& main) { done_[t].record(main); }
 
   /// Where entries of factors and contribution blocks that have left begin, for the host and the device.
@@ -35,7 +36,8 @@ class SegmentCopies {
   void drain() noexcept { stream_.drain(); }
 
  private:
-  void come(Vertex t, const Event& after, const Stream& main, void* storage);
+  void come_whole(Vertex t, void* storage) const;
+  void come(Vertex t, Side side, void* storage) const;
 
   const SegmentPlan& plan_;
   const Offset entry_bytes_;

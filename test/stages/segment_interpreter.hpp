@@ -173,9 +173,22 @@ class SegmentInterpreter {
     }
   }
 
-  void come(Vertex t) {
+  void come_whole(Vertex t) {
     const Segment& own = segments()[t];
     std::copy_n(host_.data() + own.host, own.entries, solver_.storage().data() + own.solve_place);
+  }
+  void come(Vertex t, Side side) {
+    const Segment& own = segments()[t];
+    const SideBlocks& all = lists_.segments.side(side);
+    if (all.empty()) return come_whole(t);
+    double* const to = solver_.storage().data() + own.solve_place;
+    std::fill_n(to, own.entries, kNothing);
+    for (std::size_t i = all.begin[t]; i < all.begin[t + 1]; ++i) {
+      const SegmentBlock& block = all.blocks[i];
+      for (Offset j = 0; j < block.columns; ++j)
+        std::copy_n(host_.data() + own.host + block.begin + j * block.ld, block.rows,
+                    to + block.begin + j * block.ld);
+    }
   }
   // In the order of segments, all that may come before segment t is done with, or that one alone.
   void come_forward(Vertex t) {
@@ -183,7 +196,7 @@ class SegmentInterpreter {
       const Segment& own = segments()[next_];
       const bool may = own.forward_after < t && (next_ <= t || copies_ == Copies::at_once);
       if (!may) break;
-      if (own.comes()) come(next_);
+      if (own.comes()) own.backward_after < 0 ? come_whole(next_) : come(next_, Side::lower);
     }
     EXPECT_GT(next_, t) << "a segment that does not come in time";
   }
@@ -193,7 +206,7 @@ class SegmentInterpreter {
       const bool is_there = !own.comes() || own.backward_after < 0;
       const bool may = is_there || (own.backward_after > t && (next_ >= t || copies_ == Copies::at_once));
       if (!may) break;
-      if (!is_there) come(next_);
+      if (!is_there) come(next_, Side::upper);
     }
     EXPECT_LT(next_, t) << "a segment that does not come in time";
   }

@@ -271,5 +271,28 @@ TEST(Segments, KeepWhatFits) {
   EXPECT_TRUE(make_segments(plan, plan.max_front, 0, 0).empty()) << "no front fits there";
 }
 
+// A pass leaves out the triangles of large pivot blocks, and the blocks beside them, that it does not read.
+TEST(Segments, WhatAPassDoesNotReadStaysOutside) {
+  const StageProblem<double> problem = artificial_problem(binary_tree(4, 300, 200), {41, 0.05});
+  const SymbolicPlan& plan = *problem.plan;
+  constexpr Vertex kSmall = 20;
+  const SegmentPlan segments = make_segments(plan, plan.storage_entries * 6 / 10, 0, kSmall);
+  ASSERT_GT(segments.host_entries, 0);
+  Vertex twice = 0;
+  for (std::size_t t = 0; t < segments.segments.size(); ++t) {
+    const Segment& own = segments.segments[t];
+    if (own.stays() || own.entries == 0) continue;
+    ++twice;
+    const auto k = static_cast<Vertex>(t);
+    const Offset lower = segments.lower_side.entries(k), upper = segments.upper_side.entries(k);
+    // Tiles on the diagonal come in both passes: of 300 pivots, 200 rows and 200 columns beside them, each
+    // front has 300 * 700 entries, and no more than 300 * 64 of them in such tiles.
+    EXPECT_GE(lower + upper, own.entries);
+    EXPECT_LE(static_cast<double>(lower + upper), 1.1 * static_cast<double>(own.entries));
+  }
+  EXPECT_GT(twice, 0);
+  EXPECT_LE(static_cast<double>(segments.entries_back()), 1.1 * static_cast<double>(segments.host_entries));
+}
+
 }  // namespace
 }  // namespace mfs::test

@@ -16,10 +16,15 @@ namespace {
 /// fronts, some tenths of a megabyte, which take the link as long as it takes a copy to begin. Pivot blocks
 /// are cut into so many blocks of columns at most: what they leave out of a triangle is all but a part of
 /// that.
-constexpr Offset kLeastApart = 2, kMostColumnBlocks = 8;
+constexpr Offset kLeastApart = 2;
+constexpr Vertex kMostColumnBlocks = 8;
 
-Offset aligned_to_tiles(Offset columns) {
-  return std::max<Offset>((columns + kSolveTile - 1) / kSolveTile * kSolveTile, kSolveTile);
+void add_run(Offset begin, Offset entries, std::vector<SegmentBlock>& blocks) {
+  if (!blocks.empty() && blocks.back().columns == 1 && blocks.back().begin + blocks.back().rows == begin) {
+    blocks.back().rows += entries;
+  } else if (entries > 0) {
+    blocks.push_back({begin, entries, entries, 1});
+  }
 }
 
 /// Gives blocks their places from `begin` on, the largest first, each in the first gap that has room for it
@@ -263,46 +268,42 @@ SideBlocks SegmentPlaces::blocks_of(Side side) const {
   SideBlocks made;
   for (const Segment& segment : made_.segments) {
     made.begin.push_back(made.blocks.size());
+    if (segment.stays()) continue;
     std::vector<SegmentBlock> blocks;
-    for (Vertex i = segment.stays() ? segment.end : segment.begin; i < segment.end; ++i)
-      add_front(made_.order[i], side, segment.place, blocks);
+    Offset upper = 0;
+    for (Vertex i = segment.begin; i < segment.end; ++i) {
+      const Vertex f = made_.order[i];
+      add_lower_part(f, side, made_.lower[f] - segment.place, blocks);
+      upper += upper_entries(f);
+    }
+    if (side == Side::upper) add_run(segment.entries - upper, upper, blocks);
     made.blocks.insert(made.blocks.end(), blocks.begin(), blocks.end());
   }
   made.begin.push_back(made.blocks.size());
   return made;
 }
 
-void SegmentPlaces::add_front(Vertex f, Side side, Offset segment_begin,
-                              std::vector<SegmentBlock>& blocks) const {
-  const auto add_run = [&](Offset begin, Offset entries) {
-    if (!blocks.empty() && blocks.back().columns == 1 && blocks.back().begin + blocks.back().rows == begin) {
-      blocks.back().rows += entries;
-    } else if (entries > 0) {
-      blocks.push_back({begin, entries, entries, 1});
-    }
-  };
-  const Offset p = plan_.pivots(f), b = plan_.border_rows(f), ld = plan_.lower_ld(f);
-  const Offset lower = made_.lower[f] - segment_begin, upper = made_.upper[f] - segment_begin;
+// What a pass reads of [P; L] of a front, which begins at `begin`.
+void SegmentPlaces::add_lower_part(Vertex f, Side side, Offset begin,
+                                   std::vector<SegmentBlock>& blocks) const {
+  const Offset p = plan_.pivots(f), rows = plan_.rows(f), ld = plan_.lower_ld(f);
   const Offset small = std::min<Offset>(small_rows_, 1 << 20);
   const Offset least = std::max<Offset>(kLeastApart * small * small, kSolveTile * kSolveTile);
-  Offset width = aligned_to_tiles(p / kMostColumnBlocks);
+  Offset width =
+      tiles_of(static_cast<Vertex>(std::max<Offset>(p, 1)), kMostColumnBlocks * kSolveTile) * kSolveTile;
   while (width * width < least) width += kSolveTile;
-  const bool apart = p * b >= least;
-  if (!apart && p <= width) {
-    add_run(lower, lower_entries(f) + upper_entries(f));
-    return;
-  }
+  const bool whole = p <= width && (side == Side::lower || p * (rows - p) < least);
+  if (whole) return add_run(begin, lower_entries(f), blocks);
   for (Offset k = 0; k < p; k += width) {
-    const Offset end = std::min(k + width, p), begin = lower + k * ld;
+    const Offset end = std::min(k + width, p), first = begin + k * ld;
     if (side == Side::upper) {
-      blocks.push_back({begin, end, ld, end - k});
+      blocks.push_back({first, end, ld, end - k});
     } else if (k == 0) {
-      add_run(begin, end * ld);
+      add_run(first, end * ld, blocks);
     } else {
-      blocks.push_back({begin + k, p + b - k, ld, end - k});
+      blocks.push_back({first + k, rows - k, ld, end - k});
     }
   }
-  if (side == Side::upper || !apart) add_run(upper, upper_entries(f));
 }
 
 void SegmentPlaces::list_leaving() {
@@ -363,15 +364,17 @@ void SegmentPlaces::place_fronts() {
   std::vector<Offset> next;
   for (const Contributions& group : contributions_) next.push_back(group.made.place);
   for (const Segment& segment : made_.segments) {
-    Offset place = segment.place;
+    Offset place = segment.place, upper = place;
+    for (Vertex i = segment.begin; i < segment.end; ++i) upper += lower_entries(made_.order[i]);
     const Offset shift = (segment.solved_on_host ? segment.host : segment.solve_place) - segment.place;
     for (Vertex i = segment.begin; i < segment.end; ++i) {
       const Vertex f = made_.order[i];
       made_.lower[f] = place;
-      made_.upper[f] = place + lower_entries(f);
+      made_.upper[f] = outside_ == Outside::memory ? upper : place + lower_entries(f);
       made_.solve_lower[f] = made_.lower[f] + shift;
       made_.solve_upper[f] = made_.upper[f] + shift;
-      place = made_.upper[f] + upper_entries(f);
+      place += lower_entries(f) + (outside_ == Outside::memory ? 0 : upper_entries(f));
+      upper += upper_entries(f);
       if (group_of_[f] < 0) continue;
       const Offset group = group_of_[f];
       made_.contribution[f] = next[group];

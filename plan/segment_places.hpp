@@ -101,7 +101,7 @@ class SegmentPlaces {
   void place_in_solve(Vertex back);
   void find_orders();
   SideBlocks blocks_of(Side side) const;
-  void add_front(Vertex f, Side side, Offset segment_begin, std::vector<SegmentBlock>& blocks) const;
+  void add_lower_part(Vertex f, Side side, Offset begin, std::vector<SegmentBlock>& blocks) const;
   void list_leaving();
   void place_contributions_on_host();
   void place_fronts();

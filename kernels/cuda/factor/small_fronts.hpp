@@ -58,9 +58,9 @@ __device__ void write_tile(const Front<S>& front, const Tile<S>& tile) {
 }
 
 /// Blocks that a multiprocessor can hold: the compiler says so where it is asked for more.
-#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ / 10 == 86
+#if defined(__CUDA_ARCH__) && (__CUDA_ARCH__ >= 860 && __CUDA_ARCH__ <= 880)
 constexpr int kMostBlocks = 16;
-#elif defined(__CUDA_ARCH__) && (__CUDA_ARCH__ / 10 == 89 || __CUDA_ARCH__ / 100 == 12)
+#elif defined(__CUDA_ARCH__) && (__CUDA_ARCH__ == 890 || __CUDA_ARCH__ / 100 == 11 || __CUDA_ARCH__ / 100 == 12)
 constexpr int kMostBlocks = 24;
 #else
 constexpr int kMostBlocks = 32;

@@ -12,10 +12,9 @@ namespace mfs {
 
 namespace {
 
-/// A front leaves out of a pass what has more entries than kLeastApart times the square of the rows of small
-/// fronts, some tenths of a megabyte, which take the link as long as it takes a copy to begin. Pivot blocks
-/// are cut into so many blocks of columns at most: what they leave out of a triangle is all but a part of
-/// that.
+/// What a pass does not read of a front stays outside where it has at least kLeastApart times as many entries
+/// as a small front may have: some tenths of a megabyte, which take the link longer than a copy takes to
+/// begin. A triangle of P comes in at most kMostColumnBlocks blocks of columns.
 constexpr Offset kLeastApart = 2;
 constexpr Vertex kMostColumnBlocks = 8;
 

@@ -14,8 +14,8 @@
 //                 / \     / \     wait at a time; above, a front is done as soon as its children are. Level
 //                1   2   4   5    0 is the order of the plan itself.
 //
-// A pass of a solve needs one triangle of the pivot blocks and L or U, and not the others: where that leaves
-// out enough for a copy of its own, no more comes.
+// A pass of a solve reads one triangle of the pivot blocks, and L or U. So all [P; L] of a segment lie before
+// all U, and of large fronts what a pass does not read stays outside.
 //
 //   the region in a factorization                             in a solve
 //   | stay: 7 ... 6 | factors and contribution blocks ... |   | stay | vectors | segments that come and go |

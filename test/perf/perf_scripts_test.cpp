@@ -210,6 +210,12 @@ TEST(PackDevice, SaysThatNothingIsBuilt) {
   EXPECT_THAT(run.err, HasSubstr("build it first"));
 }
 
+TEST(PackDevice, SaysHowItIsCalled) {
+  const ProgramRun run = shell(kScripts + "pack_device --help");
+  EXPECT_EQ(run.code, 2);
+  EXPECT_THAT(run.out, HasSubstr("pack_device [--build"));
+}
+
 TEST(EngineeringCases, AreSolved) {
   if (shell("python3 -c 'import scipy.sparse'").code != 0) GTEST_SKIP() << "no scipy";
   const TemporaryFolder folder;

@@ -43,6 +43,11 @@ constexpr double kLeastRestart = 1.0 / 16;
 constexpr double kEvenedOut = 8.0;
 /// By how much the last of them may be longer than the error control asks for.
 constexpr double kStretch = 1.05;
+/// How far ahead of a step that became too small its cause may be, in shortest steps.
+constexpr double kMoment = 64.0;
+/// What changes in such a moment by more than so many times what a step may leave of a constraint jumps:
+/// smooth motions would have to be faster than any machine.
+constexpr double kJump = 1e3;
 
 void check(bool good, const char* option, const std::string& what) {
   if (!good) throw InvalidInput(option, what);
@@ -62,6 +67,7 @@ void check_options(const IntegratorOptions& o) {
                                     {"min_step", o.min_step},
                                     {"fixed_step", o.fixed_step}})
     check(value >= 0.0 && std::isfinite(value), name, "must be zero or positive");
+  check(o.max_step == 0.0 || o.min_step <= o.max_step, "min_step", "must not be more than max_step");
   check(o.rho_inf >= 0.0 && o.rho_inf <= 1.0, "rho_inf", "must be 0 ... 1");
   check(o.newton_iterations >= 1, "newton_iterations", "must be at least 1");
   check(o.krylov_steps >= 0, "krylov_steps", "must be zero or positive");
@@ -115,6 +121,31 @@ void rethrow_if_final(const std::exception_ptr& thrown) {
   } catch (...) {
     return;
   }
+}
+
+/// Which constraint jumps in the next `moment`, or what is no number then; empty: nothing.
+std::string jump(const ConstrainedSystem& system, const State& state, double moment,
+                 const IntegratorOptions& options) {
+  const std::vector<double> no_multipliers(static_cast<std::size_t>(system.constraints()), 0.0);
+  StateView there{state.t, state.q.data(), state.v.data(), state.a.data(), no_multipliers.data()};
+  Residual before = make_residual(system), after = before;
+  try {
+    system.evaluate(there, before);
+    there.t += moment;
+    system.evaluate(there, after);
+  } catch (const InvalidInput& e) {
+    return e.what();
+  }
+  for (int row = 0; row < system.constraints(); ++row) {
+    const auto same = [&](const std::vector<double>& now, const std::vector<double>& then, double bound) {
+      return std::abs(then[row] - now[row]) <= kJump * bound;
+    };
+    if (!same(before.position, after.position, options.constraint_position) ||
+        !same(before.velocity, after.velocity, options.constraint_velocity) ||
+        !same(before.acceleration, after.acceleration, options.constraint_acceleration))
+      return system.constraint_name(row) + " jumps";
+  }
+  return {};
 }
 
 /// Error weights of [q, v].
@@ -356,11 +387,10 @@ class Integrator::Impl {
                           2.0 * weighted_rms<1>(*executor_, rates, weights_).of[0]);
   }
 
-  double smallest_step() const {
-    const double resolved =
-        16.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(state_.t), std::abs(t_end_));
-    return std::max(options_.min_step, resolved);
+  double resolved_step() const {
+    return 16.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(state_.t), std::abs(t_end_));
   }
+  double smallest_step() const { return std::max(options_.min_step, resolved_step()); }
 
   /// The step wanted, or a shorter one by which a whole number of steps meets `target`.
   double planned(double wanted, double target) const {
@@ -439,7 +469,15 @@ class Integrator::Impl {
   void give_up_below(double h, const std::string& why) const {
     if (h >= smallest_step()) return;
     throw Error("the step became too small (" + number_text(h) + " s) at t = " + number_text(state_.t) +
-                " s with order " + std::to_string(formula_->order()) + ": " + why);
+                " s with order " + std::to_string(formula_->order()) + ": " + why + obstacle());
+  }
+
+  /// What a model does that no step gets past, with names.
+  std::string obstacle() const {
+    const State there = on_host(*executor_, state_);
+    std::string text = jump(given_, there, kMoment * resolved_step(), options_);
+    if (text.empty()) text = redundancy_->nearly_redundant(there.t, there.q, report_.redundant);
+    return text.empty() ? text : "; " + text;
   }
 
   /// Goes on to next_.

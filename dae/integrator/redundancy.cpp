@@ -7,6 +7,7 @@
 #include <mfs/error.hpp>
 
 #include "dae/integrator/initial_conditions.hpp"
+#include "dae/mechanics/number_text.hpp"
 
 namespace mfs::dae {
 namespace {
@@ -152,17 +153,28 @@ std::optional<Redundancy::Violation> Redundancy::violation(const StateView& stat
   return find(residual.acceleration, options.constraint_acceleration, "acceleration");
 }
 
-void Redundancy::throw_contradiction(const Violation& violation, double t) const {
-  const auto place = std::find(redundant().begin(), redundant().end(), violation.row) - redundant().begin();
-  SparseRow shares = left_out_.combination(static_cast<std::size_t>(place));
+std::string Redundancy::nearly_redundant(double t, const std::vector<double>& q,
+                                         const std::vector<std::string>& usual) const {
+  const Dependencies found = find(t, q, kNearlySingular);
+  if (found.redundant().size() <= usual.size()) return {};
+  for (std::size_t k = found.redundant().size(); k-- > 0;) {
+    const int row = found.redundant()[k];
+    const std::string name = given_.constraint_name(row);
+    if (std::find(usual.begin(), usual.end(), name) == usual.end())
+      return name + " nearly follows from " + others_of(row, found.combination(k));
+  }
+  return {};
+}
+
+std::string Redundancy::others_of(int row, SparseRow shares) const {
   const double least = kTakesPart * largest_share(shares);
   std::stable_sort(shares.begin(), shares.end(),
                    [](const auto& a, const auto& b) { return std::abs(a.second) > std::abs(b.second); });
   std::vector<std::string> others;
-  const std::string own = given_.constraint_owner(violation.row);
-  for (const auto& [row, share] : shares) {
-    const std::string owner = given_.constraint_owner(row);
-    if (normalizes_[row] == 0 && std::abs(share) > least && owner != own &&
+  const std::string own = given_.constraint_owner(row);
+  for (const auto& [other, share] : shares) {
+    const std::string owner = given_.constraint_owner(other);
+    if (normalizes_[other] == 0 && std::abs(share) > least && owner != own &&
         std::find(others.begin(), others.end(), owner) == others.end())
       others.push_back(owner);
   }
@@ -170,9 +182,15 @@ void Redundancy::throw_contradiction(const Violation& violation, double t) const
   for (std::size_t i = 0; i < std::min(others.size(), kMostNamed); ++i)
     list += (i == 0 ? "" : ", ") + others[i];
   if (others.size() > kMostNamed) list += ", ...";
+  return list.empty() ? "itself" : list;
+}
+
+void Redundancy::throw_contradiction(const Violation& violation, double t) const {
+  const auto place = std::find(redundant().begin(), redundant().end(), violation.row) - redundant().begin();
+  const SparseRow& shares = left_out_.combination(static_cast<std::size_t>(place));
   throw InvalidInput(given_.constraint_name(violation.row),
-                     "it contradicts " + (list.empty() ? "itself" : list) + " at t = " + std::to_string(t) +
-                         ": of its " + violation.level + " " + std::to_string(violation.value) + " is left");
+                     "it contradicts " + others_of(violation.row, shares) + " at t = " + number_text(t) +
+                         ": of its " + violation.level + " " + number_text(violation.value) + " is left");
 }
 
 }  // namespace mfs::dae

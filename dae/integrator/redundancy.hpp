@@ -47,6 +47,10 @@ class Redundancy {
   /// What is to be left out until look_at() takes it back, where in a position more constraints determine
   /// next to nothing.
   std::optional<Dependencies> look_for_singular(double t, const std::vector<double>& q);
+  /// Says which constraint determines next to nothing in a position, besides the `usual` redundant ones, and
+  /// what it nearly follows from; empty: there is none. So it is where a motion leads beyond a dead point.
+  std::string nearly_redundant(double t, const std::vector<double>& q,
+                               const std::vector<std::string>& usual) const;
 
  private:
   /// By what a constraint that is left out is violated.
@@ -59,6 +63,8 @@ class Redundancy {
   std::optional<Violation> violation(const StateView& state, const IntegratorOptions& options,
                                      const Dependencies& by) const;
   Dependencies choose(Dependencies exact, double t, const std::vector<double>& q) const;
+  /// Names of those besides the owner of `row` that take part in a combination.
+  std::string others_of(int row, SparseRow shares) const;
   [[noreturn]] void throw_contradiction(const Violation& violation, double t) const;
 
   const ConstrainedSystem& given_;

@@ -5,6 +5,8 @@
 
 #include <mfs/error.hpp>
 
+#include "dae/mechanics/number_text.hpp"
+
 namespace mfs::dae {
 namespace {
 
@@ -43,7 +45,7 @@ class OfOneVariable final : public SmoothFunction {
       throw InvalidInput("expression '" + expression_.text() + "'",
                          "it or a derivative is not finite at " +
                              (variable_ < 0 ? "any time" : expression_.variables()[variable_]) + " = " +
-                             std::to_string(x));
+                             number_text(x));
     return {series.c0, series.c1, 2 * series.c2};
   }
 

@@ -6,6 +6,8 @@
 
 #include <mfs/error.hpp>
 
+#include "dae/mechanics/number_text.hpp"
+
 namespace mfs::dae {
 
 using Kind = StateFunction::Argument::Kind;
@@ -25,7 +27,7 @@ StateFunction::StateFunction(Expression expression, std::vector<Argument> argume
 double StateFunction::checked(double t, double value) const {
   if (std::isfinite(value)) return value;
   throw InvalidInput(expression_ ? "expression '" + expression_->text() + "'" : "function",
-                     "it or a derivative is not finite at t = " + std::to_string(t));
+                     "it or a derivative is not finite at t = " + number_text(t));
 }
 
 std::vector<double> StateFunction::variables(double t, const double* q, const double* v) const {

@@ -25,6 +25,11 @@ void expect_refused(const Json& json, const Matcher& text) {
   EXPECT_THAT([&] { run(json, 1e-6); }, Throws<InvalidInput>(Property(&InvalidInput::what, text)));
 }
 
+template <class Matcher>
+void expect_ended(const Json& json, const Matcher& text) {
+  EXPECT_THAT([&] { run(json, 1e-6); }, Throws<Error>(Property(&Error::what, text)));
+}
+
 /// The library's: crank 1 m, coupler and rocker sqrt 5 m, ground 3 m.
 struct FourBar {
   Vector3d c{2, 2, 0}, d{3, 0, 0};
@@ -136,7 +141,8 @@ TEST(FourBar, MotionsThatContradictAreNamed) {
   json["motions"]["same"] = drive("A", 0.0, 1.0);
   EXPECT_THAT(run(json, 1e-6).report.redundant, SizeIs(4));
   json["motions"]["same"]["angle"] = {{"type", "smooth_step"}, {"begin", 0.5}, {"end", 1.0}, {"after", 1.0}};
-  expect_refused(json, AllOf(HasSubstr("motion same"), HasSubstr("contradicts motion one at t = 0.0")));
+  expect_refused(json, AllOf(HasSubstr("motion same"),
+                             HasSubstr("contradicts motion one at t = 0: of its velocity 1 is left")));
   json["motions"]["one"] = json["motions"]["same"];
   json["motions"]["one"]["angle"]["begin"] = 0.6;
   expect_refused(json, AllOf(HasSubstr("motion same"), HasSubstr("contradicts motion one at t = 0.5")));
@@ -144,6 +150,32 @@ TEST(FourBar, MotionsThatContradictAreNamed) {
   json["motions"]["same"]["joint"] = "D";
   json["motions"]["crank"] = drive("A", 0.0, 1.0);
   expect_refused(json, AllOf(HasSubstr("motion same"), HasSubstr("motion crank"), HasSubstr("joint B")));
+}
+
+// Crank 1 m, coupler and rocker sqrt 2 m, ground 2.5 m: the crank comes as far as the others reach.
+TEST(FourBar, ThatLeadsBeyondItsDeadPointIsNamed) {
+  const Vector3d b = kY, d(2.5, 0, 0), line = 0.5 * (d - b);
+  const Vector3d c = b + line + std::sqrt(2.0 - line.squaredNorm()) * kZ.cross(line).normalized();
+  Json json = mechanism(1.0, 1, kNone);
+  json["bodies"] = {{"crank", rod(kNone, b)}, {"coupler", rod(b, c)}, {"rocker", rod(d, c)}};
+  json["joints"] = {{"A", joint("revolute", "ground", "crank", kNone)},
+                    {"B", joint("revolute", "crank", "coupler", b)},
+                    {"C", joint("revolute", "coupler", "rocker", c)},
+                    {"D", joint("revolute", "ground", "rocker", d)}};
+  json["motions"]["drive"] = drive("A", 0.0, 2 * M_PI);
+  expect_ended(json, AllOf(HasSubstr("motion drive, equation 1 of 1 (about [0 0 1]) nearly follows from"),
+                           HasSubstr("joint A"), HasSubstr("joint D")));
+}
+
+TEST(Motions, ThatJumpAreNamed) {
+  Json json = of_library("four_bar", 1.0, 1);
+  for (const char* angle : {"if(t < 0.5, 0, 0.5)", "abs(t - 0.5) - 0.5"}) {
+    json["motions"]["drive"] = {{"type", "rotation"}, {"joint", "A"}, {"angle", angle}};
+    expect_ended(json, HasSubstr("motion drive, equation 1 of 1 (about [0 0 1]) jumps"));
+  }
+  json["motions"].clear();
+  json["forces"]["motor"] = {{"type", "actuator"}, {"joint", "A"}, {"torque", "log(0.5 - t)"}};
+  expect_ended(json, HasSubstr("expression 'log(0.5 - t)': it or a derivative is not finite at t = 0.5"));
 }
 
 // The hinges share the weight, and the moment of the weight: a pair of forces H at 0.8 m and two moments M

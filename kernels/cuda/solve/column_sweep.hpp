@@ -195,21 +195,24 @@ class ColumnSweep {
     int row = lane();
     if constexpr (Transposed) {
       // Lane l ends with row l / 16 + 2 (l % 16): half of what is left goes to the other half of the lanes.
-#pragma unroll
-      for (int half = kDepth / 2; half > 0; half /= 2) {
-        const bool upper = (lane() & half) != 0;
-#pragma unroll
-        for (int j = 0; j < half; ++j) {
-          const S kept = upper ? sum_[j + half] : sum_[j], given = upper ? sum_[j] : sum_[j + half];
-          sum_[j] = kept + shuffle(given, lane() ^ half);
-        }
-      }
+      give_half<kDepth / 2>();
       row = lane() / kDepth + lane() % kDepth * kApart;
     } else {
       sum_[0] = (sum_[0] + sum_[1]) + (sum_[2] + sum_[3]);
     }
     sums_[group() * kSolveTile + first_row() + row] = sum_[0];
     __syncthreads();
+  }
+  // A template, as a loop over halves would not be unrolled, and sums in memory take four times as long.
+  template <int Half>
+  __device__ void give_half() {
+    const bool upper = (lane() & Half) != 0;
+#pragma unroll
+    for (int j = 0; j < Half; ++j) {
+      const S kept = upper ? sum_[j + Half] : sum_[j], given = upper ? sum_[j] : sum_[j + Half];
+      sum_[j] = kept + shuffle(given, lane() ^ Half);
+    }
+    if constexpr (Half > 1) give_half<Half / 2>();
   }
   __device__ static S total_of(const S* sums, int row) {
     S total = sums[row];

@@ -30,9 +30,9 @@
 
 namespace mfs::cuda {
 
-/// Blocks on a multiprocessor that registers must not stand in the way of.
-template <int K>
-constexpr int kSolveBlocks = K == 1 ? 3 : 2;
+/// Blocks on a multiprocessor that registers must not stand in the way of. Transposed, a thread has 16 sums.
+template <bool Transposed, int K>
+constexpr int kSolveBlocks = K == 1 && !Transposed ? 3 : 2;
 
 template <bool Transposed, int K, class S, class PanelOf, class PlaceOf>
 using Sweep = std::conditional_t<K == 1, ColumnSweep<Transposed, S, PanelOf, PlaceOf>,
@@ -175,7 +175,7 @@ __device__ void subtract_tall_tile(const DeviceStore<S, Value>& store, const Dev
 }
 
 template <bool Transposed, bool Substituted, int K, class S, class Value>
-__global__ void __launch_bounds__(kSolveThreads, kSolveBlocks<K>)
+__global__ void __launch_bounds__(kSolveThreads, kSolveBlocks<Transposed, K>)
     substitute_forward(DeviceStore<S, Value> store, DeviceVectors<S> vectors, Offset first) {
   extern __shared__ __align__(16) unsigned char memory[];
   SolvePart part = store.solve[first + blockIdx.x];
@@ -195,7 +195,7 @@ __global__ void __launch_bounds__(kSolveThreads, kSolveBlocks<K>)
 }
 
 template <bool Transposed, bool Substituted, int K, class S, class Value>
-__global__ void __launch_bounds__(kSolveThreads, kSolveBlocks<K>)
+__global__ void __launch_bounds__(kSolveThreads, kSolveBlocks<Transposed, K>)
     substitute_backward(DeviceStore<S, Value> store, DeviceVectors<S> vectors, Offset first) {
   extern __shared__ __align__(16) unsigned char memory[];
   const SolvePart part = store.solve[first + blockIdx.x];

@@ -101,6 +101,9 @@ class ResidentFactors {
   virtual void correct() = 0;
   /// x as it is now, into memory of the host: n x columns.
   virtual void bring_solution(Value* x) = 0;
+  /// Later solves are as after factor(policy), whose factors are those at hand but for
+  /// PivotPolicy::symmetric.
+  virtual void solve_as(const PivotPolicy& policy) = 0;
 };
 
 template <class Value>

@@ -400,10 +400,12 @@ void MatrixFactors<Scalar>::watch_effort() {
   // solves stay where the factors are; so later values are factored that way, and corrected again should that
   // fail.
   if (report_.corrected_pivots > 0 && tiny_pivots_ == TinyPivots::noise) pivots_proved_ = !stays_corrected_;
-  // Transposed factors are slower where a device has them, so they wait until they are needed.
-  constexpr std::int64_t kFew = 2;
+  // A solve by transposed factors takes a fifth longer on a device, so they wait until they are needed.
   const bool is_real = std::is_same_v<Scalar, RealOf<Scalar>>;  // others that look definite have A = A^H
-  if (definite_ && is_real && on_device() && report_.refinement_steps > kFew) mirrors_ = true;
+  if (definite_ && is_real && on_device() && !mirrors_ && report_.refinement_steps > 0) {
+    mirrors_ = true;
+    phases_.run("solve", [&] { numeric_->factors().resident()->solve_as(policy()); });
+  }
   constexpr std::int64_t kMore = 4;
   const std::int64_t effort = report_.refinement_steps + report_.krylov_steps + report_.corrected_pivots;
   if (!refactored_) {

@@ -19,8 +19,9 @@
 namespace mfs::cuda {
 
 /// Vectors of kSolveColumns columns may take so many bytes beside the region of the plan, or this part of the
-/// factors' memory; where they would take more, kFewColumns are solved for at once.
-constexpr Offset kLittle = Offset(1) << 24, kShare = 8;
+/// factors' memory; where they would take more, kFewColumns are solved for at once. Small factors take as
+/// long for 16 columns as for four.
+constexpr Offset kLittle = Offset(1) << 28, kShare = 8;
 
 template <class Value, class Scalar>
 class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
@@ -28,8 +29,9 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   using V = DeviceScalar<Value>;
 
  public:
+  /// `room`: bytes of the device that vectors of more than one column may take.
   CudaFactors(std::shared_ptr<const SymbolicPlan> plan_of, std::shared_ptr<const Pattern> pattern,
-              DevicePlan lists)
+              DevicePlan lists, Offset room)
       : plan_(std::move(plan_of)),
         pattern_(std::move(pattern)),
         exec_(stream_.get()),
@@ -48,7 +50,7 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
     error_ = host_->template at<double>(error);
     status_ = host_->template at<DeviceStatus>(status);
     make_room(1);
-    columns_at_once_ = std::min(stages_.most_columns(), columns_for(plan(), stages_.lists()));
+    columns_at_once_ = std::min(stages_.most_columns(), columns_for(plan(), stages_.lists(), room));
   }
 
   /// What these factors will take.
@@ -88,7 +90,7 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
     send_matrix();
     done_ = {0, 0, 0};
     find_factors(policy);
-    mirrors_ = policy.solves_by_transposed(status_->pivots.perturbed);
+    solve_as(policy);
     FactorStatus status = status_->pivots;
     status.getrf = done_.getrf;
     status.trsm = done_.trsm;
@@ -98,6 +100,10 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   }
 
   ResidentFactors<Value>* resident() override { return this; }
+
+  void solve_as(const PivotPolicy& policy) override {
+    mirrors_ = policy.solves_by_transposed(status_->pivots.perturbed);
+  }
 
   bool take_values(const Value* values, void* stream) override {
     follow(stream);
@@ -425,10 +431,14 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   }
 
   // Columns that are solved for at once: where segments come and go, as many as they leave room for.
-  static Vertex columns_for(const SymbolicPlan& plan, const DevicePlan& lists) {
+  static Vertex columns_for(const SymbolicPlan& plan, const DevicePlan& lists, Offset room) {
+    const auto beside = [&](Vertex columns) { return VectorLayout(plan, lists, columns).beside.total(); };
+    if (!lists.segments.empty()) return beside(kSolveColumns) == 0 ? kSolveColumns : kFewColumns;
     const Offset factors = plan.factor_entries * static_cast<Offset>(sizeof(S));
-    const Offset most = lists.segments.empty() ? std::max(kLittle, factors / kShare) : 0;
-    return VectorLayout(plan, lists, kSolveColumns).beside.total() <= most ? kSolveColumns : kFewColumns;
+    const auto fit = [&](Vertex columns) { return beside(columns) + bytes_of(plan, columns) <= room; };
+    if (beside(kSolveColumns) <= std::max(kLittle, factors / kShare) && fit(kSolveColumns))
+      return kSolveColumns;
+    return fit(kFewColumns) ? kFewColumns : 1;
   }
 
   static constexpr Offset kWherever = std::numeric_limits<Offset>::max();

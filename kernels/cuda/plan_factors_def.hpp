@@ -107,6 +107,12 @@ class FactorPlanner {
     take(std::move(placed), std::move(lists));
   }
 
+  // Beside what bytes_ has of them already.
+  Offset room_for_vectors() const {
+    return room_.limit > 0 ? room_.limit - counted_context() - bytes_.total()
+                           : std::numeric_limits<Offset>::max();
+  }
+
   // Entries of the region for the vectors of so many columns.
   Offset spare_for(Vertex columns) const {
     DevicePlan counts;
@@ -122,7 +128,7 @@ class FactorPlanner {
         throw OutOfMemory(MemorySpace::device, static_cast<std::size_t>(bytes_.total()),
                           static_cast<std::size_t>(available_bytes(0) + counted_context()));
       try {
-        return std::make_unique<Made>(placed_, pattern_, std::move(*lists_));
+        return std::make_unique<Made>(placed_, pattern_, std::move(*lists_), room_for_vectors());
       } catch (const OutOfMemory& error) {
         const bool is_short = error.space() == MemorySpace::device && error.needed() > error.available();
         if (!again || !is_short) throw;

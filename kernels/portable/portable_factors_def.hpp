@@ -99,15 +99,19 @@ class PortableFactors final : public Factors<Value>, public ResidentFactors<Valu
       stages_.make_ancestors_strict();
       status = launch_factor(policy, progress);
     }
-    const bool mirrors = !Dense::kSearchesAll && policy.solves_by_transposed(status.pivots.perturbed);
-    if (mirrors != mirrors_) forget_solves();
-    mirrors_ = mirrors;
+    solve_as(policy);
     if (progress) progress(1.0);
     const BlockFlops& flops = stages_.flops();
     status.pivots.getrf = passes * flops.getrf;
     status.pivots.trsm = passes * flops.trsm;
     status.pivots.gemm = passes * flops.gemm;
     return {status.pivots, status.largest};
+  }
+
+  void solve_as(const PivotPolicy& policy) override {
+    const bool mirrors = !Dense::kSearchesAll && policy.solves_by_transposed(host_status_->pivots.perturbed);
+    if (mirrors != mirrors_) forget_solves();
+    mirrors_ = mirrors;
   }
 
   void apply_inverse(const Value* from, Value* to, Vertex columns, bool transposed) override {

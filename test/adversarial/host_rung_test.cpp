@@ -51,7 +51,7 @@ TEST_F(HostRung, IsNotNeededWhereTinyPivotsAreDividedBy) {
 }
 
 // Their solutions lose six digits where rows are exchanged, or where products with inverses of L come first:
-// that is seen by the first solve.
+// that is seen by the first solve, and the next one knows.
 TEST_F(HostRung, DefiniteMatricesTakeOneStepOfRefinement) {
   Random random(21);
   for (const std::int64_t side : {40, 100, 200}) {
@@ -64,9 +64,6 @@ TEST_F(HostRung, DefiniteMatricesTakeOneStepOfRefinement) {
     solver.solve(b.data(), x.data());
     EXPECT_LE(backward_error(a, b.data(), x.data()), kTolerance);
     for (int k = 0; k < 3; ++k) {
-      for (double& value : a.values) value *= 1.25;
-      solver.refactor(a.view());
-      EXPECT_LT(passes(solver), 1.5);
       for (const std::int64_t columns : {1, 3, 16}) {
         for (const bool transposed : {false, true}) {
           transposed ? solver.solve_transpose(b.data(), x.data(), columns)
@@ -76,6 +73,9 @@ TEST_F(HostRung, DefiniteMatricesTakeOneStepOfRefinement) {
             EXPECT_LE(backward_error(a, b.data() + j * a.n, x.data() + j * a.n), kTolerance);
         }
       }
+      for (double& value : a.values) value *= 1.25;
+      solver.refactor(a.view());
+      EXPECT_LT(passes(solver), 1.5);
     }
   }
 }

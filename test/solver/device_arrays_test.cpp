@@ -150,8 +150,8 @@ TYPED_TEST(DeviceArrays, MayRepeatEntries) {
   this->expect_solves_there(solver, summed, 3);
 }
 
-// What is wrong with them is said as of arrays of the host, and the solutions of that block of columns are not
-// written. All bits set is what marks an entry of a substitution that has not been done.
+// What is wrong with them is said as of arrays of the host, and the solutions of that block of columns are
+// not written. All bits set is what marks an entry of a substitution that has not been done.
 TYPED_TEST(DeviceArrays, ThatHoldNoNumbersAreRefused) {
   const BasicSparseMatrix<TypeParam> a = in_scalar<TypeParam>(random_diagonally_dominant(100, 4, 5));
   BasicSolver<TypeParam> solver(this->options_);
@@ -236,11 +236,11 @@ SparseMatrix with_pivots(bool away) {
   return a;
 }
 
-// Of a matrix with little fill the vectors of 16 columns would take nearly as much as the factors: there only
-// a few are solved for at once, from arrays of either memory.
+// Of a large matrix with little fill the vectors of 16 columns would take nearly as much as the factors:
+// there only a few are solved for at once, from arrays of either memory.
 using ManyColumns = DeviceArrays<double>;
 TEST_F(ManyColumns, TakeLittleMemory) {
-  const SparseMatrix a = grid_2d(400, 400);
+  const SparseMatrix a = grid_2d(1000, 1000);
   Solver solver(options_);
   solver.factor(a.view());
   expect_solves_there(solver, a, 1);
@@ -251,6 +251,15 @@ TEST_F(ManyColumns, TakeLittleMemory) {
   EXPECT_LT(more, 20 * column) << "16 columns at once take 60 and more";
   expect_solves(solver, a, 17);
   EXPECT_LT(solver.report().bytes_used - before, 24 * column);
+}
+
+TEST_F(ManyColumns, OfSmallFactorsAreSolvedForAtOnce) {
+  const SparseMatrix a = grid_2d(200, 200);
+  Solver solver(options_);
+  solver.factor(a.view());
+  const std::int64_t before = solver.report().bytes_used;
+  expect_solves_there(solver, a, 16);
+  EXPECT_GT(solver.report().bytes_used - before, 40 * 8 * a.n);
 }
 
 // What the plan says of memory and operations is what is taken and done there, where no library is needed.

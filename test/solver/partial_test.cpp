@@ -95,6 +95,28 @@ TEST_F(Partial, SolutionsAreThoseOfAllFactorsOnTheDevice) {
   check<float>(options_, grid_3d(20));
 }
 
+// Beside factors that just fit there is no room for the vectors of 16 columns.
+TEST_F(Partial, ManyColumnsKeepToTheLimit) {
+  constexpr std::int64_t kStep = std::int64_t(4) << 20;
+  const std::int64_t first = bytes_at_first();
+  const SparseMatrix a = grid_2d(500, 500);
+  Solver full(options_);
+  full.analyze(a.view());
+  options_.memory_limit = first + full.report().bytes_peak;
+  for (bool partial = true; partial;) {
+    options_.memory_limit += kStep;
+    Solver solver(options_);
+    solver.analyze(a.view());
+    partial = solver.report().partial;
+  }
+  const std::int64_t before = bytes_in_use();
+  Solver solver(options_);
+  solver.factor(a.view());
+  ASSERT_FALSE(solver.report().partial);
+  expect_solves(solver, a, 17);
+  EXPECT_LE(bytes_in_use() - before, options_.memory_limit - first);
+}
+
 TEST_F(Partial, FactorsOfSinglePrecisionAreRefined) {
   options_.factor.precision = Precision::single;
   check<double>(options_, grid_3d(24));

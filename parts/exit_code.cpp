@@ -43,6 +43,12 @@ Failure describe() {
     return {ExitCode::out_of_memory, "out of host memory"};
   } catch (const std::length_error&) {  // a vector longer than any memory
     return {ExitCode::out_of_memory, "out of host memory"};
+  } catch (const BackendError& e) {
+    return {ExitCode::backend, e.what()};
+  } catch (const StateError& e) {
+    return {ExitCode::backend, e.what()};
+  } catch (const Error& e) {  // of no kind, as of a step that became too small
+    return {ExitCode::backend, e.what(), "failed"};
   } catch (const std::exception& e) {
     return {ExitCode::backend, e.what()};
   }
@@ -77,6 +83,7 @@ const char* status_word(ExitCode code) {
 Failure describe_current_exception() {
   Failure failure = describe();
   failure.message = one_line(failure.message);
+  if (failure.status == nullptr) failure.status = status_word(failure.code);
   return failure;
 }
 

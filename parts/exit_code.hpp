@@ -23,6 +23,8 @@ const char* status_word(ExitCode code);
 struct Failure {
   ExitCode code;
   std::string message;  ///< one line
+  /// Of the JSON report: the code's, or "failed" where a method found no result.
+  const char* status = nullptr;
 };
 
 /// Inside a catch block: what the current exception means.

@@ -48,6 +48,8 @@ constexpr double kMoment = 64.0;
 /// What changes in such a moment by more than so many times what a step may leave of a constraint jumps:
 /// smooth motions would have to be faster than any machine.
 constexpr double kJump = 1e3;
+/// What part of the largest force changes in such a moment only where one jumps or has a pole.
+constexpr double kSudden = 0.1;
 
 void check(bool good, const char* option, const std::string& what) {
   if (!good) throw InvalidInput(option, what);
@@ -123,11 +125,18 @@ void rethrow_if_final(const std::exception_ptr& thrown) {
   }
 }
 
-/// Which constraint jumps in the next `moment`, or what is no number then; empty: nothing.
+double largest(const std::vector<double>& x) {
+  double most = 0.0;
+  for (const double value : x) most = std::max(most, std::abs(value));
+  return most;
+}
+
+/// Which constraint or force jumps in the next `moment`, or what is no number then; empty: nothing.
 std::string jump(const ConstrainedSystem& system, const State& state, double moment,
                  const IntegratorOptions& options) {
   const std::vector<double> no_multipliers(static_cast<std::size_t>(system.constraints()), 0.0);
-  StateView there{state.t, state.q.data(), state.v.data(), state.a.data(), no_multipliers.data()};
+  const std::vector<double> no_accelerations(state.a.size(), 0.0);  // leave F the forces alone
+  StateView there{state.t, state.q.data(), state.v.data(), no_accelerations.data(), no_multipliers.data()};
   Residual before = make_residual(system), after = before;
   try {
     system.evaluate(there, before);
@@ -145,6 +154,12 @@ std::string jump(const ConstrainedSystem& system, const State& state, double mom
         !same(before.acceleration, after.acceleration, options.constraint_acceleration))
       return system.constraint_name(row) + " jumps";
   }
+  // A force that is near zero changes by as large a part of itself, but accelerates nothing like that.
+  if (largest(state.a) * moment <= kJump * options.constraint_velocity) return {};
+  const double bound = kSudden * largest(before.force);
+  for (int i = 0; i < system.coordinates(); ++i)
+    if (std::abs(after.force[i] - before.force[i]) > bound)
+      return "the force on " + system.coordinate_name(i) + " jumps or has a pole";
   return {};
 }
 

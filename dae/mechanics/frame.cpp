@@ -67,9 +67,10 @@ Attachment attach(const MultibodyBuilder& builder, const Frame& frame, const Eig
 }
 
 Eigen::Matrix3d axes_along(const Eigen::Vector3d& z, const Eigen::Vector3d& x) {
-  if (!(z.norm() > 0) || !z.allFinite()) throw InvalidInput("axis", "it has no direction");
+  if (z.isZero(0.0) || !z.allFinite()) throw InvalidInput("axis", "it has no direction");
   Eigen::Matrix3d axes;
-  axes.col(2) = z.normalized();
+  // The square of 1e300 is no number, that of 1e-300 is zero.
+  axes.col(2) = (z / z.cwiseAbs().maxCoeff()).normalized();
   const Eigen::Vector3d across = x.isZero(0.0) ? Eigen::Vector3d(axes.col(2).unitOrthogonal())
                                                : Eigen::Vector3d(x - axes.col(2).dot(x) * axes.col(2));
   if (!(across.norm() > 1e-8 * x.norm())) throw InvalidInput("axis", "the second axis is along the first");

@@ -23,8 +23,9 @@ Placement read_placement(JsonObject& object) {
   if (!object.has("rotation")) return placement;
   JsonObject rotation = object.object("rotation");
   const Eigen::Vector3d axis = rotation.vector("axis");
-  if (!(axis.norm() > 0)) rotation.refuse("axis", "must not be zero");
-  placement.rotation = Eigen::AngleAxisd(rotation.number("angle"), axis.normalized()).toRotationMatrix();
+  if (axis.isZero(0.0)) rotation.refuse("axis", "must not be zero");
+  placement.rotation =
+      Eigen::AngleAxisd(rotation.number("angle"), axes_along(axis).col(2)).toRotationMatrix();
   rotation.finish();
   return placement;
 }

@@ -1,4 +1,5 @@
 // Sides, joints and motions of a model file.
+#include <Eigen/Geometry>
 #include <algorithm>
 
 #include <mfs/error.hpp>
@@ -147,6 +148,10 @@ void read_joint(JsonObject& object, const std::string& name, ModelParts& parts) 
     axes_a = axes_b = axes_along(object.vector("axis"));
   if (joint.kind == JointKind::universal || joint.kind == JointKind::rolling_wheel)
     axes_b = axes_along(object.vector("axis_b"));
+  // The constraint keeps them perpendicular, and of parallel axes it does not say which way to turn.
+  constexpr double kParallel = 1e-6;
+  if (joint.kind == JointKind::universal && axes_a.col(2).cross(axes_b.col(2)).norm() < kParallel)
+    object.refuse("axis_b", "is parallel to axis, to which it has to be perpendicular");
   Eigen::Vector3d point_a = point;
   if (rolls(joint.kind)) {
     joint.radius = object.positive("radius");

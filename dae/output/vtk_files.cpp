@@ -1,6 +1,10 @@
 #include "dae/output/vtk_files.hpp"
 
+#include <filesystem>
+#include <fstream>
+#include <regex>
 #include <string_view>
+#include <system_error>
 
 #include <fmt/format.h>
 
@@ -133,6 +137,25 @@ void PvdFile::add(double t, int part, const std::string& file) {
       fmt::format("<DataSet timestep=\"{}\" part=\"{}\" file=\"{}\"/>\n", t, part, file);
   file_.overwrite(end_, entry + kEndOfList);
   end_ += entry.size();
+}
+
+void remove_pvd(const std::string& path) {
+  // Names of bodies are letters, digits, _ and - (json_object.cpp); of all rigid ones it is rigid.bodies.
+  const std::regex entry("<DataSet .* file=\"(vtu/[A-Za-z0-9_.-]+_[0-9]{2,}\\.vtu)\"/>");
+  constexpr std::size_t kLongest = 512;  // entry of a run; std::regex takes stack by the length
+  std::ifstream list(path);
+  std::smatch found;
+  for (std::string line; std::getline(list, line);)
+    if (line.size() < kLongest && std::regex_match(line, found, entry))
+      remove_file((std::filesystem::path(path).parent_path() / found[1].str()).string());
+  list.close();
+  remove_file(path);
+}
+
+void remove_file(const std::string& path) {
+  std::error_code error;
+  std::filesystem::remove(path, error);
+  if (error) throw InvalidInput(path, "cannot be removed: " + error.message());
 }
 
 }  // namespace mfs::dae

@@ -81,4 +81,11 @@ class PvdFile {
   std::size_t end_ = 0;  // of the entries in the file
 };
 
+/// Removes the list that an earlier run left, and the files of that run in its folder vtu/ that it names;
+/// what is not called as a run calls its files stays. Nothing happens where there is no list. Throws
+/// InvalidInput.
+void remove_pvd(const std::string& path);
+/// Removes the file, if there is one. Throws InvalidInput.
+void remove_file(const std::string& path);
+
 }  // namespace mfs::dae

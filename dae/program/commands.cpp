@@ -154,7 +154,7 @@ ExitCode run_model(const Command& command) {
     integrate(model, command, display, result);
   } catch (...) {
     const program::Failure failure = program::describe_current_exception();
-    result.code = failure.code;
+    result.status = failure.status;
     result.message = failure.message;
     write_json();
     const bool interrupted = failure.code == ExitCode::interrupted || failure.code == ExitCode::terminated;

@@ -108,6 +108,17 @@ std::vector<double> moved(const State& state, const Mode& mode, double amplitude
   return q;
 }
 
+std::string list_of(int mode, const std::string& folder) {
+  return folder + fmt::format("/mode_{:03}.pvd", mode);
+}
+
+/// What an earlier list of more modes would leave.
+void remove_earlier(const std::string& folder) {
+  for (int number = 1; std::filesystem::exists(list_of(number, folder)); ++number)
+    remove_pvd(list_of(number, folder));
+  remove_file(folder + "/modes.png");
+}
+
 void write_shape(const Picture& picture, const State& state, const Mode& mode, int number,
                  const std::string& folder) {
   const std::vector<double> rest = picture.points(state.q);
@@ -117,7 +128,7 @@ void write_shape(const Picture& picture, const State& state, const Mode& mode, i
   for (const double phase : {0.0, 0.5 * kPi})
     reach = std::max(reach, largest(difference(picture.points(moved(state, mode, kSmall, phase)), rest)));
   const double amplitude = reach > 0 ? kSmall * kLargest * span(rest) / reach : 0.0;
-  PvdFile list(folder + fmt::format("/mode_{:03}.pvd", number));
+  PvdFile list(list_of(number, folder));
   for (int k = 0; k < kMoments; ++k) {
     VtkGrid grid;
     grid.cells = picture.cells();
@@ -146,6 +157,7 @@ void write_modes(const MultibodyModel& model, const State& state, const std::vec
   std::error_code error;
   std::filesystem::create_directories(std::filesystem::path(folder) / "vtu", error);
   if (error) throw InvalidInput(folder, "cannot be made: " + error.message());
+  remove_earlier(folder);
   CsvTable table(folder + "/modes.csv",
                  {"mode", "frequency [Hz]", "damping_ratio", "real [1/s]", "imaginary [1/s]"});
   write_coordinates(modes, folder + "/shapes.mtx");

@@ -18,11 +18,14 @@ namespace {
 /// Columns of time_series.csv beside the overview; spreadsheets end at some thousand.
 constexpr std::size_t kMostColumns = 1000;
 
-// Before the tables are opened in it.
+// Before the tables are opened in it. They are written over; other files of an earlier run would stay.
 const std::string& made(const std::string& folder) {
   std::error_code error;
   std::filesystem::create_directories(std::filesystem::path(folder) / "vtu", error);
   if (error) throw InvalidInput(folder, "cannot be made: " + error.message());
+  remove_pvd(folder + "/result.pvd");
+  for (const char* picture : {"time_series.png", "steps.png", "deformed.png"})
+    remove_file(folder + "/" + picture);
   return folder;
 }
 

@@ -95,7 +95,7 @@ std::string run_json(const RunResult& result) {
   json["time_output"] = result.time_output;
   json["time_waiting"] = result.time_waiting;
   json["notes"] = result.notes;
-  json["status"] = program::status_word(result.code);
+  json["status"] = result.status;
   json["message"] = result.message;
   return program::one_line(json);
 }

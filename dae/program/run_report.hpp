@@ -22,7 +22,7 @@ struct RunResult {
   double time_waiting = 0;  ///< s: that the run waited for that
   std::vector<std::string> notes;
   std::int64_t bytes_peak = 0;  ///< of the whole process on the host, the most so far
-  program::ExitCode code = program::ExitCode::solved;
+  std::string status = program::status_word(program::ExitCode::solved);
   std::string message;
 };
 

@@ -83,10 +83,10 @@ ExitCode with_report(const Command& command, const Work& work) {
   if (!command.json.empty()) io::check_writable(command.json);
   Json json{{"name", command.model}, {"threads", command.threads}};
   const Stopwatch watch;
-  const auto write = [&](ExitCode code, const std::string& message) {
+  const auto write = [&](const char* status, const std::string& message) {
     json["time_total"] = watch.seconds();
     json["bytes_peak"] = peak_memory();
-    json["status"] = program::status_word(code);
+    json["status"] = status;
     json["message"] = message;
     if (!command.json.empty()) io::write_file(command.json, program::one_line(json) + "\n");
   };
@@ -99,10 +99,10 @@ ExitCode with_report(const Command& command, const Work& work) {
     work(model, json);
   } catch (...) {
     const program::Failure failure = program::describe_current_exception();
-    write(failure.code, failure.message);
+    write(failure.status, failure.message);
     throw;
   }
-  write(ExitCode::solved, "");
+  write(program::status_word(ExitCode::solved), "");
   return ExitCode::solved;
 }
 

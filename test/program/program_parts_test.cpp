@@ -108,6 +108,13 @@ TEST(ExitCodes, EachKindOfErrorHasItsOwn) {
   EXPECT_EQ(failure_of(mfs::BackendError("a", 1, "b")).code, ExitCode::backend);
   EXPECT_EQ(failure_of(mfs::StateError("a")).code, ExitCode::backend);
   EXPECT_EQ(failure_of(std::runtime_error("a")).code, ExitCode::backend);
+  EXPECT_EQ(failure_of(mfs::Error("a")).code, ExitCode::backend);
+}
+
+TEST(ExitCodes, AMethodThatFailsHasAStatusOfItsOwn) {
+  EXPECT_STREQ(failure_of(mfs::Error("a")).status, "failed");
+  EXPECT_STREQ(failure_of(mfs::BackendError("a", 1, "b")).status, "backend");
+  EXPECT_STREQ(failure_of(mfs::InvalidInput("a", "b")).status, "invalid_input");
 }
 
 TEST(ExitCodes, MessagesAreOneLineAndSayHowPlacesCount) {

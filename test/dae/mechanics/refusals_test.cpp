@@ -58,6 +58,7 @@ TEST_F(Refusals, Bodies) {
   expect_refused(name, "position or velocity",
                  [&] { with([](RigidBody& b) { b.placement.velocity[1] = NAN; }); });
   expect_refused("axis", "no direction", [] { axes_along({0, 0, 0}); });
+  expect_refused("axis", "no direction", [] { axes_along({0, 0, INFINITY}); });
   expect_refused("axis", "along the first", [] { axes_along({0, 0, 1}, {0, 0, 3}); });
 }
 

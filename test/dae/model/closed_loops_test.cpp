@@ -178,6 +178,16 @@ TEST(Motions, ThatJumpAreNamed) {
   expect_ended(json, HasSubstr("expression 'log(0.5 - t)': it or a derivative is not finite at t = 0.5"));
 }
 
+TEST(Forces, WithAPoleAreNamedByWhatTheyActOn) {
+  Json json = of_library("four_bar", 1.0, 1);
+  json["forces"]["steady"] = {{"type", "actuator"}, {"joint", "D"}, {"torque", "1"}};
+  json["forces"]["motor"] = {{"type", "actuator"}, {"joint", "A"}, {"torque", "1/(t - 0.5)"}};
+  expect_ended(json, HasSubstr("; the force on quantity A.angle.value jumps or has a pole"));
+  json["forces"]["motor"] = {
+      {"type", "point"}, {"side", "coupler"}, {"point", triple(kNone)}, {"x", "1/(t - 0.5)"}};
+  expect_ended(json, HasSubstr("; the force on coupler.x jumps or has a pole"));
+}
+
 // The hinges share the weight, and the moment of the weight: a pair of forces H at 0.8 m and two moments M
 // with 1.6 H + 2 M = g / 2 and the least sum of squares.
 TEST(Door, OnTwoHingesTurnsAndHangsOnBoth) {

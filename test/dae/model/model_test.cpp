@@ -62,6 +62,17 @@ TEST(Model, BodiesArePlacedAndMove) {
   EXPECT_THAT(part(model.q0, block, 7), Pointwise(DoubleNear(1e-15), {0.0, 3.5, 0.1, 1.0, 0.0, 0.0, 0.0}));
 }
 
+TEST(Model, AxesMayHaveAnyLength) {
+  Json json = small_model();
+  const MultibodyModel model = mfs::dae::make_model(json, "", 1);
+  for (const double length : {1e-300, 1e300}) {
+    json["joints"]["hinge"]["axis"] = json["bodies"]["bar"]["rotation"]["axis"] = {0, 0, length};
+    const MultibodyModel same = mfs::dae::make_model(json, "", 1);
+    EXPECT_EQ(same.q0, model.q0);
+    EXPECT_EQ(same.v0, model.v0);
+  }
+}
+
 TEST(Model, MaterialMassAndForcesCount) {
   Json json = small_model();
   const auto force = [&json] {

@@ -125,6 +125,44 @@ TEST_F(DaeProgram, RunsAndSumsUp) {
   EXPECT_TRUE(report["notes"].empty()) << report["notes"];
 }
 
+TEST_F(DaeProgram, LeavesNothingOfTheRunBefore) {
+  const auto files = [&] {
+    std::vector<std::string> names;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(path("out")))
+      if (!entry.is_directory()) names.push_back(entry.path().filename());
+    std::sort(names.begin(), names.end());
+    return names;
+  };
+  const std::vector<std::string> arguments{"run", falling(), "-o", path("out"), "--no-plots"};
+  run_program(arguments);
+  const std::vector<std::string> of_four = files();
+  ordered_json json = ordered_json::parse(text_of(falling()));
+  json["outputs"] = 11;
+  const std::string longer = file("longer.json", json.dump());
+  run_program({"run", longer, "-o", path("out"), "--no-plots"});
+  for (const char* picture : {"time_series.png", "steps.png", "deformed.png"})
+    file(std::string("out/") + picture, "of the run before");
+  std::vector<std::string> with_others = files();
+  EXPECT_EQ(with_others.size(), of_four.size() + 7 + 3);
+  // A run that does not come to write leaves all of it.
+  json["end"] = -1;
+  EXPECT_EQ(run_program({"run", file("wrong.json", json.dump()), "-o", path("out")}).code, 3);
+  EXPECT_EQ(files(), with_others);
+  // What is not of a run stays, whatever the list of the run before says.
+  for (const char* name : {"mine.png", "vtu/mine_0001.vtu", "vtu/mine.vtu", "mine_0001.vtu"})
+    file(std::string("out/") + name, "mine");
+  std::string list = text_of(path("out/result.pvd"));
+  for (const char* name : {"vtu/mine.vtu", "mine_0001.vtu", "vtu/../mine_0001.vtu", "../out/mine_0001.vtu"})
+    list += std::string("<DataSet timestep=\"0\" part=\"0\" file=\"") + name + "\"/>\n";
+  file("out/result.pvd", list);
+  run_program(arguments);
+  std::vector<std::string> expected = of_four;
+  for (const char* name : {"mine.png", "mine_0001.vtu", "mine_0001.vtu", "mine.vtu"})
+    expected.push_back(name);
+  std::sort(expected.begin(), expected.end());
+  EXPECT_EQ(files(), expected);
+}
+
 TEST_F(DaeProgram, RecordsWhatTheModelChooses) {
   ordered_json json = ordered_json::parse(text_of(falling()));
   json["record"] = {"bodies.*.velocity", "energy.kinetic"};
@@ -404,6 +442,13 @@ TEST_F(DaeProgram, ListsModesAndDrawsThem) {
   if (run.err.empty()) {
     EXPECT_TRUE(std::filesystem::exists(path("modes/modes.png")));  // where matplotlib is
   }
+  // What a longer list left goes.
+  for (const char* name : {"mode_002.pvd", "mode_003.pvd", "modes.png"})
+    file(std::string("modes/") + name, "of the list before");
+  EXPECT_EQ(run_program({"modes", model, "-o", path("modes"), "--no-plots"}).code, 0);
+  EXPECT_TRUE(std::filesystem::exists(path("modes/mode_001.pvd")));
+  for (const char* name : {"mode_002.pvd", "mode_003.pvd", "modes.png"})
+    EXPECT_FALSE(std::filesystem::exists(path("modes/") + name)) << name;
   // 0.96 s^2 + 1.2 s + ... : the real part is that of the damping wherever the bar is.
   EXPECT_EQ(run_program({"modes", model, "-o", path("moving"), "--at", "0.5"}).code, 0);
   EXPECT_NEAR(read_table(path("moving/modes.csv")).at("real [1/s]")[0], -1.2 / (2 * 0.96), 1e-6);
@@ -477,6 +522,17 @@ TEST_F(DaeProgram, AFailedRunIsReported) {
   const ordered_json report = ordered_json::parse(text_of(path("report.json")));
   EXPECT_NE(report["status"], "solved");
   EXPECT_THAT(run.err, HasSubstr(report["message"].get<std::string>()));
+}
+
+TEST_F(DaeProgram, WhatLeadsNowhereHasAStatusOfItsOwn) {
+  ordered_json json = ordered_json::parse(text_of(falling()));
+  json["forces"]["push"] = {{"type", "point"}, {"side", "block"}, {"point", {0, 0, 0}}, {"x", "1/(t - 0.5)"}};
+  const std::string model = file("pole.json", json.dump()), report = path("report.json");
+  EXPECT_THAT(complaint({"run", model, "-o", path("out"), "--no-plots", "--json", report}, 7),
+              HasSubstr("; the force on block.x jumps or has a pole"));
+  EXPECT_EQ(ordered_json::parse(text_of(report))["status"], "failed");
+  complaint({"static", falling(), "-o", path("out"), "--json", report}, 7);
+  EXPECT_EQ(ordered_json::parse(text_of(report))["status"], "failed");
 }
 
 }  // namespace

@@ -16,6 +16,7 @@
 #include "dae/integrator/dense_output.hpp"
 #include "dae/integrator/formula.hpp"
 #include "dae/integrator/initial_conditions.hpp"
+#include "dae/integrator/jumps.hpp"
 #include "dae/integrator/newton.hpp"
 #include "dae/integrator/partition.hpp"
 #include "dae/integrator/projection.hpp"
@@ -45,11 +46,6 @@ constexpr double kEvenedOut = 8.0;
 constexpr double kStretch = 1.05;
 /// How far ahead of a step that became too small its cause may be, in shortest steps.
 constexpr double kMoment = 64.0;
-/// What changes in such a moment by more than so many times what a step may leave of a constraint jumps:
-/// smooth motions would have to be faster than any machine.
-constexpr double kJump = 1e3;
-/// What part of the largest force changes in such a moment only where one jumps or has a pole.
-constexpr double kSudden = 0.1;
 
 void check(bool good, const char* option, const std::string& what) {
   if (!good) throw InvalidInput(option, what);
@@ -123,44 +119,6 @@ void rethrow_if_final(const std::exception_ptr& thrown) {
   } catch (...) {
     return;
   }
-}
-
-double largest(const std::vector<double>& x) {
-  double most = 0.0;
-  for (const double value : x) most = std::max(most, std::abs(value));
-  return most;
-}
-
-/// Which constraint or force jumps in the next `moment`, or what is no number then; empty: nothing.
-std::string jump(const ConstrainedSystem& system, const State& state, double moment,
-                 const IntegratorOptions& options) {
-  const std::vector<double> no_multipliers(static_cast<std::size_t>(system.constraints()), 0.0);
-  const std::vector<double> no_accelerations(state.a.size(), 0.0);  // leave F the forces alone
-  StateView there{state.t, state.q.data(), state.v.data(), no_accelerations.data(), no_multipliers.data()};
-  Residual before = make_residual(system), after = before;
-  try {
-    system.evaluate(there, before);
-    there.t += moment;
-    system.evaluate(there, after);
-  } catch (const InvalidInput& e) {
-    return e.what();
-  }
-  for (int row = 0; row < system.constraints(); ++row) {
-    const auto same = [&](const std::vector<double>& now, const std::vector<double>& then, double bound) {
-      return std::abs(then[row] - now[row]) <= kJump * bound;
-    };
-    if (!same(before.position, after.position, options.constraint_position) ||
-        !same(before.velocity, after.velocity, options.constraint_velocity) ||
-        !same(before.acceleration, after.acceleration, options.constraint_acceleration))
-      return system.constraint_name(row) + " jumps";
-  }
-  // A force that is near zero changes by as large a part of itself, but accelerates nothing like that.
-  if (largest(state.a) * moment <= kJump * options.constraint_velocity) return {};
-  const double bound = kSudden * largest(before.force);
-  for (int i = 0; i < system.coordinates(); ++i)
-    if (std::abs(after.force[i] - before.force[i]) > bound)
-      return "the force on " + system.coordinate_name(i) + " jumps or has a pole";
-  return {};
 }
 
 /// Error weights of [q, v].
@@ -490,7 +448,7 @@ class Integrator::Impl {
   /// What a model does that no step gets past, with names.
   std::string obstacle() const {
     const State there = on_host(*executor_, state_);
-    std::string text = jump(given_, there, kMoment * resolved_step(), options_);
+    std::string text = find_jump(given_, there, kMoment * resolved_step(), options_);
     if (text.empty()) text = redundancy_->nearly_redundant(there.t, there.q, report_.redundant);
     return text.empty() ? text : "; " + text;
   }

@@ -6,7 +6,7 @@
 // number a step. `Vectors` does what depends on the memory:
 //
 //   Vertex parts() const                           how many there are, at most kSolveColumns
-//   double measure(Vertex part)                    the backward error of the solution as it is
+//   void measure(double* errors)                   the backward errors of all parts as they are
 //   void correct(const Vertex* parts, Vertex count)    finds the corrections of these parts; the k-th of them
 //                                                  has place k
 //   double add_correction(Vertex part, Vertex place)   adds it to the solution; returns the error after that
@@ -34,10 +34,8 @@ class IterativeRefinement {
 
   /// Measures the solutions as they are. Time counts from its end.
   void measure() {
-    for (Vertex part = 0; part < vectors_.parts(); ++part) {
-      error_[part] = vectors_.measure(part);
-      open_[part] = error_[part] > controls_.tolerance;
-    }
+    vectors_.measure(error_.data());
+    for (Vertex part = 0; part < vectors_.parts(); ++part) open_[part] = error_[part] > controls_.tolerance;
     watch_ = Stopwatch();
   }
 

@@ -298,7 +298,9 @@ class AccuracyLadder final : public Factorization<Value> {
     const auto doubled = [&](const Value* b, const Value* x, const Value* low, Value* r) {
       doubled_residual(exec_, plan_->n, matrix_rows(transposed), b, x, low, r);
     };
-    const HostVectors vectors(exec_, plan_->n, columns, at_, inverse, residual, doubled);
+    // Floors are of single columns.
+    const RowAccess<Value> together = controls.row_floor > 0 ? RowAccess<Value>{} : matrix_rows(transposed);
+    const HostVectors vectors(exec_, plan_->n, columns, at_, together, inverse, residual, doubled);
     Refinement(vectors, controls).run(outcome, begun);
   }
 

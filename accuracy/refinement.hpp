@@ -24,7 +24,7 @@
 #include "accuracy/iterative_refinement.hpp"
 #include "accuracy/solve_controls.hpp"
 #include "kernels/factors.hpp"
-#include "kernels/stages/residual.hpp"
+#include "kernels/stages/residual_columns.hpp"
 #include "kernels/stages/vector_ops.hpp"
 
 namespace mfs {
@@ -47,22 +47,32 @@ constexpr double kEnough = 0.1;
 /// One block of right-hand sides and its solutions in the memory of the host, where Exec works on them. Each
 /// column is a part, as IterativeRefinement calls it. `Inverse` is called as inverse(from, to, columns),
 /// `Residual` as residual(b or null, x, r, sizes of rows or null) and returns the componentwise backward
-/// error, `DoubledResidual` as doubled(b, x, low, r) for r = b - A (x + low).
+/// error, `DoubledResidual` as doubled(b, x, low, r) for r = b - A (x + low). `rows` are those of A; where
+/// its `offsets` is null, columns are measured one by one, by `residual`.
 template <class Exec, class Scalar, class Inverse, class Residual, class DoubledResidual>
 class HostVectors {
  public:
   using Value = Scalar;
   HostVectors(const Exec& exec, Vertex n, Vertex columns, const RefinementVectors<Scalar>& vectors,
-              const Inverse& inverse, const Residual& residual, const DoubledResidual& doubled)
+              const RowAccess<Scalar>& rows, const Inverse& inverse, const Residual& residual,
+              const DoubledResidual& doubled)
       : n(n),
         columns(columns),
         inverse(inverse),
         residual(residual),
         doubled(doubled),
         exec_(exec),
+        rows_(rows),
         at_(vectors) {}
 
   Vertex parts() const { return columns; }
+  void measure(double* errors) const {
+    Vertex j = 0;
+    if (rows_.offsets && n >= kResidualColumns) {
+      for (; j + kResidualColumns <= columns; j += kResidualColumns) measure_together(j, errors + j);
+    }
+    for (; j < columns; ++j) errors[j] = measure(j);
+  }
   double measure(Vertex j) const { return residual(b(j), x(j), r(j), nullptr); }
   void correct(const Vertex* parts, Vertex count) const {
     for (Vertex place = 0; place < count; ++place) copy(r(parts[place]), d(place));
@@ -124,7 +134,33 @@ class HostVectors {
  private:
   Scalar* column(Scalar* block, Vertex j) const { return block + static_cast<Offset>(j) * n; }
 
+  // Columns [first, first + kResidualColumns). They lie side by side where corrections come later, and what
+  // is found of groups of rows where the sizes of rows do.
+  void measure_together(Vertex first, double* errors) const {
+    constexpr Offset kGroup = 128;
+    constexpr Vertex K = kResidualColumns;
+    const Offset rows = n, groups = (rows + kGroup - 1) / kGroup;
+    const Scalar *const from = x(first), *const b_first = b(first);
+    Scalar *const together = at_.d, *const r_first = r(first);
+    double* const worst = at_.size;
+    for_each_index(exec_, "mfs::together", groups, [=](Offset group) {
+      for (Offset i = group * kGroup; i < std::min(rows, (group + 1) * kGroup); ++i) {
+        for (Vertex c = 0; c < K; ++c) together[i * K + c] = from[i + c * rows];
+      }
+    });
+    for_each_index(exec_, "mfs::residuals", groups, [=, a = rows_](Offset group) {
+      residual_rows(a, group * kGroup, std::min(rows, (group + 1) * kGroup), rows, b_first, together, r_first,
+                    worst + group * K);
+    });
+    exec_.fence();
+    std::fill_n(errors, K, 0.0);
+    for (Offset group = 0; group < groups; ++group) {
+      for (Vertex c = 0; c < K; ++c) errors[c] = std::max(errors[c], worst[group * K + c]);
+    }
+  }
+
   Exec exec_;
+  RowAccess<Scalar> rows_;
   RefinementVectors<Scalar> at_;
 };
 

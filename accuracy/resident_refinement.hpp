@@ -18,7 +18,7 @@ class ResidentVectors {
       : factors_(factors), tolerance_(tolerance) {}
 
   Vertex parts() const { return 1; }
-  double measure(Vertex) { return factors_.backward_error(tolerance_); }
+  void measure(double* errors) { errors[0] = factors_.backward_error(tolerance_); }
   void correct(const Vertex*, Vertex) { factors_.correct(); }
   // correct() has added it.
   double add_correction(Vertex, Vertex) { return factors_.backward_error(tolerance_); }

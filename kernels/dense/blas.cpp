@@ -185,6 +185,10 @@ void solve_triangle(bool upper, Vertex n, const Real* t, Offset ld, Real* x) {
 
 /// Up to so many rows and columns products are made without BLAS, and triangles are solved with.
 constexpr Vertex kSmallProduct = small::kMost, kSmallTriangle = 128;
+/// And all triangles and longer products for so few columns, as those of a solve: BLAS packs the large
+/// operand, each of whose entries meets only these. Products inside a panel have no more terms than columns;
+/// there BLAS is faster.
+constexpr Vertex kFewColumns = 16;
 
 // One right-hand side reads the triangle once; trsm would pack it first.
 template <class Scalar>
@@ -194,8 +198,11 @@ void solve_left(const char* uplo, const char* diag, Transpose transpose, Vertex 
   if constexpr (std::is_floating_point_v<Scalar>) {
     if (columns == 1 && transpose == Transpose::no) return solve_triangle(*uplo == 'U', n, t, ldt, b);
   }
-  if (columns > 1 && n <= kSmallTriangle && *uplo == 'L' && transpose == Transpose::no)
-    return small::solve_unit_lower(n, columns, t, ldt, b, ldb);
+  if (columns > 1 && n <= (columns > kFewColumns ? kSmallTriangle : small::kMost) &&
+      transpose == Transpose::no) {
+    if (*uplo == 'L') return small::solve_unit_lower(n, columns, t, ldt, b, ldb);
+    if (small::solve_upper(n, columns, t, ldt, b, ldb)) return;
+  }
   const char ta = static_cast<char>(transpose);
   if (columns == 1) {
     trsv(uplo, &ta, diag, n, t, leading(ldt), b);
@@ -214,7 +221,7 @@ void gemm_minus(Transpose transpose_a, Vertex m, Vertex n, Vertex k, const Scala
   if constexpr (std::is_floating_point_v<Scalar>) {
     if (n == 1 && plain) return subtract_product(m, k, a, lda, b, c);
   }
-  if (n > 1 && plain && std::max({m, n, k}) <= kSmallProduct)
+  if (n > 1 && plain && ((n <= kFewColumns && k > n) || std::max({m, n, k}) <= kSmallProduct))
     return small::gemm_minus(m, n, k, a, lda, b, ldb, c, ldc);
   const char ta = static_cast<char>(transpose_a);
   if (n == 1) {

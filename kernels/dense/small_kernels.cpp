@@ -28,6 +28,13 @@ namespace {
     using R = typename T::Real;                                                                            \
     T::solve_unit_lower(n, columns, reinterpret_cast<const R*>(t), ldt, reinterpret_cast<R*>(b), ldb);     \
   }                                                                                                        \
+  TARGET void solve_upper_of(Vertex n, Vertex columns, const S* t, Offset ldt, const S* inverse, S* b,     \
+                             Offset ldb) {                                                                 \
+    using T = Tiles<S, BYTES, HIGH, WIDE>;                                                                 \
+    using R = typename T::Real;                                                                            \
+    T::solve_upper(n, columns, reinterpret_cast<const R*>(t), ldt, reinterpret_cast<const R*>(inverse),    \
+                   reinterpret_cast<R*>(b), ldb);                                                          \
+  }                                                                                                        \
   TARGET void solve_right_of(Vertex rows, Vertex n, const S* u, Offset ldu, const S* inverse, S* b,        \
                              Offset ldb) {                                                                 \
     using T = Tiles<S, BYTES, HIGH, WIDE>;                                                                 \
@@ -62,13 +69,32 @@ void solve_unit_lower(Vertex n, Vertex columns, const Scalar* t, Offset ldt, Sca
   solve_left_of(n, columns, t, ldt, b, ldb);
 }
 
+namespace {
+
+/// inverse[j] = 1 / u(j, j), j < n <= kMost; false where one is not finite.
 template <class Scalar>
-bool solve_upper_right(Vertex rows, Vertex n, const Scalar* u, Offset ldu, Scalar* b, Offset ldb) {
-  Scalar inverse[kMost];
+bool invert_diagonal(Vertex n, const Scalar* u, Offset ldu, Scalar* inverse) {
   for (Vertex j = 0; j < n; ++j) {
     inverse[j] = Scalar(1) / u[j + j * ldu];
     if (!std::isfinite(std::abs(inverse[j]))) return false;
   }
+  return true;
+}
+
+}  // namespace
+
+template <class Scalar>
+bool solve_upper(Vertex n, Vertex columns, const Scalar* t, Offset ldt, Scalar* b, Offset ldb) {
+  Scalar inverse[kMost];
+  if (!invert_diagonal(n, t, ldt, inverse)) return false;
+  solve_upper_of(n, columns, t, ldt, inverse, b, ldb);
+  return true;
+}
+
+template <class Scalar>
+bool solve_upper_right(Vertex rows, Vertex n, const Scalar* u, Offset ldu, Scalar* b, Offset ldb) {
+  Scalar inverse[kMost];
+  if (!invert_diagonal(n, u, ldu, inverse)) return false;
   solve_right_of(rows, n, u, ldu, inverse, b, ldb);
   return true;
 }
@@ -76,6 +102,7 @@ bool solve_upper_right(Vertex rows, Vertex n, const Scalar* u, Offset ldu, Scala
 #define MFS_INSTANTIATE(S)                                                                             \
   template void gemm_minus<S>(Vertex, Vertex, Vertex, const S*, Offset, const S*, Offset, S*, Offset); \
   template void solve_unit_lower<S>(Vertex, Vertex, const S*, Offset, S*, Offset);                     \
+  template bool solve_upper<S>(Vertex, Vertex, const S*, Offset, S*, Offset);                          \
   template bool solve_upper_right<S>(Vertex, Vertex, const S*, Offset, S*, Offset);
 MFS_INSTANTIATE(float)
 MFS_INSTANTIATE(double)

@@ -10,10 +10,10 @@
 
 namespace mfs::small {
 
-/// No operand may have more rows or columns: the last rows are held in memory of the stack.
+/// Triangles may not have more rows, nor C and B more columns: few rows are held in memory of the stack.
 constexpr Vertex kMost = 256;
 
-/// C (m x n) -= A (m x k) B (k x n).
+/// C (m x n) -= A (m x k) B (k x n), kMost terms after each other.
 template <class Scalar>
 void gemm_minus(Vertex m, Vertex n, Vertex k, const Scalar* a, Offset lda, const Scalar* b, Offset ldb,
                 Scalar* c, Offset ldc);
@@ -22,8 +22,12 @@ void gemm_minus(Vertex m, Vertex n, Vertex k, const Scalar* a, Offset lda, const
 template <class Scalar>
 void solve_unit_lower(Vertex n, Vertex columns, const Scalar* t, Offset ldt, Scalar* b, Offset ldb);
 
-/// B (rows x n) := B U^-1 for the upper triangle of U. False, and nothing is done, where the reciprocal of an
-/// entry on the diagonal is not finite.
+/// B (n x columns) := U^-1 B for the upper triangle of U. False, and nothing is done, where the reciprocal of
+/// an entry on the diagonal is not finite.
+template <class Scalar>
+bool solve_upper(Vertex n, Vertex columns, const Scalar* u, Offset ldu, Scalar* b, Offset ldb);
+
+/// The same from the right: B (rows x n) := B U^-1.
 template <class Scalar>
 bool solve_upper_right(Vertex rows, Vertex n, const Scalar* u, Offset ldu, Scalar* b, Offset ldb);
 

@@ -114,12 +114,13 @@ struct Tiles {
     }
   }
   /// Lanes of the last register of a matrix whose rows are no multiple of one: it lies so that it ends with
-  /// them, and the first of its rows, which another register has done, stay as they are.
+  /// them, and the first of its rows, which another register has done, stay as they are. From the last row to
+  /// the first it is the other way round.
   struct Window {
     Places writes;  // all bits of the lanes that are to be written
   };
-  static MFS_INLINE void make_window(Vertex done, Window& window) {
-    for (int i = 0; i < kLanes; ++i) window.writes[i] = i >= done * kParts ? -1 : 0;
+  static MFS_INLINE void make_window(Vertex first, Vertex last, Window& window) {
+    for (int i = 0; i < kLanes; ++i) window.writes[i] = i >= first * kParts && i < last * kParts ? -1 : 0;
   }
   template <int high, int wide>
   static MFS_INLINE void store_tile(const Tile<high, wide>& tile, const Window* window, Real* c, Offset ldc) {
@@ -178,23 +179,31 @@ struct Tiles {
     if constexpr (wide > 1) right_columns<high, wide / 2>(j, n, u, ldu, inverse, window, b, ldb);
   }
 
-  /// The columns of a lower triangle of one register's rows, below the diagonal, zeros above; turned ones,
-  /// too, where numbers are complex.
+  /// The columns of a triangle of one register's rows without the diagonal, zeros on its other side; turned
+  /// ones, too, where numbers are complex.
   struct Triangle {
-    Vertex first;  // those before it are none
+    Vertex first, last;  // others are none
     Vector column[kRows][kParts];
   };
-  /// Rows and columns from `first` on; t: (0, 0).
-  static MFS_INLINE void read_triangle(Vertex first, const Real* t, Offset ldt, Triangle& triangle) {
+  /// The lower or upper triangle of rows and columns [first, last); t: (0, 0).
+  template <bool upper>
+  static MFS_INLINE void read_triangle(Vertex first, Vertex last, const Real* t, Offset ldt,
+                                       Triangle& triangle) {
     triangle.first = first;
+    triangle.last = last;
     for (int c = 0; c < kRows; ++c) {
       Real held[kLanes] = {};
-      if (c >= first) {
-        for (int i = (c + 1) * kParts; i < kLanes; ++i) held[i] = t[c * kParts * ldt + i];
+      if (c >= first && c < last) {
+        const int begin = upper ? 0 : (c + 1) * kParts, end = upper ? c * kParts : kLanes;
+        for (int i = begin; i < end; ++i) held[i] = t[c * kParts * ldt + i];
       }
       load(held, triangle.column[c][0]);
       if constexpr (kParts == 2) turn(triangle.column[c][0], triangle.column[c][1]);
     }
+  }
+  static MFS_INLINE void subtract_column(const Triangle& triangle, int c, const Vector& found, Vector& from) {
+#pragma GCC unroll 2
+    for (int part = 0; part < kParts; ++part) from -= triangle.column[c][part] * found[c * kParts + part];
   }
   /// Rows of one register of a solve from the left, `above` rows being solved for; x: the first of them.
   template <int wide>
@@ -210,15 +219,39 @@ struct Tiles {
 #pragma GCC unroll 16
         for (int right = 0; right < wide; ++right) {
           const Vector found = tile.at[right][0];
-#pragma GCC unroll 2
-          for (int part = 0; part < kParts; ++part)
-            tile.at[right][0] -= triangle.column[c][part] * found[c * kParts + part];
+          subtract_column(triangle, c, found, tile.at[right][0]);
         }
       }
       store_tile(tile, window, b + j * kParts * ldb, ldb);
     }
     if constexpr (wide > 1)
       left_columns<wide / 2>(j, columns, above, a, lda, triangle, window, x, ldx, b, ldb);
+  }
+  /// The same with an upper triangle, `below` rows being solved for; `inverse` of the diagonal.
+  template <int wide>
+  static MFS_INLINE void upper_columns(Vertex j, Vertex columns, Vertex below, const Real* a, Offset lda,
+                                       const Triangle& triangle, const Real* inverse, const Window* window,
+                                       const Real* x, Offset ldx, Real* b, Offset ldb) {
+    for (; j + wide <= columns; j += wide) {
+      Tile<1, wide> tile;
+      subtract_product(below, a, lda, x + j * kParts * ldx, ldx, b + j * kParts * ldb, ldb, tile);
+#pragma GCC unroll 16
+      for (int c = kRows - 1; c >= 0; --c) {
+        if (c >= triangle.last) continue;
+#pragma GCC unroll 16
+        for (int right = 0; right < wide; ++right) {
+          Vector found = tile.at[right][0];
+          multiply(inverse + c * kParts, found);
+          subtract_column(triangle, c, found, tile.at[right][0]);
+#pragma GCC unroll 2
+          for (int part = 0; part < kParts; ++part)
+            tile.at[right][0][c * kParts + part] = found[c * kParts + part];
+        }
+      }
+      store_tile(tile, window, b + j * kParts * ldb, ldb);
+    }
+    if constexpr (wide > 1)
+      upper_columns<wide / 2>(j, columns, below, a, lda, triangle, inverse, window, x, ldx, b, ldb);
   }
 
   /// Fewer rows than a register has, with zeros behind them, and back.
@@ -237,6 +270,12 @@ struct Tiles {
 
   static MFS_INLINE void gemm_minus(Vertex m, Vertex n, Vertex k, const Real* a, Offset lda, const Real* b,
                                     Offset ldb, Real* c, Offset ldc) {
+    for (Vertex p = 0; p < k; p += kMost)
+      subtract_terms(m, n, std::min(kMost, k - p), a + p * kParts * lda, lda, b + p * kParts, ldb, c, ldc);
+  }
+  // The same of at most kMost terms.
+  static MFS_INLINE void subtract_terms(Vertex m, Vertex n, Vertex k, const Real* a, Offset lda,
+                                        const Real* b, Offset ldb, Real* c, Offset ldc) {
     if (m < kRows) {
       alignas(64) Real held_a[kMost * kLanes], held_c[kMost * kLanes];
       hold(m, k, a, lda, held_a);
@@ -250,7 +289,7 @@ struct Tiles {
     while (i < m) {  // one whole register, or the window at the end, or both
       const Vertex begin = std::min(i, m - kRows);
       Window window;
-      make_window(i - begin, window);
+      make_window(i - begin, kRows, window);
       product_columns<1, kWidest>(0, n, k, a + begin * kParts, lda, b, ldb, &window, c + begin * kParts, ldc);
       i = begin + kRows;
     }
@@ -266,7 +305,7 @@ struct Tiles {
       alignas(64) Real held_t[kRows * kLanes], held_b[kColumns * kLanes];
       hold(n, n, t, ldt, held_t);
       std::fill(held_t + n * kLanes, held_t + kRows * kLanes, Real(0));
-      read_triangle(0, held_t, kRows, triangle);
+      read_triangle<false>(0, kRows, held_t, kRows, triangle);
       for (Vertex j = 0; j < columns; j += kColumns, b += kColumns * kParts * ldb) {
         const Vertex count = std::min(kColumns, columns - j);
         hold(n, count, b, ldb, held_b);
@@ -279,11 +318,41 @@ struct Tiles {
       for (Vertex i = 0; i < n;) {
         const Vertex begin = std::min(i, n - kRows);
         Window window;
-        make_window(i - begin, window);
-        read_triangle(i - begin, t + (begin + begin * ldt) * kParts, ldt, triangle);
+        make_window(i - begin, kRows, window);
+        read_triangle<false>(i - begin, kRows, t + (begin + begin * ldt) * kParts, ldt, triangle);
         left_columns<wide>(0, std::min(kColumns, columns - j), i, t + begin * kParts, ldt, triangle, &window,
                            b, ldb, b + begin * kParts, ldb);
         i = begin + kRows;
+      }
+    }
+  }
+
+  static MFS_INLINE void solve_upper(Vertex n, Vertex columns, const Real* t, Offset ldt, const Real* inverse,
+                                     Real* b, Offset ldb) {
+    constexpr int wide = std::min(8 / kParts, kWidest);
+    Triangle triangle;
+    if (n < kRows) {
+      alignas(64) Real held_t[kRows * kLanes], held_b[kColumns * kLanes];
+      hold(n, n, t, ldt, held_t);
+      read_triangle<true>(0, n, held_t, kRows, triangle);
+      for (Vertex j = 0; j < columns; j += kColumns, b += kColumns * kParts * ldb) {
+        const Vertex count = std::min(kColumns, columns - j);
+        hold(n, count, b, ldb, held_b);
+        upper_columns<wide>(0, count, 0, held_t, kRows, triangle, inverse, nullptr, held_b, kRows, held_b,
+                            kRows);
+        give_back(n, count, held_b, b, ldb);
+      }
+      return;
+    }
+    for (Vertex j = 0; j < columns; j += kColumns, b += kColumns * kParts * ldb) {
+      for (Vertex i = n, begin = 0; i > 0; i = begin) {
+        begin = std::max(i - kRows, 0);
+        Window window;
+        make_window(0, i - begin, window);
+        read_triangle<true>(0, i - begin, t + (begin + begin * ldt) * kParts, ldt, triangle);
+        upper_columns<wide>(0, std::min(kColumns, columns - j), n - i, t + (begin + i * ldt) * kParts, ldt,
+                            triangle, inverse + begin * kParts, &window, b + i * kParts, ldb,
+                            b + begin * kParts, ldb);
       }
     }
   }
@@ -302,7 +371,7 @@ struct Tiles {
     while (i < rows) {
       const Vertex begin = std::min(i, rows - kRows);
       Window window;
-      make_window(i - begin, window);
+      make_window(i - begin, kRows, window);
       right_columns<1, kWidest>(0, n, u, ldu, inverse, &window, b + begin * kParts, ldb);
       i = begin + kRows;
     }

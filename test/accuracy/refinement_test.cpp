@@ -38,7 +38,8 @@ std::vector<double> refined(const std::vector<double>& b, mfs::SolveOutcome& out
     };
     const mfs::RefinementVectors<double> vectors{right_side.data(), x.data(),    best.data(),  r.data(),
                                                  d.data(),          size.data(), &krylov_space};
-    mfs::Refinement(mfs::HostVectors(exec, n, 1, vectors, inverse, residual, doubled), mfs::SolveControls{})
+    mfs::Refinement(mfs::HostVectors(exec, n, 1, vectors, {}, inverse, residual, doubled),
+                    mfs::SolveControls{})
         .run(outcome);
   });
   return x;
@@ -97,7 +98,8 @@ TEST(Refinement, MakesTinyUnknownsRightInTwiceThePrecision) {
     };
     const mfs::RefinementVectors<double> vectors{b.data(), x.data(),    best.data(),  r.data(),
                                                  d.data(), size.data(), &krylov_space};
-    mfs::Refinement(mfs::HostVectors(exec, n, 1, vectors, inverse, residual, doubled), mfs::SolveControls{})
+    mfs::Refinement(mfs::HostVectors(exec, n, 1, vectors, {}, inverse, residual, doubled),
+                    mfs::SolveControls{})
         .run(outcome);
   });
   EXPECT_LE(outcome.backward_error, 1e-12);

@@ -82,7 +82,8 @@ std::string sizes(Vertex m, Vertex n, Vertex k) {
 TYPED_TEST(SmallKernels, SubtractProducts) {
   for (const Vertex m : kSizes) {
     for (const Vertex n : kSizes) {
-      for (const Vertex k : {0, 1, 2, 5, 31, 65}) {
+      for (const Vertex k : {0, 1, 2, 5, 31, 65, 257, 600}) {
+        if (k > 65 && n > 17) continue;  // more terms at once, as solves have them
         const Block<TypeParam> a(m, k, 1), b(k, n, 2), before(m, n, 3);
         Block<TypeParam> expected = before;
         for (Vertex j = 0; j < n; ++j) {
@@ -121,6 +122,29 @@ TYPED_TEST(SmallKernels, SolveWithUnitLowerTriangles) {
   }
 }
 
+TYPED_TEST(SmallKernels, SolveWithUpperTriangles) {
+  for (const Vertex n : kSizes) {
+    const Block<TypeParam> u = this->triangle(n, true);
+    for (const Vertex columns : kSizes) {
+      if (n == 0) continue;
+      const Block<TypeParam> before(n, columns, 4);
+      Block<TypeParam> expected = before;
+      for (Vertex j = 0; j < columns; ++j) {
+        for (Vertex p = n - 1; p >= 0; --p) {
+          expected.at(p, j) /= u.at(p, p);
+          for (Vertex i = 0; i < p; ++i) expected.at(i, j) -= u.at(i, p) * expected.at(p, j);
+        }
+      }
+      Block<TypeParam> found = before, again = before;
+      blas::solve_upper(Transpose::no, n, columns, u.data(), u.ld, found.data(), found.ld);
+      this->expect_near(found, expected, 4, sizes(n, columns, n));
+      blas::solve_upper(Transpose::no, n, columns, u.data(), u.ld, again.data(), again.ld);
+      ASSERT_EQ(found.entries, again.entries) << sizes(n, columns, n);
+      if (this->HasFatalFailure()) return;
+    }
+  }
+}
+
 TYPED_TEST(SmallKernels, SolveWithUpperTrianglesFromTheRight) {
   for (const Vertex n : kSizes) {
     const Block<TypeParam> u = this->triangle(n, true);
@@ -154,6 +178,8 @@ TYPED_TEST(SmallKernels, DivideByPivotsWhoseReciprocalOverflows) {
   Block<TypeParam> found = b;
   EXPECT_FALSE(small::solve_upper_right(Vertex(10), Vertex(3), u.data(), u.ld, found.data(), found.ld));
   EXPECT_EQ(found.entries, b.entries);
+  EXPECT_FALSE(small::solve_upper(Vertex(3), Vertex(2), u.data(), u.ld, found.data(), found.ld));
+  EXPECT_EQ(found.entries, b.entries);
 }
 
 // A solve of a window of rows looks at rows that are done: they stay as they are, whatever they hold.
@@ -167,6 +193,20 @@ TYPED_TEST(SmallKernels, LeaveRowsThatAreDone) {
   small::solve_unit_lower(Vertex(16), Vertex(9), t.data(), t.ld, first.data(), first.ld);
   for (Vertex j = 0; j < 9; ++j) {
     for (Vertex i = 0; i < 16; ++i) ASSERT_EQ(all.at(i, j), first.at(i, j)) << i << ", " << j;
+  }
+}
+
+TYPED_TEST(SmallKernels, LeaveRowsBelowThatAreDone) {
+  const Vertex n = 19, rest = 16, above = n - rest;
+  const Block<TypeParam> u = this->triangle(n, true);
+  Block<TypeParam> b(n, 9, 7);
+  for (Vertex j = 0; j < 9; ++j) b.at(n - 1, j) *= static_cast<decltype(std::abs(TypeParam()))>(1e6);
+  Block<TypeParam> last = b, all = b;
+  ASSERT_TRUE(small::solve_upper(n, Vertex(9), u.data(), u.ld, all.data(), all.ld));
+  ASSERT_TRUE(small::solve_upper(rest, Vertex(9), u.data() + above + above * u.ld, u.ld, last.data() + above,
+                                 last.ld));
+  for (Vertex j = 0; j < 9; ++j) {
+    for (Vertex i = above; i < n; ++i) ASSERT_EQ(all.at(i, j), last.at(i, j)) << i << ", " << j;
   }
 }
 

@@ -1,0 +1,108 @@
+// The residual of eight columns at once against plain loops in long double: real and complex, A and A^T by
+// slots, groups of rows, rows with more terms than a sum takes in one block.
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <complex>
+#include <limits>
+#include <numeric>
+#include <vector>
+
+#include "kernels/stages/residual_columns.hpp"
+#include "test/reference/random.hpp"
+
+namespace mfs::test {
+namespace {
+
+constexpr Vertex K = kResidualColumns;
+
+/// Row i has 7 i mod 31 entries, row 3 as many as two blocks of a sum and more.
+template <class Scalar>
+struct Rows {
+  explicit Rows(Vertex n) : random(5) {
+    for (Vertex i = 0; i < n; ++i) {
+      const Vertex count = i == 3 ? 600 : 7 * i % 31;
+      for (Vertex k = 0; k < count; ++k) columns.push_back(static_cast<Vertex>(random.integer(0, n)));
+      offsets.push_back(static_cast<Offset>(columns.size()));
+    }
+    values = random.vector<Scalar>(static_cast<std::int64_t>(columns.size()));
+    slots.resize(columns.size());
+    std::iota(slots.rbegin(), slots.rend(), Offset(0));
+  }
+  RowAccess<Scalar> access(bool by_slots) const {
+    return {offsets.data(), columns.data(), by_slots ? slots.data() : nullptr, values.data()};
+  }
+  Random random;
+  std::vector<Offset> offsets{0}, slots;
+  std::vector<Vertex> columns;
+  std::vector<Scalar> values;
+};
+
+template <class Scalar>
+class ResidualColumns : public testing::Test {};
+using Scalars = testing::Types<double, float, std::complex<double>, std::complex<float>>;
+TYPED_TEST_SUITE(ResidualColumns, Scalars);
+
+template <class Scalar>
+auto exact(const Scalar& x) {
+  if constexpr (std::is_floating_point_v<Scalar>) {
+    return static_cast<long double>(x);
+  } else {
+    return std::complex<long double>(x.real(), x.imag());
+  }
+}
+
+TYPED_TEST(ResidualColumns, AreThoseOfEachColumn) {
+  using Real = decltype(std::abs(TypeParam()));
+  for (const Vertex n : {1, 5, 40, 257}) {
+    const Rows<TypeParam> a(n);
+    const std::vector<TypeParam> b = Random(6).vector<TypeParam>(n * K),
+                                 x = Random(7).vector<TypeParam>(n * K);
+    for (const bool by_slots : {false, true}) {
+      const Offset first = n / 3, last = n - n / 5;
+      const TypeParam untouched(static_cast<Real>(99));
+      std::vector<TypeParam> r(b.size(), untouched);
+      double error[K];
+      residual_rows(a.access(by_slots), first, last, n, b.data(), x.data(), r.data(), error);
+      for (Vertex c = 0; c < K; ++c) {
+        double worst = 0;
+        for (Offset i = 0; i < n; ++i) {
+          if (i < first || i >= last) {
+            ASSERT_EQ(r[i + c * n], untouched) << i;
+            continue;
+          }
+          auto sum = exact(b[i + c * n]);
+          long double size = std::abs(sum);
+          for (Offset k = a.offsets[i]; k < a.offsets[i + 1]; ++k) {
+            const auto term = exact(a.values[by_slots ? a.slots[k] : k]) * exact(x[a.columns[k] * K + c]);
+            sum -= term;
+            size += std::abs(term);
+          }
+          const double bound = 4 * std::numeric_limits<Real>::epsilon() * static_cast<double>(size);
+          ASSERT_LE(std::abs(exact(r[i + c * n]) - sum), bound)
+              << "n " << n << ", row " << i << ", column " << c;
+          worst = std::max(worst, static_cast<double>(std::abs(sum) / size));
+        }
+        ASSERT_NEAR(error[c], worst, 1e-13) << "n " << n << ", column " << c;
+      }
+    }
+  }
+}
+
+// A row that is zero has no error, one that is not finite an infinite one, in its own column.
+TEST(ResidualColumns, RowsWithoutASize) {
+  const std::vector<Offset> offsets{0, 1, 2};
+  const std::vector<Vertex> columns{0, 1};
+  const std::vector<double> values{1, 1};
+  std::vector<double> b(2 * K, 0.0), x(2 * K, 0.0), r(2 * K);
+  x[1 * K + 2] = std::numeric_limits<double>::quiet_NaN();
+  b[1 + 4 * 2] = std::numeric_limits<double>::infinity();
+  double error[K];
+  residual_rows({offsets.data(), columns.data(), nullptr, values.data()}, 0, 2, 2, b.data(), x.data(),
+                r.data(), error);
+  for (Vertex c = 0; c < K; ++c)
+    EXPECT_EQ(error[c], c == 2 || c == 4 ? std::numeric_limits<double>::infinity() : 0.0) << c;
+}
+
+}  // namespace
+}  // namespace mfs::test

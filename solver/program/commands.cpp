@@ -53,7 +53,8 @@ class Results {
 void predict(CaseResult& result) {
   if (!result.report) return;
   const Report& report = *result.report;
-  if (result.complex || report.single_precision || report.partial) {
+  const bool by_file = report.partial && backend_info(report.backend).memory == MemorySpace::host;
+  if (result.complex || report.single_precision || by_file) {
     result.no_prediction = result.complex            ? "rates are those of real matrices"
                            : report.single_precision ? "rates are those of double precision factors"
                                                      : "rates are those of factors that fit in memory";
@@ -62,8 +63,10 @@ void predict(CaseResult& result) {
   const std::string path = rates_path();
   const RatesFile file = read_rates(path);
   const RatesKey key = rates_key(report.backend, report.threads);
-  for (const MachineRates& rates : file.rates)
-    if (rates.key == key) result.prediction = predict(rates, report.nnz, result.depths);
+  for (const MachineRates& rates : file.rates) {
+    const bool serve = !report.partial || rates.link_bytes_per_second > 0;
+    if (rates.key == key && serve) result.prediction = predict(rates, report, result.depths);
+  }
   if (!result.prediction)
     result.no_prediction = file.damaged
                                ? path + " is damaged; 'mfs info --measure' makes it anew"

@@ -6,7 +6,9 @@
 #include <numeric>
 #include <string>
 
+#include <mfs/error.hpp>
 #include <mfs/solver.hpp>
+#include <mfs/version.hpp>
 
 #include "ordering/stopwatch.hpp"
 #include "solver/program/matrix_market.hpp"
@@ -16,6 +18,8 @@ namespace {
 
 constexpr std::int64_t kPivots[] = {4, 8, 16, 32, 64, 128, 256, 512};
 constexpr std::int64_t kLevels = 4;
+/// So many times the entries are factored where the link is measured, whose copies shall be large.
+constexpr std::int64_t kTimesAsMany = 16;
 
 /// `count` chains of `levels` fronts with `pivots` pivots each, whose borders are the pivots of the next two:
 ///
@@ -135,6 +139,35 @@ void measure_entries(const Options& options, std::int64_t factor_entries, Machin
   rates.solve_seconds_per_entry = std::max(0.0, (many.solve - few.solve) / entries);
 }
 
+/// The least memory limit that factors of this system can do with.
+std::int64_t least_limit(const io::CsrMatrix<double>& a, Options options) {
+  options.memory_limit = 1;
+  Solver solver(options);
+  try {
+    solver.factor(a.view());
+  } catch (const OutOfMemory& error) {
+    return static_cast<std::int64_t>(error.needed());
+  }
+  return 0;
+}
+
+// By how much longer a solve takes that brings factors back. Where they cannot be had, nothing is said.
+void measure_link(const Options& options, std::int64_t factor_entries, MachineRates& rates) {
+  constexpr std::int64_t kPivotsOfLink = 256;
+  const Chains chains = chains_of(kPivotsOfLink, kTimesAsMany * factor_entries);
+  Options limited = options;
+  limited.analysis.matching = Matching::never;
+  chains.put_order(limited.analysis);
+  try {
+    const double whole = measure(chains, false, options).solve;
+    limited.memory_limit = least_limit(chains.matrix(false), limited);
+    const Measured part = measure(chains, false, limited);
+    if (part.report.partial && part.solve > whole)
+      rates.link_bytes_per_second = static_cast<double>(part.report.bytes_back) / (part.solve - whole);
+  } catch (const OutOfMemory&) {
+  }
+}
+
 }  // namespace
 
 MachineRates measure_rates(const Options& options, std::int64_t factor_entries,
@@ -152,6 +185,7 @@ MachineRates measure_rates(const Options& options, std::int64_t factor_entries,
     rates.key = rates_key(own.backend, measured.report.threads);
   }
   measure_entries(own, factor_entries, rates);
+  if (backend_info(own.backend).memory == MemorySpace::device) measure_link(own, factor_entries, rates);
   rates.date = today();
   return rates;
 }

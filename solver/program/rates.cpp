@@ -60,7 +60,8 @@ Json to_json(const MachineRates& rates) {
           {"date", rates.date},
           {"fronts", fronts},
           {"refactor_seconds_per_entry", rates.refactor_seconds_per_entry},
-          {"solve_seconds_per_entry", rates.solve_seconds_per_entry}};
+          {"solve_seconds_per_entry", rates.solve_seconds_per_entry},
+          {"link_bytes_per_second", rates.link_bytes_per_second}};
 }
 
 // Throws what the library of JSON throws, and std::domain_error.
@@ -69,9 +70,11 @@ MachineRates from_json(const Json& json) {
                      json.at("date"),
                      {},
                      json.at("refactor_seconds_per_entry"),
-                     json.at("solve_seconds_per_entry")};
-  for (const double seconds : {rates.refactor_seconds_per_entry, rates.solve_seconds_per_entry})
-    if (!(seconds >= 0) || !std::isfinite(seconds)) throw std::domain_error("seconds that cannot be");
+                     json.at("solve_seconds_per_entry"),
+                     json.value("link_bytes_per_second", 0.0)};  // files of before have none
+  for (const double number :
+       {rates.refactor_seconds_per_entry, rates.solve_seconds_per_entry, rates.link_bytes_per_second})
+    if (!(number >= 0) || !std::isfinite(number)) throw std::domain_error("a number that cannot be");
   double last = 0;
   for (const Json& front : json.at("fronts")) {
     const FrontRate rate{front.at("size"), front.at("flops_per_second"), front.at("entries_per_second")};
@@ -109,14 +112,25 @@ double equivalent_size(const DepthSummary& d) {
   return std::cbrt(p * p * p / 3 + p * p * b + p * b * b);
 }
 
-Prediction predict(const MachineRates& rates, std::int64_t entries, const std::vector<DepthSummary>& depths) {
-  Prediction sum{static_cast<double>(entries) * rates.refactor_seconds_per_entry,
-                 static_cast<double>(entries) * rates.solve_seconds_per_entry, rates.date};
+Prediction predict(const MachineRates& rates, const Report& report, const std::vector<DepthSummary>& depths) {
+  // What is read beside kernels slows them down (docs/experiments/device-memory.md).
+  constexpr double kReading = 1.4;
+  const auto entries = static_cast<double>(report.nnz);
+  Prediction sum{entries * rates.refactor_seconds_per_entry, entries * rates.solve_seconds_per_entry,
+                 rates.date};
   for (const DepthSummary& depth : depths) {
     const double size = equivalent_size(depth);
     sum.refactor += depth.flops.total() / interpolated(rates.fronts, &FrontRate::flops_per_second, size);
     sum.solve += static_cast<double>(depth.factor_entries) /
                  interpolated(rates.fronts, &FrontRate::entries_per_second, size);
+  }
+  if (report.partial) {
+    const auto moving = [&](std::int64_t bytes) {
+      return static_cast<double>(bytes) / rates.link_bytes_per_second;
+    };
+    // Copies to the host run beside kernels, where there are some to run.
+    sum.refactor = std::hypot(sum.refactor, moving(report.bytes_out)) + kReading * moving(report.bytes_in);
+    sum.solve += moving(report.bytes_back);
   }
   return sum;
 }

@@ -36,6 +36,8 @@ struct MachineRates {
   std::vector<FrontRate> fronts;  ///< sizes ascending
   /// What each entry of the matrix adds: it is put into its front, and read for the residual.
   double refactor_seconds_per_entry = 0, solve_seconds_per_entry = 0;
+  /// Between the memories of host and device, as a solve brings factors back; 0: not measured.
+  double link_bytes_per_second = 0;
 };
 
 /// What the file holds. A file that is not there is empty, one that makes no sense is damaged and empty.
@@ -55,10 +57,11 @@ struct Prediction {
 /// each front weighted by its operations: the cube root of m n k.
 double equivalent_size(const DepthSummary& depth);
 
-/// From `entries` of the matrix and fronts by depth: each depth at the rate of its size, which is
-/// interpolated between those measured (in logarithms) and beyond them is that of the last. `rates.fronts`
-/// must not be empty.
-Prediction predict(const MachineRates& rates, std::int64_t entries, const std::vector<DepthSummary>& depths);
+/// From the entries of the matrix and fronts by depth: each depth at the rate of its size, which is
+/// interpolated between those measured (in logarithms) and beyond them is that of the last. Factors that do
+/// not fit a device take what `report` says that moves besides, by the rate of the link. `rates.fronts` must
+/// not be empty.
+Prediction predict(const MachineRates& rates, const Report& report, const std::vector<DepthSummary>& depths);
 
 /// Of this machine; `threads` as the solver's report has them.
 RatesKey rates_key(Backend backend, int threads);

@@ -158,6 +158,8 @@ std::string rates_summary(const MachineRates& rates, const std::string& path) {
   Text text;
   line(text, "processor", "{}", rates.key.processor);
   line(text, "backend", "{}, {}", rates.key.backend, count(rates.key.threads, "thread", "threads"));
+  if (rates.link_bytes_per_second > 0)
+    line(text, "link", "{} back to the device in a solve", with_unit(rates.link_bytes_per_second, "B/s"));
   line(text, "kept in", "{}", path);
   auto out = std::back_inserter(text);
   fmt::format_to(out, "\n{:>10} {:>15} {:>15}\n", "front size", "refactor", "solve");

@@ -71,8 +71,12 @@ TEST(Rates, SizeOfFrontsInTiles) {
 }
 
 MachineRates some_rates() {
-  return {
-      {"a processor", "a BLAS", "openmp", 2}, "2026-11-25", {{10, 1e8, 1e6}, {1000, 1e10, 4e6}}, 3e-9, 2e-9};
+  return {{"a processor", "a BLAS", "openmp", 2},
+          "2026-11-25",
+          {{10, 1e8, 1e6}, {1000, 1e10, 4e6}},
+          3e-9,
+          2e-9,
+          5e10};
 }
 
 TEST(Rates, PredictionByHand) {
@@ -81,7 +85,9 @@ TEST(Rates, PredictionByHand) {
   add_fronts(depths[1], 5, 30, 85);   // between
   add_fronts(depths[2], 100, 2, 1);   // below the first
   const double part = std::log(size_of(30, 85) / 10) / std::log(100);
-  const Prediction found = predict(some_rates(), 1000000, depths);
+  mfs::Report report;
+  report.nnz = 1000000;
+  const Prediction found = predict(some_rates(), report, depths);
   EXPECT_NEAR(found.refactor,
               depths[0].flops.total() / 1e10 + depths[1].flops.total() / (1e8 * std::pow(100, part)) +
                   depths[2].flops.total() / 1e8 + 3e-3,
@@ -89,6 +95,26 @@ TEST(Rates, PredictionByHand) {
   EXPECT_NEAR(found.solve, 9e6 / 4e6 + 5 * (900 + 5100) / (1e6 * std::pow(4, part)) + 100 * 8 / 1e6 + 2e-3,
               1e-9 * found.solve);
   EXPECT_EQ(found.date, "2026-11-25");
+  report.partial = true;
+  report.bytes_out = 300e9;  // 6 s
+  report.bytes_in = 50e9;
+  report.bytes_back = 400e9;
+  const Prediction moving = predict(some_rates(), report, depths);
+  EXPECT_NEAR(moving.refactor, std::sqrt(found.refactor * found.refactor + 36) + 1.4, 1e-9);
+  EXPECT_NEAR(moving.solve, found.solve + 8, 1e-9);
+}
+
+TEST(RatesFile, OfBeforeHasNoLink) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path("rates.json");
+  keep_rates(path, some_rates());
+  EXPECT_EQ(read_rates(path).rates.at(0).link_bytes_per_second, 5e10);
+  std::string text = text_of(path);
+  const std::size_t begin = text.rfind(',', text.find("link_bytes_per_second"));
+  text.erase(begin, text.find('}', begin) - begin);
+  folder.write("rates.json", text);
+  ASSERT_EQ(read_rates(path).rates.size(), 1u) << text;
+  EXPECT_EQ(read_rates(path).rates.at(0).link_bytes_per_second, 0);
 }
 
 TEST(RatesFile, KeepsOneEntryForEachKey) {

@@ -16,10 +16,13 @@
 namespace mfs::program {
 namespace {
 
-constexpr std::int64_t kPivots[] = {4, 8, 16, 32, 64, 128, 256, 512};
+constexpr std::int64_t kPivots[] = {4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096};
+/// Up to so many pivots on the host, where larger fronts are as fast.
+constexpr std::int64_t kMostOnHost = 512;
 constexpr std::int64_t kLevels = 4;
-/// So many times the entries are factored where the link is measured, whose copies shall be large.
-constexpr std::int64_t kTimesAsMany = 16;
+/// A device has so many times the entries from so many pivots on: few fronts would not fill it, and what the
+/// link brings shall be large.
+constexpr std::int64_t kTimesAsMany = 16, kFromPivots = 64;
 
 /// `count` chains of `levels` fronts with `pivots` pivots each, whose borders are the pivots of the next two:
 ///
@@ -140,11 +143,13 @@ void measure_entries(const Options& options, std::int64_t factor_entries, Machin
 }
 
 /// The least memory limit that factors of this system can do with.
-std::int64_t least_limit(const io::CsrMatrix<double>& a, Options options) {
+std::int64_t least_limit(const Chains& chains, Options options) {
+  options.analysis.matching = Matching::never;
   options.memory_limit = 1;
+  chains.put_order(options.analysis);
   Solver solver(options);
   try {
-    solver.factor(a.view());
+    solver.factor(chains.matrix(false).view());
   } catch (const OutOfMemory& error) {
     return static_cast<std::int64_t>(error.needed());
   }
@@ -154,13 +159,11 @@ std::int64_t least_limit(const io::CsrMatrix<double>& a, Options options) {
 // By how much longer a solve takes that brings factors back. Where they cannot be had, nothing is said.
 void measure_link(const Options& options, std::int64_t factor_entries, MachineRates& rates) {
   constexpr std::int64_t kPivotsOfLink = 256;
-  const Chains chains = chains_of(kPivotsOfLink, kTimesAsMany * factor_entries);
-  Options limited = options;
-  limited.analysis.matching = Matching::never;
-  chains.put_order(limited.analysis);
+  const Chains chains = chains_of(kPivotsOfLink, factor_entries);
   try {
     const double whole = measure(chains, false, options).solve;
-    limited.memory_limit = least_limit(chains.matrix(false), limited);
+    Options limited = options;
+    limited.memory_limit = least_limit(chains, options);
     const Measured part = measure(chains, false, limited);
     if (part.report.partial && part.solve > whole)
       rates.link_bytes_per_second = static_cast<double>(part.report.bytes_back) / (part.solve - whole);
@@ -176,16 +179,21 @@ MachineRates measure_rates(const Options& options, std::int64_t factor_entries,
   own.backend = options.backend;
   own.threads = options.threads;
   own.factor.precision = Precision::full;
+  const bool on_device = backend_info(own.backend).memory == MemorySpace::device;
+  const auto sizes = std::count_if(std::begin(kPivots), std::end(kPivots),
+                                   [&](std::int64_t pivots) { return on_device || pivots <= kMostOnHost; });
   MachineRates rates;
-  double done = 0;
-  for (const std::int64_t pivots : kPivots) {
-    progress(done++ / static_cast<double>(std::size(kPivots)));
-    const Measured measured = measure(chains_of(pivots, factor_entries), false, own);
+  for (std::ptrdiff_t i = 0; i < sizes; ++i) {
+    const std::int64_t pivots = kPivots[i];
+    progress(static_cast<double>(i) / static_cast<double>(sizes));
+    const std::int64_t times = on_device && pivots >= kFromPivots ? kTimesAsMany : 1;
+    const Measured measured = measure(chains_of(pivots, times * factor_entries), false, own);
+    if (measured.report.partial) break;  // a small device
     rates.fronts.push_back(measured.rate);
     rates.key = rates_key(own.backend, measured.report.threads);
   }
   measure_entries(own, factor_entries, rates);
-  if (backend_info(own.backend).memory == MemorySpace::device) measure_link(own, factor_entries, rates);
+  if (on_device) measure_link(own, kTimesAsMany * factor_entries, rates);
   rates.date = today();
   return rates;
 }

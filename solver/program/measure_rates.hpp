@@ -10,10 +10,10 @@
 
 namespace mfs::program {
 
-/// Factors and solves systems made of fronts of one size, for sizes from 7 to some 1000, with backend and
-/// threads of `options`; of repeated refactorizations and solves the least time counts. `factor_entries`: of
-/// each system at least; fewer than the cache holds make the solve seem faster than it is. `progress` gets
-/// what is done, from 0 to 1. Throws what the solver throws.
+/// Factors and solves systems made of fronts of one size, for sizes from 7 to some 1000, on a device 8000,
+/// with backend and threads of `options`; of repeated refactorizations and solves the least time counts.
+/// `factor_entries`: of each system at least; fewer than the cache holds make the solve seem faster than it
+/// is. `progress` gets what is done, from 0 to 1. Throws what the solver throws.
 MachineRates measure_rates(const Options& options, std::int64_t factor_entries,
                            const std::function<void(double)>& progress);
 

@@ -10,6 +10,7 @@
 #include <gmock/gmock.h>
 
 #include <mfs/error.hpp>
+#include <mfs/version.hpp>
 
 #include "solver/program/measure_rates.hpp"
 #include "solver/program/rates.hpp"
@@ -220,6 +221,19 @@ TEST(MeasureRates, SizesAreThoseOfTheChains) {
     EXPECT_GT(rate.entries_per_second, 0);
     pivots *= 2;
   }
+}
+
+// On a device there are larger ones, and the rate of the link.
+TEST(MeasureRates, OnADevice) {
+  const std::vector<mfs::Backend> usable = mfs::backends();
+  if (std::count(usable.begin(), usable.end(), mfs::Backend::cuda) == 0) GTEST_SKIP() << "no CUDA device";
+  mfs::Options options;
+  options.backend = mfs::Backend::cuda;
+  options.threads = 2;
+  const MachineRates rates = measure_rates(options, 20000, [](double) {});
+  EXPECT_GT(rates.fronts.size(), 8u);
+  EXPECT_GT(rates.fronts.back().flops_per_second, rates.fronts[3].flops_per_second);
+  EXPECT_GT(rates.link_bytes_per_second, 0);
 }
 
 }  // namespace

@@ -23,17 +23,18 @@ namespace {
     T::gemm_minus(m, n, k, reinterpret_cast<const R*>(a), lda, reinterpret_cast<const R*>(b), ldb,         \
                   reinterpret_cast<R*>(c), ldc);                                                           \
   }                                                                                                        \
-  TARGET void solve_left_of(Vertex n, Vertex columns, const S* t, Offset ldt, S* b, Offset ldb) {          \
+  TARGET void solve_left_of(Vertex n, Vertex columns, const S* t, Offset ldt, const S* inverse, S* b,      \
+                            Offset ldb) {                                                                  \
     using T = Tiles<S, BYTES, HIGH, WIDE>;                                                                 \
     using R = typename T::Real;                                                                            \
-    T::solve_unit_lower(n, columns, reinterpret_cast<const R*>(t), ldt, reinterpret_cast<R*>(b), ldb);     \
-  }                                                                                                        \
-  TARGET void solve_upper_of(Vertex n, Vertex columns, const S* t, Offset ldt, const S* inverse, S* b,     \
-                             Offset ldb) {                                                                 \
-    using T = Tiles<S, BYTES, HIGH, WIDE>;                                                                 \
-    using R = typename T::Real;                                                                            \
-    T::solve_upper(n, columns, reinterpret_cast<const R*>(t), ldt, reinterpret_cast<const R*>(inverse),    \
-                   reinterpret_cast<R*>(b), ldb);                                                          \
+    const R* const triangle = reinterpret_cast<const R*>(t);                                               \
+    const R* const by = reinterpret_cast<const R*>(inverse);                                               \
+    R* const to = reinterpret_cast<R*>(b);                                                                 \
+    if (inverse) {                                                                                         \
+      T::template solve_left<true>(n, columns, triangle, ldt, by, to, ldb);                                \
+    } else {                                                                                               \
+      T::template solve_left<false>(n, columns, triangle, ldt, by, to, ldb);                               \
+    }                                                                                                      \
   }                                                                                                        \
   TARGET void solve_right_of(Vertex rows, Vertex n, const S* u, Offset ldu, const S* inverse, S* b,        \
                              Offset ldb) {                                                                 \
@@ -66,7 +67,7 @@ void gemm_minus(Vertex m, Vertex n, Vertex k, const Scalar* a, Offset lda, const
 
 template <class Scalar>
 void solve_unit_lower(Vertex n, Vertex columns, const Scalar* t, Offset ldt, Scalar* b, Offset ldb) {
-  solve_left_of(n, columns, t, ldt, b, ldb);
+  solve_left_of(n, columns, t, ldt, static_cast<const Scalar*>(nullptr), b, ldb);
 }
 
 namespace {
@@ -87,7 +88,7 @@ template <class Scalar>
 bool solve_upper(Vertex n, Vertex columns, const Scalar* t, Offset ldt, Scalar* b, Offset ldb) {
   Scalar inverse[kMost];
   if (!invert_diagonal(n, t, ldt, inverse)) return false;
-  solve_upper_of(n, columns, t, ldt, inverse, b, ldb);
+  solve_left_of(n, columns, t, ldt, static_cast<const Scalar*>(inverse), b, ldb);
   return true;
 }
 

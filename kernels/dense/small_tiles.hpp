@@ -201,57 +201,34 @@ struct Tiles {
       if constexpr (kParts == 2) turn(triangle.column[c][0], triangle.column[c][1]);
     }
   }
-  static MFS_INLINE void subtract_column(const Triangle& triangle, int c, const Vector& found, Vector& from) {
-#pragma GCC unroll 2
-    for (int part = 0; part < kParts; ++part) from -= triangle.column[c][part] * found[c * kParts + part];
-  }
-  /// Rows of one register of a solve from the left, `above` rows being solved for; x: the first of them.
-  template <int wide>
-  static MFS_INLINE void left_columns(Vertex j, Vertex columns, Vertex above, const Real* a, Offset lda,
-                                      const Triangle& triangle, const Window* window, const Real* x,
-                                      Offset ldx, Real* b, Offset ldb) {
+  /// Rows of one register of a solve from the left, `solved` rows being solved for; x: the first of these.
+  /// `inverse` of the diagonal, which is one where the triangle is not `upper`.
+  template <bool upper, int wide>
+  static MFS_INLINE void left_columns(Vertex j, Vertex columns, Vertex solved, const Real* a, Offset lda,
+                                      const Triangle& triangle, const Real* inverse, const Window* window,
+                                      const Real* x, Offset ldx, Real* b, Offset ldb) {
     for (; j + wide <= columns; j += wide) {
       Tile<1, wide> tile;
-      subtract_product(above, a, lda, x + j * kParts * ldx, ldx, b + j * kParts * ldb, ldb, tile);
+      subtract_product(solved, a, lda, x + j * kParts * ldx, ldx, b + j * kParts * ldb, ldb, tile);
 #pragma GCC unroll 16
-      for (int c = 0; c + 1 < kRows; ++c) {
-        if (c < triangle.first) continue;
-#pragma GCC unroll 16
-        for (int right = 0; right < wide; ++right) {
-          const Vector found = tile.at[right][0];
-          subtract_column(triangle, c, found, tile.at[right][0]);
-        }
-      }
-      store_tile(tile, window, b + j * kParts * ldb, ldb);
-    }
-    if constexpr (wide > 1)
-      left_columns<wide / 2>(j, columns, above, a, lda, triangle, window, x, ldx, b, ldb);
-  }
-  /// The same with an upper triangle, `below` rows being solved for; `inverse` of the diagonal.
-  template <int wide>
-  static MFS_INLINE void upper_columns(Vertex j, Vertex columns, Vertex below, const Real* a, Offset lda,
-                                       const Triangle& triangle, const Real* inverse, const Window* window,
-                                       const Real* x, Offset ldx, Real* b, Offset ldb) {
-    for (; j + wide <= columns; j += wide) {
-      Tile<1, wide> tile;
-      subtract_product(below, a, lda, x + j * kParts * ldx, ldx, b + j * kParts * ldb, ldb, tile);
-#pragma GCC unroll 16
-      for (int c = kRows - 1; c >= 0; --c) {
-        if (c >= triangle.last) continue;
+      for (int turn = 0; turn < (upper ? kRows : kRows - 1); ++turn) {
+        const int c = upper ? kRows - 1 - turn : turn;
+        if (c < triangle.first || c >= triangle.last) continue;
 #pragma GCC unroll 16
         for (int right = 0; right < wide; ++right) {
           Vector found = tile.at[right][0];
-          multiply(inverse + c * kParts, found);
-          subtract_column(triangle, c, found, tile.at[right][0]);
+          if constexpr (upper) multiply(inverse + c * kParts, found);
 #pragma GCC unroll 2
-          for (int part = 0; part < kParts; ++part)
-            tile.at[right][0][c * kParts + part] = found[c * kParts + part];
+          for (int part = 0; part < kParts; ++part) {
+            tile.at[right][0] -= triangle.column[c][part] * found[c * kParts + part];
+            if constexpr (upper) tile.at[right][0][c * kParts + part] = found[c * kParts + part];
+          }
         }
       }
       store_tile(tile, window, b + j * kParts * ldb, ldb);
     }
     if constexpr (wide > 1)
-      upper_columns<wide / 2>(j, columns, below, a, lda, triangle, inverse, window, x, ldx, b, ldb);
+      left_columns<upper, wide / 2>(j, columns, solved, a, lda, triangle, inverse, window, x, ldx, b, ldb);
   }
 
   /// Fewer rows than a register has, with zeros behind them, and back.
@@ -297,62 +274,38 @@ struct Tiles {
 
   /// Columns of B that are solved for together, so that they stay in the first cache.
   static constexpr Vertex kColumns = 32;
-  static MFS_INLINE void solve_unit_lower(Vertex n, Vertex columns, const Real* t, Offset ldt, Real* b,
-                                          Offset ldb) {
+  /// B := T^-1 B for the upper triangle of T, by the `inverse` of its diagonal, or the unit lower one.
+  template <bool upper>
+  static MFS_INLINE void solve_left(Vertex n, Vertex columns, const Real* t, Offset ldt, const Real* inverse,
+                                    Real* b, Offset ldb) {
     constexpr int wide = std::min(8 / kParts, kWidest);
     Triangle triangle;
     if (n < kRows) {
       alignas(64) Real held_t[kRows * kLanes], held_b[kColumns * kLanes];
       hold(n, n, t, ldt, held_t);
-      std::fill(held_t + n * kLanes, held_t + kRows * kLanes, Real(0));
-      read_triangle<false>(0, kRows, held_t, kRows, triangle);
+      read_triangle<upper>(0, n, held_t, kRows, triangle);
       for (Vertex j = 0; j < columns; j += kColumns, b += kColumns * kParts * ldb) {
         const Vertex count = std::min(kColumns, columns - j);
         hold(n, count, b, ldb, held_b);
-        left_columns<wide>(0, count, 0, held_t, kRows, triangle, nullptr, held_b, kRows, held_b, kRows);
+        left_columns<upper, wide>(0, count, 0, held_t, kRows, triangle, inverse, nullptr, held_b, kRows,
+                                  held_b, kRows);
         give_back(n, count, held_b, b, ldb);
       }
       return;
     }
     for (Vertex j = 0; j < columns; j += kColumns, b += kColumns * kParts * ldb) {
-      for (Vertex i = 0; i < n;) {
-        const Vertex begin = std::min(i, n - kRows);
+      for (Vertex done = 0; done < n;) {  // the first rows, or the last
+        const Vertex begin = upper ? std::max(n - done - kRows, 0) : std::min(done, n - kRows);
+        const Vertex first = upper ? 0 : done - begin, last = upper ? n - done - begin : kRows;
+        const Vertex solved = upper ? n - done : 0;
         Window window;
-        make_window(i - begin, kRows, window);
-        read_triangle<false>(i - begin, kRows, t + (begin + begin * ldt) * kParts, ldt, triangle);
-        left_columns<wide>(0, std::min(kColumns, columns - j), i, t + begin * kParts, ldt, triangle, &window,
-                           b, ldb, b + begin * kParts, ldb);
-        i = begin + kRows;
-      }
-    }
-  }
-
-  static MFS_INLINE void solve_upper(Vertex n, Vertex columns, const Real* t, Offset ldt, const Real* inverse,
-                                     Real* b, Offset ldb) {
-    constexpr int wide = std::min(8 / kParts, kWidest);
-    Triangle triangle;
-    if (n < kRows) {
-      alignas(64) Real held_t[kRows * kLanes], held_b[kColumns * kLanes];
-      hold(n, n, t, ldt, held_t);
-      read_triangle<true>(0, n, held_t, kRows, triangle);
-      for (Vertex j = 0; j < columns; j += kColumns, b += kColumns * kParts * ldb) {
-        const Vertex count = std::min(kColumns, columns - j);
-        hold(n, count, b, ldb, held_b);
-        upper_columns<wide>(0, count, 0, held_t, kRows, triangle, inverse, nullptr, held_b, kRows, held_b,
-                            kRows);
-        give_back(n, count, held_b, b, ldb);
-      }
-      return;
-    }
-    for (Vertex j = 0; j < columns; j += kColumns, b += kColumns * kParts * ldb) {
-      for (Vertex i = n, begin = 0; i > 0; i = begin) {
-        begin = std::max(i - kRows, 0);
-        Window window;
-        make_window(0, i - begin, window);
-        read_triangle<true>(0, i - begin, t + (begin + begin * ldt) * kParts, ldt, triangle);
-        upper_columns<wide>(0, std::min(kColumns, columns - j), n - i, t + (begin + i * ldt) * kParts, ldt,
-                            triangle, inverse + begin * kParts, &window, b + i * kParts, ldb,
-                            b + begin * kParts, ldb);
+        make_window(first, last, window);
+        read_triangle<upper>(first, last, t + (begin + begin * ldt) * kParts, ldt, triangle);
+        left_columns<upper, wide>(0, std::min(kColumns, columns - j), done,
+                                  t + (begin + solved * ldt) * kParts, ldt, triangle,
+                                  upper ? inverse + begin * kParts : nullptr, &window, b + solved * kParts,
+                                  ldb, b + begin * kParts, ldb);
+        done += last - first;
       }
     }
   }

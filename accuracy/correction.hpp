@@ -38,13 +38,6 @@ struct Perturbation {
   Scalar amount;
 };
 
-/// More perturbed pivots than this are not corrected: Z (n x k) must not outgrow the factors, and the
-/// singular values of C cost k^3.
-inline std::size_t most_corrected(const SymbolicPlan& plan) {
-  constexpr Offset kAlways = 128, kNever = 512;
-  return static_cast<std::size_t>(std::clamp(plan.factor_entries / plan.n, kAlways, kNever));
-}
-
 /// The entry of x that is largest in scaled unknowns.
 template <class Scalar>
 Vertex largest_unknown(Vertex n, const Scalar* x, const double* scale) {

@@ -3,6 +3,7 @@
 // right-hand sides or of FGMRES needs.
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <memory>
 #include <vector>
@@ -14,6 +15,10 @@ namespace mfs {
 
 /// The result of a solve in the memory where the factors lie.
 enum class ResidentSolve { solved, missed, refused };
+
+/// Perturbed pivots that the exact correction takes back at most. Each costs six solves and two residuals in
+/// extended precision, so some tens of them cost more than a factorization that divides by such pivots.
+constexpr std::size_t kMostCorrected = 32;
 
 template <class Value>
 class Factorization {
@@ -46,8 +51,6 @@ class Factorization {
   /// The determinant of A as phase * exp(log_abs); false if too many pivots were perturbed to know it.
   virtual bool determinant(Value& phase, double& log_abs) = 0;
 
-  /// Perturbed pivots that the exact correction takes back at most.
-  virtual std::size_t most_corrected() const = 0;
   /// The row of A that came to a position.
   virtual Vertex pivot_row(Vertex position) const = 0;
   /// The positions of perturbed pivots, ascending.

@@ -166,8 +166,6 @@ class AccuracyLadder final : public Factorization<Value> {
     return plan_->row_of[*front + factors_->local_row(position)];
   }
 
-  std::size_t most_corrected() const override { return mfs::most_corrected(*plan_); }
-
   std::vector<Vertex> failed_pivots() const override {
     std::vector<Vertex> failed;
     for (Vertex p = 0; p < plan_->n; ++p) {
@@ -212,9 +210,7 @@ class AccuracyLadder final : public Factorization<Value> {
     const blas::SequentialScope sequential;
     return probed().regular;
   }
-  bool needs_probe() const {
-    return divided_by_tiny_ || status_.perturbed > static_cast<unsigned long long>(most_corrected());
-  }
+  bool needs_probe() const { return divided_by_tiny_ || status_.perturbed > kMostCorrected; }
 
   // What is in the right-hand sides stays.
   void take_vectors(Vertex columns) {
@@ -362,7 +358,7 @@ class AccuracyLadder final : public Factorization<Value> {
   // What was added to A by perturbed pivots; for A^T with rows and columns exchanged.
   std::vector<Perturbation<Value>> perturbed_entries(bool transposed) const {
     std::vector<Perturbation<Value>> entries;
-    for (Vertex position = 0; position < plan_->n && entries.size() <= most_corrected(); ++position) {
+    for (Vertex position = 0; position < plan_->n && entries.size() <= kMostCorrected; ++position) {
       const Value shift = factors_->pivot_shift(position);
       if (shift == Value(0)) continue;
       const Vertex row = pivot_row(position), column = plan_->column_of[position];
@@ -380,7 +376,7 @@ class AccuracyLadder final : public Factorization<Value> {
     if (correction_[flip]) return true;
     if (status_.perturbed == 0) return false;
     std::vector<Perturbation<Value>> perturbations = perturbed_entries(flip);
-    if (perturbations.empty() || perturbations.size() > most_corrected()) return false;
+    if (perturbations.empty() || perturbations.size() > kMostCorrected) return false;
     rhs(factors_->columns_at_once());  // room for the vectors of a full block
     const auto inverse = [&](Value* x, Vertex count) { factors_->apply_inverse(x, x, count, flip); };
     const auto inverse_of_transposed = [&](Value* x) { factors_->apply_inverse(x, x, 1, !flip); };

@@ -55,7 +55,7 @@ class CommonPlan {
     check_finite(static_cast<Offset>(analysis_.pattern->n), system.nrhs, system.b, system.ldb);
     sum_into_slots(*analysis_.pattern, system.a, numeric_->factors().matrix_values(), 1);
     const FactorStatus status = numeric_->factor(policy_, {});
-    if (status.nonfinite > 0 || status.perturbed > numeric_->most_corrected()) return false;
+    if (status.nonfinite > 0 || status.perturbed > kMostCorrected) return false;
     const Offset n = analysis_.pattern->n, block = numeric_->factors().columns_at_once();
     solution_.resize(static_cast<std::size_t>(n * system.nrhs));
     for (Offset first = 0; first < system.nrhs; first += block) {

@@ -23,6 +23,9 @@ namespace {
 
 // By which a pivot that failed moves up the tree, first and at most.
 constexpr Vertex kLevels = 3, kMostLevels = 96;
+/// Solves with more steps than those of the first values before the tree changes for later ones. Each costs a
+/// solve more, and a change of the tree 15 (small factors on the host) to 50 of them (on a device).
+constexpr int kPatience = 32;
 
 }  // namespace
 
@@ -64,7 +67,7 @@ void MatrixFactors<Scalar>::factor(const CsrView<Scalar>& a) {
     take_values(a);
     factor_values();
     const Stopwatch delaying;
-    delay_while_pivots_fail();
+    delay_first_pivots();
     if (report_.reanalyses > 0) report_.time_reanalyses = delaying.seconds();
   } else {
     factor_other_values(a);
@@ -84,9 +87,9 @@ void MatrixFactors<Scalar>::refactor_device(const Scalar* values, void* stream) 
   ResidentFactors<Scalar>& on_device = resident("refactor_device");
   if (!values) throw InvalidInput("values", "null pointer");
   const Stopwatch watch;
-  // Sums of repeated entries, a new matching, and what is wrong with the values are left to the host.
+  // Sums of repeated entries, a new matching or tree, and what is wrong with the values are left to the host.
   bool taken = false;
-  if (analysis_->pattern->slot_of_entry.empty() && !drifted_) {
+  if (analysis_->pattern->slot_of_entry.empty() && !drifted_ && !tree_is_outdated()) {
     factored_ = false;
     phases_.run("factor", [&] { taken = on_device.take_values(values, stream); });
   }
@@ -143,6 +146,7 @@ void MatrixFactors<Scalar>::forget() {
   usual_effort_ = 0;
   rematches_ = 0;
   stays_corrected_ = false;
+  dear_solves_ = later_delays_ = 0;
   forget_tiny_pivots();
   ++analyses_;
   planned_ = {};
@@ -269,6 +273,8 @@ void MatrixFactors<Scalar>::factor_other_values(const CsrView<Scalar>& a) {
   take_values(a);
   if (drifted_) {
     rematch();
+  } else if (tree_is_outdated()) {
+    delay_later_pivots();
   } else {
     factor_values();
   }
@@ -305,10 +311,11 @@ void MatrixFactors<Scalar>::factor_values() {
     divides_proved_ = true;
   }
   PivotPolicy present = policy();
-  const std::size_t most = numeric_->most_corrected();
-  if (tiny_pivots_ == TinyPivots::noise) present.most_perturbed = most;
+  if (tiny_pivots_ == TinyPivots::noise) present.most_perturbed = kMostCorrected;
   factor_values(present);
-  if (tiny_pivots_ == TinyPivots::data || report_.perturbed_pivots <= static_cast<std::int64_t>(most)) return;
+  if (tiny_pivots_ == TinyPivots::data ||
+      report_.perturbed_pivots <= static_cast<std::int64_t>(kMostCorrected))
+    return;
   divide_by_tiny_pivots();
   factor_values(policy());
 }
@@ -339,6 +346,12 @@ PivotPolicy MatrixFactors<Scalar>::policy() const {
     data.symmetric = mirrors_;
   }
   return data;
+}
+
+// Every pivot is compared with its border, as threshold pivoting does (tolerance 1: the largest entry).
+template <class Scalar>
+PivotPolicy MatrixFactors<Scalar>::threshold_policy() const {
+  return {1.0, tiny_pivots_, kBorderThreshold};
 }
 
 template <class Scalar>
@@ -408,6 +421,7 @@ void MatrixFactors<Scalar>::watch_effort() {
   }
   constexpr std::int64_t kMore = 4;
   const std::int64_t effort = report_.refinement_steps + report_.krylov_steps + report_.corrected_pivots;
+  if (refactored_ && effort > usual_effort_) ++dear_solves_;
   if (!refactored_) {
     usual_effort_ = effort;
   } else if (effort > usual_effort_ + kMore && rematches_ < options_.factor.max_reanalyses) {
@@ -419,15 +433,42 @@ void MatrixFactors<Scalar>::watch_effort() {
 // and cost little more than one, which half of them would have to leave again: a first factorization is one
 // of two or three.
 template <class Scalar>
-void MatrixFactors<Scalar>::delay_while_pivots_fail() {
-  constexpr double kGrowth = 1.5, kFree = 1e8;
-  const double allowed = kGrowth * report_.flops.total() + kFree;
+void MatrixFactors<Scalar>::delay_while_pivots_fail(double allowed_flops) {
   Vertex levels = kLevels;
   for (int round = 0; round < options_.factor.max_reanalyses && report_.perturbed_pivots > 0; ++round) {
-    if (!delay_failed_pivots(levels, allowed)) break;
+    if (!delay_failed_pivots(levels, allowed_flops)) break;
     replace_numeric();
     levels = std::min(2 * levels, kMostLevels);
   }
+}
+
+// Of the values of the analysis.
+template <class Scalar>
+void MatrixFactors<Scalar>::delay_first_pivots() {
+  constexpr double kGrowth = 1.5, kFree = 1e8;
+  usual_flops_ = report_.flops.total();
+  delay_while_pivots_fail(kGrowth * usual_flops_ + kFree);
+}
+
+template <class Scalar>
+bool MatrixFactors<Scalar>::tree_is_outdated() const {
+  return later_delays_ < options_.factor.max_reanalyses && dear_solves_ >= kPatience << later_delays_;
+}
+
+// Pivots that fail for values that have changed since the analysis move as those of the first factorization
+// do; where none fails, those that are small beside their border. It may cost each factorization as much as a
+// solve, as that is what it saves. Where some cannot move, it is not tried again.
+template <class Scalar>
+void MatrixFactors<Scalar>::delay_later_pivots() {
+  dear_solves_ = 0;
+  forget_tiny_pivots();
+  factor_values();
+  if (report_.perturbed_pivots == 0) factor_values(threshold_policy());
+  const int before = report_.reanalyses;
+  delay_while_pivots_fail(usual_flops_ +
+                          backend_.info().flops_per_entry * static_cast<double>(report_.nnz_factor));
+  if (report_.reanalyses == before) factor_values();
+  later_delays_ = report_.perturbed_pivots > 0 ? options_.factor.max_reanalyses : later_delays_ + 1;
 }
 
 // Takes the plan in which perturbed pivots belong to an ancestor so many levels up. False where that changes
@@ -464,16 +505,15 @@ bool MatrixFactors<Scalar>::delay_failed_pivots(Vertex levels, double allowed_fl
   return true;
 }
 
-// Pivots large enough to pass can still be small beside their border, and then the factors grow. Factors
-// once with every pivot compared with its border, as threshold pivoting does (tolerance 1: the largest
-// entry), and delays those that have no better ones. False where nothing is left to delay.
+// Pivots large enough to pass can still be small beside their border, and then the factors grow. Delays those
+// that have no better ones. False where nothing is left to delay.
 template <class Scalar>
 bool MatrixFactors<Scalar>::strengthen() {
   constexpr double kGrowth = 4, kFree = 2e10;  // a second, against a refusal
   if (strengthened_ >= options_.factor.max_reanalyses) return false;
   ++strengthened_;
   const double allowed = kGrowth * report_.flops.total() + kFree;
-  factor_values(PivotPolicy(1.0, tiny_pivots_, kBorderThreshold));
+  factor_values(threshold_policy());
   if (report_.perturbed_pivots > 0 && delay_failed_pivots(kLevels, allowed)) {
     replace_numeric();
     return true;
@@ -505,6 +545,7 @@ void MatrixFactors<Scalar>::replace_numeric() {
 template <class Scalar>
 void MatrixFactors<Scalar>::rematch() {
   refactored_ = drifted_ = false;
+  dear_solves_ = 0;
   forget_tiny_pivots();
   ++rematches_;
   phases_.run_analysis("ordering", [&] {
@@ -513,7 +554,7 @@ void MatrixFactors<Scalar>::rematch() {
   });
   ++report_.reanalyses;
   replace_numeric();
-  delay_while_pivots_fail();
+  delay_first_pivots();
 }
 
 template class MatrixFactors<float>;

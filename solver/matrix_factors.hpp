@@ -74,7 +74,7 @@ class MatrixFactors {
 
   /// Notes what solves need at first after an analysis. Where they need clearly more for later values, these
   /// have drifted away from the matching and the scales, and the next refactor makes new ones: not for ever,
-  /// as values may go to and fro.
+  /// as values may go to and fro. Where many solves need some more, it delays pivots that are small now.
   void watch_effort();
 
  private:
@@ -100,12 +100,16 @@ class MatrixFactors {
   void factor_other_values(const CsrView<Scalar>& a);
   double pivot_tolerance() const;
   PivotPolicy policy() const;
+  PivotPolicy threshold_policy() const;
   void factor_values();
   void factor_values(const PivotPolicy& policy);
   void divide_by_tiny_pivots();
   void forget_tiny_pivots();
 
-  void delay_while_pivots_fail();
+  void delay_while_pivots_fail(double allowed_flops);
+  void delay_first_pivots();
+  bool tree_is_outdated() const;
+  void delay_later_pivots();
   bool delay_failed_pivots(Vertex levels, double allowed_flops);
   bool strengthen();
   void rematch();
@@ -126,6 +130,9 @@ class MatrixFactors {
   bool drifted_ = false;           // solves have become dearer: the next refactor matches anew
   std::int64_t usual_effort_ = 0;  // steps that a solve took for the values of the analysis
   int rematches_ = 0;
+  double usual_flops_ = 0;  // of the plan of the analysis
+  int dear_solves_ = 0;     // with more steps than usual since the tree changed
+  int later_delays_ = 0;    // changes of the tree for later values
   std::int64_t analyses_ = 0, value_sets_ = 0;
   TinyPivots tiny_pivots_ = TinyPivots::noise;  // data: since a factorization perturbed too many to correct
   bool definite_ = false;                       // as A looks, where it was decided that they are data

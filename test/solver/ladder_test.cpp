@@ -119,6 +119,51 @@ TEST(Ladder, Reanalysis) {
   EXPECT_GT(report.reanalyses, 0);
 }
 
+/// A saddle point with `pivot` on the diagonal of its multipliers.
+SparseMatrix saddle_point(double pivot) {
+  const SparseMatrix a = adversarial_matrix("saddle point renumbered", 1);
+  std::vector<Entry> entries;
+  for (std::int64_t i = 0; i < a.n; ++i) {
+    bool has_diagonal = false;
+    for (std::int64_t k = a.offsets[i]; k < a.offsets[i + 1]; ++k) {
+      entries.push_back({i, a.columns[k], a.values[k]});
+      has_diagonal = has_diagonal || (a.columns[k] == i && a.values[k] != 0);
+    }
+    if (!has_diagonal) entries.push_back({i, i, pivot});
+  }
+  return from_entries_summed(a.n, entries);
+}
+
+/// Of a solver that was factored for pivots of 1, and then refactored for others: a solve at first and after
+/// so many that the tree has changed.
+std::pair<Report, Report> with_later_pivots(double pivot) {
+  Solver solver(without_matching());
+  solver.factor(saddle_point(1).view());
+  const SparseMatrix a = saddle_point(pivot);
+  solver.refactor(a.view());
+  const Report first = solve(solver, a);
+  for (int k = 0; k < 40; ++k) solve(solver, a);
+  solver.refactor(a.view());
+  return {first, solve(solver, a)};
+}
+
+TEST(Ladder, PivotsThatFailForLaterValuesAreDelayed) {
+  const auto [first, last] = with_later_pivots(0);
+  EXPECT_GT(first.corrected_pivots, 0);
+  EXPECT_EQ(first.reanalyses, 0);
+  EXPECT_GT(last.reanalyses, 0);
+  EXPECT_EQ(last.perturbed_pivots, 0);
+  EXPECT_EQ(last.rung, Rung::factors);
+}
+
+TEST(Ladder, PivotsThatAreSmallForLaterValuesAreDelayed) {
+  const auto [first, last] = with_later_pivots(1e-6);
+  EXPECT_EQ(first.perturbed_pivots, 0);
+  EXPECT_EQ(first.rung, Rung::refinement);
+  EXPECT_GT(last.reanalyses, 0);
+  EXPECT_EQ(last.rung, Rung::factors);
+}
+
 TEST(Ladder, EveryRungHasAName) {
   std::set<std::string> names;
   for (const Rung rung :

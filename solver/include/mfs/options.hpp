@@ -55,7 +55,8 @@ struct FactorOptions {
   /// by that bound, counted and remembered. 0 means sqrt(machine epsilon).
   double pivot_tolerance = 0.0;
   /// Where the first factorization perturbs pivots, they are moved to fronts above, where more rows are
-  /// searched, and the matrix is factored again: at most this often.
+  /// searched, and the matrix is factored again: at most this often. So it is, and the values are matched
+  /// anew, where solves for later values have become dearer: at most this often each.
   int max_reanalyses = 6;
 };
 

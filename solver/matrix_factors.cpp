@@ -26,6 +26,8 @@ constexpr Vertex kLevels = 3, kMostLevels = 96;
 /// Solves with more steps than those of the first values before the tree changes for later ones. Each costs a
 /// solve more, and a change of the tree 15 (small factors on the host) to 50 of them (on a device).
 constexpr int kPatience = 32;
+/// Failed pivots that are delayed at most as noise. More are data, of which fewer fail.
+constexpr std::size_t kMostDelayed = 128;
 
 }  // namespace
 
@@ -65,7 +67,7 @@ void MatrixFactors<Scalar>::factor(const CsrView<Scalar>& a) {
     make_numeric();
     refactored_ = false;
     take_values(a);
-    factor_values();
+    factor_values(kMostDelayed);
     const Stopwatch delaying;
     delay_first_pivots();
     if (report_.reanalyses > 0) report_.time_reanalyses = delaying.seconds();
@@ -305,17 +307,20 @@ double MatrixFactors<Scalar>::pivot_tolerance() const {
 
 // Factors what is in matrix_values().
 template <class Scalar>
-void MatrixFactors<Scalar>::factor_values() {
+void MatrixFactors<Scalar>::factor_values(std::size_t most_perturbed) {
   if (std::exchange(pivots_proved_, false)) {
     divide_by_tiny_pivots();
     divides_proved_ = true;
   }
   PivotPolicy present = policy();
-  if (tiny_pivots_ == TinyPivots::noise) present.most_perturbed = kMostCorrected;
+  if (tiny_pivots_ == TinyPivots::noise) present.most_perturbed = most_perturbed;
   factor_values(present);
-  if (tiny_pivots_ == TinyPivots::data ||
-      report_.perturbed_pivots <= static_cast<std::int64_t>(kMostCorrected))
-    return;
+  divide_if_more_fail_than(most_perturbed);
+}
+
+template <class Scalar>
+void MatrixFactors<Scalar>::divide_if_more_fail_than(std::size_t most) {
+  if (tiny_pivots_ == TinyPivots::data || report_.perturbed_pivots <= static_cast<std::int64_t>(most)) return;
   divide_by_tiny_pivots();
   factor_values(policy());
 }
@@ -437,9 +442,10 @@ void MatrixFactors<Scalar>::delay_while_pivots_fail(double allowed_flops) {
   Vertex levels = kLevels;
   for (int round = 0; round < options_.factor.max_reanalyses && report_.perturbed_pivots > 0; ++round) {
     if (!delay_failed_pivots(levels, allowed_flops)) break;
-    replace_numeric();
+    replace_numeric(kMostDelayed);
     levels = std::min(2 * levels, kMostLevels);
   }
+  divide_if_more_fail_than(kMostCorrected);
 }
 
 // Of the values of the analysis.
@@ -462,7 +468,7 @@ template <class Scalar>
 void MatrixFactors<Scalar>::delay_later_pivots() {
   dear_solves_ = 0;
   forget_tiny_pivots();
-  factor_values();
+  factor_values(kMostDelayed);
   if (report_.perturbed_pivots == 0) factor_values(threshold_policy());
   const int before = report_.reanalyses;
   delay_while_pivots_fail(usual_flops_ +
@@ -525,7 +531,7 @@ bool MatrixFactors<Scalar>::strengthen() {
 
 // Makes the factorization anew for the same values, after the plan or the precision has changed.
 template <class Scalar>
-void MatrixFactors<Scalar>::replace_numeric() {
+void MatrixFactors<Scalar>::replace_numeric(std::size_t most_perturbed) {
   std::unique_ptr<Factorization<Scalar>> old = std::move(numeric_);  // does not fit any more, come what may
   factored_ = false;
   std::vector<Scalar> values;
@@ -538,7 +544,7 @@ void MatrixFactors<Scalar>::replace_numeric() {
   report_analysis();
   make_numeric();
   std::copy(values.begin(), values.end(), numeric_->factors().matrix_values());
-  factor_values();
+  factor_values(most_perturbed);
 }
 
 // Matching, scaling, ordering and factors anew for the present values.
@@ -553,7 +559,7 @@ void MatrixFactors<Scalar>::rematch() {
               phases_.analysis_threads(), progress());
   });
   ++report_.reanalyses;
-  replace_numeric();
+  replace_numeric(kMostDelayed);
   delay_first_pivots();
 }
 

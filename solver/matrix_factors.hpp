@@ -93,7 +93,7 @@ class MatrixFactors {
   void make_numeric();
   void use_scales(const std::vector<double>& row, const std::vector<double>& column);
   void begin_values();
-  void replace_numeric();
+  void replace_numeric(std::size_t most_perturbed = kMostCorrected);
   void take_values(const CsrView<Scalar>& a);
   void check(const CsrView<Scalar>& a, bool pattern);
   void refactor_checked(const CsrView<Scalar>& a, bool pattern);
@@ -101,7 +101,8 @@ class MatrixFactors {
   double pivot_tolerance() const;
   PivotPolicy policy() const;
   PivotPolicy threshold_policy() const;
-  void factor_values();
+  void factor_values(std::size_t most_perturbed = kMostCorrected);
+  void divide_if_more_fail_than(std::size_t most);
   void factor_values(const PivotPolicy& policy);
   void divide_by_tiny_pivots();
   void forget_tiny_pivots();

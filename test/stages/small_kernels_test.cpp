@@ -102,6 +102,55 @@ TYPED_TEST(SmallKernels, SubtractProducts) {
   }
 }
 
+TYPED_TEST(SmallKernels, SubtractTransposedProducts) {
+  for (const Vertex m : kSizes) {
+    for (const Vertex n : {0, 1, 2, 3, 4, 5, 7, 16, 17, 33}) {
+      for (const Vertex k : {0, 1, 2, 5, 8, 9, 16, 31, 65, 257, 600}) {
+        const Block<TypeParam> a(k, m, 1), b(k, n, 2), before(m, n, 3);
+        Block<TypeParam> expected = before;
+        for (Vertex j = 0; j < n; ++j) {
+          for (Vertex i = 0; i < m; ++i) {
+            for (Vertex p = 0; p < k; ++p) expected.at(i, j) -= a.at(p, i) * b.at(p, j);
+          }
+        }
+        Block<TypeParam> found = before, again = before;
+        blas::gemm_minus(Transpose::yes, m, n, k, a.data(), a.ld, b.data(), b.ld, found.data(), found.ld);
+        this->expect_near(found, expected, 1 + k, sizes(m, n, k));
+        blas::gemm_minus(Transpose::yes, m, n, k, a.data(), a.ld, b.data(), b.ld, again.data(), again.ld);
+        ASSERT_EQ(found.entries, again.entries) << sizes(m, n, k);
+        if (this->HasFatalFailure()) return;
+      }
+    }
+  }
+}
+
+TYPED_TEST(SmallKernels, SolveWithTransposedTriangles) {
+  for (const Vertex n : kSizes) {
+    if (n == 0) continue;
+    const Block<TypeParam> u = this->triangle(n, true), l = this->triangle(n, false);
+    for (const Vertex columns : {0, 1, 2, 3, 4, 5, 7, 16, 17}) {
+      const Block<TypeParam> before(n, columns, 4);
+      Block<TypeParam> by_upper = before, by_lower = before;
+      for (Vertex j = 0; j < columns; ++j) {
+        for (Vertex i = 0; i < n; ++i) {
+          for (Vertex p = 0; p < i; ++p) by_upper.at(i, j) -= u.at(p, i) * by_upper.at(p, j);
+          by_upper.at(i, j) /= u.at(i, i);
+        }
+        for (Vertex i = n - 1; i >= 0; --i) {
+          for (Vertex p = i + 1; p < n; ++p) by_lower.at(i, j) -= l.at(p, i) * by_lower.at(p, j);
+        }
+      }
+      Block<TypeParam> found = before;
+      blas::solve_upper(Transpose::yes, n, columns, u.data(), u.ld, found.data(), found.ld);
+      this->expect_near(found, by_upper, 4, "upper, " + sizes(n, columns, n));
+      found = before;
+      blas::solve_unit_lower(Transpose::yes, n, columns, l.data(), l.ld, found.data(), found.ld);
+      this->expect_near(found, by_lower, 4, "lower, " + sizes(n, columns, n));
+      if (this->HasFatalFailure()) return;
+    }
+  }
+}
+
 TYPED_TEST(SmallKernels, SolveWithUnitLowerTriangles) {
   for (const Vertex n : kSizes) {
     const Block<TypeParam> t = this->triangle(n, false);

@@ -23,6 +23,7 @@
 #include "dae/integrator/redundancy.hpp"
 #include "dae/integrator/step_equations.hpp"
 #include "dae/integrator/step_state.hpp"
+#include "dae/integrator/tolerances.hpp"
 #include "dae/mechanics/number_text.hpp"
 #include "dae/vectors/loops.hpp"
 #include "ordering/stopwatch.hpp"
@@ -155,8 +156,7 @@ class Integrator::Impl {
   Impl(const ConstrainedSystem& system, IntegratorOptions options)
       : given_(system), options_(std::move(options)) {
     check_options(options_);
-    if (options_.atol_position == 0.0) options_.atol_position = 1e-2 * options_.rtol;
-    if (options_.atol_velocity == 0.0) options_.atol_velocity = options_.rtol;
+    set_local_tolerances(options_);
     for (int i = 0; i < given_.coordinates(); ++i) scale_.push_back(given_.coordinate_scale(i));
   }
 
@@ -219,7 +219,7 @@ class Integrator::Impl {
     set_weights();
     step_ = first_step();
     formula_ = make_formula(options_, *executor_);
-    formula_->start(state_, step_);
+    formula_->start(state_, step_, h);
   }
 
   void report_constraints() {
@@ -400,7 +400,7 @@ class Integrator::Impl {
         h = wanted = formula_->reject(++error_rejections);
         if (error_rejections >= kRestart) {
           h = wanted = std::min(h, std::max(first_step(), kLeastRestart * h));
-          formula_->start(state_, h);
+          formula_->start(state_, h, h);
         }
         give_up_below(h, "the local error is " + number_text(error) + " times what is allowed");
       } else {

@@ -32,4 +32,11 @@ void set_local_tolerances(IntegratorOptions& options) {
   if (options.atol_velocity == 0.0) options.atol_velocity = absolute;
 }
 
+bool relax_local_tolerances(IntegratorOptions& options, double rtol) {
+  if (options.rtol >= rtol) return false;
+  options.rtol = options.atol_velocity = rtol;
+  options.atol_position = 1e-2 * rtol;
+  return true;
+}
+
 }  // namespace mfs::dae

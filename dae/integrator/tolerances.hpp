@@ -14,5 +14,8 @@ namespace mfs::dae {
 
 /// Replaces rtol, atol_position and atol_velocity of `options` by those of the local error.
 void set_local_tolerances(IntegratorOptions& options);
+/// Makes them as they would be if `rtol`, which was given alone, were that of the local error. False: they
+/// are.
+bool relax_local_tolerances(IntegratorOptions& options, double rtol);
 
 }  // namespace mfs::dae

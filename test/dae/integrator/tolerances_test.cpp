@@ -52,6 +52,15 @@ TEST(LocalTolerances, AreNotMadeLessThanRoundingLets) {
   for (const double rtol : {1e-10, 1e-12}) expect_tolerances(local(with_rtol(rtol)), rtol, rtol);
 }
 
+TEST(LocalTolerances, CanBeRelaxedOnce) {
+  IntegratorOptions options = local(with_rtol(1e-8));
+  EXPECT_TRUE(relax_local_tolerances(options, 1e-8));
+  expect_tolerances(options, 1e-8, 1e-8);
+  EXPECT_FALSE(relax_local_tolerances(options, 1e-8));
+  options = local(with_rtol(1e-3));
+  EXPECT_FALSE(relax_local_tolerances(options, 1e-3));
+}
+
 TEST(LocalTolerances, AreThoseThatAreGiven) {
   IntegratorOptions options = with_rtol(1e-6);
   options.atol_position = 1e-5;

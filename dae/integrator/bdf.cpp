@@ -15,7 +15,12 @@ constexpr double kSafeGrowth = 1.1;
 
 /// A local error, in units of what is allowed, with which steps would become longer at any order.
 constexpr double kFarFromLimit = 1e-3;
-/// Steps of order 1 in a row after which order 2 is taken where it is better, if only a little.
+/// What the error of order 1 comes to before the order rises for the first time (with 1e-2 of what is allowed
+/// a block that falls was off by 3e-6 m at the default tolerances, instead of 6e-8), and by how much at most
+/// a step may become longer until then.
+constexpr double kErrorOfStart = 1e-4, kGrowthOfStart = 100.0;
+/// Steps of order 1 in a row after which order 2 is taken where it is better, if only a little or, as far as
+/// steps of different length tell, for now: where they are never alike, order 1 stayed for up to 147 steps.
 constexpr int kLongAtOne = 30;
 
 /// Factor for the step by which an error of `error` at `order` becomes half of what is allowed.
@@ -84,7 +89,7 @@ struct ErrorAbove {
 
 }  // namespace
 
-void Bdf::start(Array<double> y, Array<double> dy, double h) {
+void Bdf::start(Array<double> y, Array<double> dy, double h, double longest) {
   const std::size_t n = y.size();
   phi_[0] = std::move(y);
   phi_[1] = std::move(dy);  // y', until restart_with multiplies it by the first step
@@ -97,6 +102,7 @@ void Bdf::start(Array<double> y, Array<double> dy, double h) {
   rejected_ = false;
   steps_ = last_order_ = unchanged_ = steps_at_one_ = 0;
   step_ = last_step_ = 0.0;
+  longest_at_start_ = longest;
   psi_ = {};
   restart_with(h);
 }
@@ -217,6 +223,8 @@ double Bdf::accept(const Array<double>& e, const Array<double>& weights) {
     next.order = kStableOrder;
   else if (!fixed_ && !rising_)
     next = choose(e, weights);
+  else if (const double growth = growth_of_start(); growth > 1.0)
+    next.step = growth * step_;
   else if (steps_ > 1)
     next = {std::min(order_ + 1, most_order()), (fixed_ ? kSafeGrowth : 2.0) * step_};
   shift(e);
@@ -226,6 +234,12 @@ double Bdf::accept(const Array<double>& e, const Array<double>& weights) {
   last_step_ = step_;
   order_ = next.order;
   return next.step;
+}
+
+double Bdf::growth_of_start() const {
+  const double error = error_factor_ * sizes_[0];
+  if (fixed_ || !rising_ || order_ > 1 || step_ <= last_step_ || error > kErrorOfStart / 4.0) return 1.0;
+  return std::min({std::sqrt(kErrorOfStart / error), kGrowthOfStart, longest_at_start_ / step_});
 }
 
 bool Bdf::leave_unstable_orders() {
@@ -247,15 +261,16 @@ Bdf::Choice Bdf::choose(const Array<double>& e, const Array<double>& weights) {
   int order = suited_order_;
   double error = suited_error_;
   // The order above is judged only after order + 1 equal steps, and not just after a raise.
-  if (!filtered_ && order == order_ && order_ < most_order() && order_ + 1 < next_unchanged_ &&
-      order_ - last_order_ != 1) {
+  const bool long_at_one = steps_at_one_ > kLongAtOne;
+  if (!filtered_ && order == order_ && order_ < most_order() &&
+      (order_ + 1 < next_unchanged_ || long_at_one) && order_ - last_order_ != 1) {
     const ErrorAbove above{e.data(), phi_[order_ + 1].data()};
     const double error_above = weighted_rms<1>(executor_, above, weights).of[0] / (order_ + 2);
     const double rated_here = (order_ + 1) * error_here_, rated_above = (order_ + 2) * error_above;
     if (order_ > 1 && order_ * error_below_ <= std::min(rated_here, rated_above)) {
       order = order_ - 1;
       error = error_below_;
-    } else if (rated_above < (order_ > 1 || steps_at_one_ > kLongAtOne ? 1.0 : 0.5) * rated_here) {
+    } else if (rated_above < (order_ > 1 || long_at_one ? 1.0 : 0.5) * rated_here) {
       order = order_ + 1;
       error = error_above;
     }

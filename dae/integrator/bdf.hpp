@@ -18,13 +18,15 @@
 //
 // Sources: Brenan, Campbell, Petzold, "Numerical Solution of Initial-Value Problems in DAEs", SIAM 1996, ch.
 // 5; Hindmarsh et al., SUNDIALS, ACM TOMS 31 (2005) 363-396, section 2.3 (whose factors of 2, 0.9, 0.5 and
-// 0.25 these are). Four things differ: after the third rejection in one step the integrator starts the
-// formula anew, as its past is then no guide (IDA goes on at order 1 with it, and order and step come up only
-// after many equal steps), and after many steps of order 1 order 2 has to be no more than better; steps grow
-// by 1.2 ... 2 after as many equal ones as CVODE asks for, and after a rejection by 2 not before then either
-// (IDA's only double, so that errors for tolerances a hundred apart differ by anything from 15 to 200, and a
-// step may double and be rejected by turns for ever); and orders above 2 are left where they are not stable
-// (stability_watch.hpp).
+// 0.25 these are). Five things differ: the first step, of which no more is known than y', is far too short
+// for its error, and doubled again and again it leaves differences that are rounding and decide the orders,
+// so the next ones become long at once, as CVODE's does; after the third rejection in one step the integrator
+// starts the formula anew, as its past is then no guide (IDA goes on at order 1 with it, and order and step
+// come up only after many equal steps), and after many steps of order 1 order 2 has to be no more than
+// better; steps grow by 1.2 ... 2 after as many equal ones as CVODE asks for, and after a rejection by 2 not
+// before then either (IDA's only double, so that errors for tolerances a hundred apart differ by anything
+// from 15 to 200, and a step may double and be rejected by turns for ever); and orders above 2 are left where
+// they are not stable (stability_watch.hpp).
 #pragma once
 
 #include <algorithm>
@@ -48,8 +50,9 @@ class Bdf {
   Bdf(int max_order, bool fixed, const Executor& executor)
       : max_order_(max_order), fixed_(fixed), executor_(executor) {}
 
-  /// Forgets the past, takes y and `dy` = y'; `h`: the step that is going to be tried.
-  void start(Array<double> y, Array<double> dy, double h);
+  /// Forgets the past, takes y and `dy` = y'; `h`: the step that is going to be tried. Where its error is far
+  /// below what is allowed, the next ones become long at once, up to `longest`.
+  void start(Array<double> y, Array<double> dy, double h, double longest);
 
   /// Predicts y and y' at t + h by the present order. Nothing changes until `accept`.
   void predict(double h, Array<double>& y, Array<double>& dy);
@@ -90,6 +93,8 @@ class Bdf {
   Choice choose(const Array<double>& e, const Array<double>& weights);
   /// The highest order that may be taken now.
   int most_order() const { return hold_.holds() ? std::min(kStableOrder, max_order_) : max_order_; }
+  /// By how much the next step may be longer while nothing is known of the error but that it is small, or 1.
+  double growth_of_start() const;
   /// Whether orders above 2 are to be left now.
   bool leave_unstable_orders();
 
@@ -105,7 +110,7 @@ class Bdf {
   bool rejected_ = false;  ///< by the error, and since then not so many equal steps that they may grow
   int steps_ = 0, steps_at_one_ = 0;  ///< steps_at_one_: the last ones
   int last_order_ = 0;                ///< of the last accepted step
-  double step_ = 0.0, last_step_ = 0.0;
+  double step_ = 0.0, last_step_ = 0.0, longest_at_start_ = 0.0;
   int unchanged_ = 0, next_unchanged_ = 0;  ///< steps taken with one step and order
   double rate_ = 0.0, error_factor_ = 0.0;
   Coefficients psi_{}, next_psi_{};  ///< times between the new value and earlier ones

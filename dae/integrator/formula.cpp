@@ -53,13 +53,13 @@ class BdfFormula : public Formula {
   BdfFormula(const IntegratorOptions& options, const Executor& executor)
       : bdf_(options.max_order, options.fixed_step > 0.0, executor), executor_(executor) {}
 
-  void start(const StepState& state, double h) override {
+  void start(const StepState& state, double h, double longest) override {
     const std::size_t n = state.q.size();
     Array<double> y, dy;
     y.resize(executor_, 2 * n);
     dy.resize(executor_, 2 * n);
     for_each(executor_, n, Join{state.q.data(), state.v.data(), state.a.data(), y.data(), dy.data(), n});
-    bdf_.start(std::move(y), std::move(dy), h);
+    bdf_.start(std::move(y), std::move(dy), h, longest);
   }
   void predict(double h, StepRelation& relation) override {
     bdf_.predict(h, y_, dy_);
@@ -188,7 +188,7 @@ class GeneralizedAlpha : public Formula {
         fixed_step_(options.fixed_step),
         executor_(executor) {}
 
-  void start(const StepState& state, double h) override {
+  void start(const StepState& state, double h, double) override {
     for (auto* part : {&q_, &v_, &a_, &w_, &first_, &second_}) part->resize(executor_, state.q.size());
     for_each(executor_, w_.size(),
              Begin{state.q.data(), state.v.data(), state.a.data(), q_.data(), v_.data(), a_.data(), w_.data(),

@@ -35,8 +35,9 @@ using ErrorFilter = std::function<bool(Array<double>& velocities)>;
 class Formula {
  public:
   virtual ~Formula() = default;
-  /// Forgets the past; `h` is the step that is going to be tried.
-  virtual void start(const StepState& state, double h) = 0;
+  /// Forgets the past; `h` is the step that is going to be tried, `longest` what the first steps may come to
+  /// where they become longer at once.
+  virtual void start(const StepState& state, double h, double longest) = 0;
   /// The relation at the last accepted time + h.
   virtual void predict(double h, StepRelation& relation) = 0;
   virtual int order() const = 0;

@@ -23,6 +23,7 @@
 #include "dae/integrator/redundancy.hpp"
 #include "dae/integrator/step_equations.hpp"
 #include "dae/integrator/step_state.hpp"
+#include "dae/integrator/tolerances.hpp"
 #include "dae/mechanics/number_text.hpp"
 #include "dae/vectors/loops.hpp"
 #include "ordering/stopwatch.hpp"
@@ -153,10 +154,8 @@ struct Extrapolate {
 class Integrator::Impl {
  public:
   Impl(const ConstrainedSystem& system, IntegratorOptions options)
-      : given_(system), options_(std::move(options)) {
-    check_options(options_);
-    if (options_.atol_position == 0.0) options_.atol_position = 1e-2 * options_.rtol;
-    if (options_.atol_velocity == 0.0) options_.atol_velocity = options_.rtol;
+      : given_(system), asked_(std::move(options)) {
+    check_options(asked_);
     for (int i = 0; i < given_.coordinates(); ++i) scale_.push_back(given_.coordinate_scale(i));
   }
 
@@ -165,6 +164,8 @@ class Integrator::Impl {
     check_vector(q0, given_.coordinates(), "q0");
     check_vector(v0, given_.coordinates(), "v0");
     check_times(t0, t_end, outputs);
+    options_ = asked_;
+    set_local_tolerances(options_);
     since_start_ = {};
     observed_ = 0;
     report_ = {};
@@ -219,7 +220,7 @@ class Integrator::Impl {
     set_weights();
     step_ = first_step();
     formula_ = make_formula(options_, *executor_);
-    formula_->start(state_, step_);
+    formula_->start(state_, step_, h);
   }
 
   void report_constraints() {
@@ -400,14 +401,17 @@ class Integrator::Impl {
         h = wanted = formula_->reject(++error_rejections);
         if (error_rejections >= kRestart) {
           h = wanted = std::min(h, std::max(first_step(), kLeastRestart * h));
-          formula_->start(state_, h);
+          formula_->start(state_, h, h);
         }
         give_up_below(h, "the local error is " + number_text(error) + " times what is allowed");
       } else {
         if (outcome.thrown) rethrow_if_final(outcome.thrown);
         ++(outcome.thrown ? report_.solver_rejections : report_.newton_rejections);
         const bool singular = search_failures++ == 0 && ends_singular();
-        if (!singular) h *= kNewtonRejection;
+        // Near singular positions rounding may be more than what is asked for beyond rtol.
+        const bool relaxed = relax_local_tolerances(options_, asked_.rtol);
+        if (relaxed) set_weights();
+        if (!singular && !relaxed) h *= kNewtonRejection;
         wanted = h;
         give_up_below(h, outcome.thrown ? reason(outcome.thrown) : "Newton's method does not converge");
         if (search_failures == 2 && redundancy_->filters()) {
@@ -450,6 +454,7 @@ class Integrator::Impl {
     const State there = on_host(*executor_, state_);
     std::string text = find_jump(given_, there, kMoment * resolved_step(), options_);
     if (text.empty()) text = redundancy_->nearly_redundant(there.t, there.q, report_.redundant);
+    if (text.empty()) text = find_pole(given_, there, kMoment * resolved_step(), options_);
     return text.empty() ? text : "; " + text;
   }
 
@@ -534,7 +539,8 @@ class Integrator::Impl {
   double elapsed() const { return since_start_.seconds() - observed_; }
 
   const ConstrainedSystem& given_;
-  IntegratorOptions options_;
+  const IntegratorOptions asked_;
+  IntegratorOptions options_;  ///< with tolerances of the local error
   std::vector<double> scale_;
   IntegrationReport report_;
   Stopwatch since_start_;

@@ -46,6 +46,8 @@ struct IntegratorOptions {
 
   /// The local error of a coordinate q_i, a velocity v_i stays below rtol |q_i| + atol_position s_i,
   /// rtol |v_i| + atol_velocity s_i in the mean square, with s_i = coordinate_scale(i).
+  /// Where rtol alone is given and less than 1e-4, these are made smaller, so that errors of the whole motion
+  /// fall as rtol does (tolerances.hpp).
   double rtol = 1e-4;
   double atol_position = 0.0;  ///< 0: rtol / 100
   double atol_velocity = 0.0;  ///< 0: rtol

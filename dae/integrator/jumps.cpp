@@ -1,11 +1,13 @@
 #include "dae/integrator/jumps.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include <mfs/error.hpp>
 
 #include "dae/integrator/initial_conditions.hpp"
+#include "dae/mechanics/number_text.hpp"
 
 namespace mfs::dae {
 namespace {
@@ -15,6 +17,37 @@ namespace {
 constexpr double kJump = 1e3;
 /// What part of the largest force changes in such a moment only where one jumps or has a pole.
 constexpr double kSudden = 0.1;
+
+/// `x` after `moment`, by its rate.
+std::vector<double> moved(std::vector<double> x, const std::vector<double>& rate, double moment) {
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] += moment * rate[i];
+  return x;
+}
+
+/// The forces alone.
+std::vector<double> forces(const ConstrainedSystem& system, double t, const std::vector<double>& q,
+                           const std::vector<double>& v) {
+  const std::vector<double> no_multipliers(static_cast<std::size_t>(system.constraints()), 0.0);
+  const std::vector<double> no_accelerations(q.size(), 0.0);
+  Residual residual = make_residual(system);
+  system.evaluate({t, q.data(), v.data(), no_accelerations.data(), no_multipliers.data()}, residual);
+  return residual.force;
+}
+
+/// Whether accelerations are larger than those of any machine.
+bool accelerates(const State& state, double moment, const IntegratorOptions& options) {
+  return largest_size(state.a) * moment > kJump * options.constraint_velocity;
+}
+
+/// What has changed by more than a part of the largest force.
+std::string changed_force(const ConstrainedSystem& system, const std::vector<double>& before,
+                          const std::vector<double>& after) {
+  const double bound = kSudden * largest_size(before);
+  for (int i = 0; i < system.coordinates(); ++i)
+    if (std::abs(after[i] - before[i]) > bound)
+      return "the force on " + system.coordinate_name(i) + " jumps or has a pole";
+  return {};
+}
 
 }  // namespace
 
@@ -41,12 +74,26 @@ std::string find_jump(const ConstrainedSystem& system, const State& state, doubl
       return system.constraint_name(row) + " jumps";
   }
   // A force that is near zero changes by as large a part of itself, but accelerates nothing like that.
-  if (largest_size(state.a) * moment <= kJump * options.constraint_velocity) return {};
-  const double bound = kSudden * largest_size(before.force);
-  for (int i = 0; i < system.coordinates(); ++i)
-    if (std::abs(after.force[i] - before.force[i]) > bound)
-      return "the force on " + system.coordinate_name(i) + " jumps or has a pole";
-  return {};
+  if (!accelerates(state, moment, options)) return {};
+  return changed_force(system, before.force, after.force);
+}
+
+std::string find_pole(const ConstrainedSystem& system, const State& state, double moment,
+                      const IntegratorOptions& options) {
+  if (!accelerates(state, moment, options)) return {};
+  try {
+    const std::vector<double> before = forces(system, state.t, state.q, state.v);
+    std::string text = changed_force(
+        system, before,
+        forces(system, state.t + moment, moved(state.q, state.v, moment), moved(state.v, state.a, moment)));
+    if (!text.empty()) return text;
+    const auto larger = [](double x, double y) { return std::abs(x) < std::abs(y); };
+    const auto largest = std::max_element(before.begin(), before.end(), larger);
+    return "the force on " + system.coordinate_name(static_cast<int>(largest - before.begin())) +
+           " has become " + number_text(*largest);
+  } catch (const InvalidInput& e) {
+    return e.what();
+  }
 }
 
 }  // namespace mfs::dae

@@ -12,5 +12,10 @@ namespace mfs::dae {
 /// empty: nothing.
 std::string find_jump(const ConstrainedSystem& system, const State& state, double moment,
                       const IntegratorOptions& options);
+/// Where nothing jumps in time and accelerations are out of all bounds: which force changes where the motion
+/// leads within `moment`, or is the largest; empty: accelerations are not. Positions that are nearly singular
+/// make them large as well.
+std::string find_pole(const ConstrainedSystem& system, const State& state, double moment,
+                      const IntegratorOptions& options);
 
 }  // namespace mfs::dae

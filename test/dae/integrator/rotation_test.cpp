@@ -74,18 +74,18 @@ double error_at(const Mechanism& mechanism, double rtol, Method method = Method:
   return observer.error();
 }
 
-/// Below `at_default` with the default tolerance, and by at least 30 when rtol falls by 100: a method of
-/// order 5 promises 100^(5/6) = 46.
+/// Below `at_default` with the default tolerance, and by at least 40 when rtol falls by 100: local errors are
+/// made such that it should be 100.
 void expect_falling(const Mechanism& mechanism, double at_default) {
   EXPECT_LT(error_at(mechanism, 1e-4), at_default);
-  for (const double rtol : {1e-5, 1e-6})
-    EXPECT_LT(error_at(mechanism, 1e-2 * rtol), error_at(mechanism, rtol) / 30.0) << "rtol " << rtol;
+  for (const double rtol : {1e-4, 1e-5, 1e-6})
+    EXPECT_LT(error_at(mechanism, 1e-2 * rtol), error_at(mechanism, rtol) / 40.0) << "rtol " << rtol;
 }
 
-/// By at least 15: a method of order 2 promises 100^(2/3) = 22.
+/// The same of order 2.
 void expect_alpha_falling(const Mechanism& mechanism) {
   const double coarse = error_at(mechanism, 1e-4, Method::generalized_alpha);
-  EXPECT_LT(error_at(mechanism, 1e-6, Method::generalized_alpha), coarse / 15.0);
+  EXPECT_LT(error_at(mechanism, 1e-6, Method::generalized_alpha), coarse / 40.0);
 }
 
 /// 32 turns about an axis that is along no coordinate, of a body whose own axes are turned: a circle.
@@ -155,7 +155,8 @@ TEST(Rotation, OfAHeavyTopKeepsItsIntegrals) {
   const Vector3d first = integrals({0.0, mechanism.model.q0, mechanism.model.v0, {}, {}});
   mechanism.error = [=](const State& state) {
     const double drift = (integrals(state) - first).cwiseQuotient(first).cwiseAbs().maxCoeff();
-    return state.t < 2.0 ? drift : std::max(drift, (Motion(state, frame).point(Vector3d::Zero()) - reference).norm());
+    return state.t < 2.0 ? drift
+                         : std::max(drift, (Motion(state, frame).point(Vector3d::Zero()) - reference).norm());
   };
   expect_falling(mechanism, 0.6);
   expect_alpha_falling(mechanism);

@@ -140,7 +140,7 @@ int leading(Offset ld) {
 
 // y (m) -= A x for A (m x k). Such products are as many as a tree has fronts, and each entry of A is used
 // once: what a call of BLAS does beside (OpenBLAS' pthread kind takes a lock for its buffer) takes longer
-// than small ones, and threads queue up. Complex numbers are left to BLAS.
+// than small ones, and threads queue up.
 #define MFS_SUBTRACT_PRODUCT(S)                                                                          \
   MFS_SIMD_CLONES void subtract_product(Vertex m, Vertex k, const S* a, Offset ld, const S* x, S* out) { \
     S* const __restrict y = out;                                                                         \
@@ -198,12 +198,12 @@ void solve_left(const char* uplo, const char* diag, Transpose transpose, Vertex 
   if (n == 0 || columns == 0) return;
   if constexpr (std::is_floating_point_v<Scalar>) {
     if (columns == 1 && transpose == Transpose::no) return solve_triangle(*uplo == 'U', n, t, ldt, b);
-    if (columns <= kFewColumns && transpose == Transpose::yes)
-      return *uplo == 'U' ? small::solve_upper_transposed(n, columns, t, ldt, b, ldb)
-                          : small::solve_unit_lower_transposed(n, columns, t, ldt, b, ldb);
   }
-  if (columns > 1 && n <= (columns > kFewColumns ? kSmallTriangle : small::kMost) &&
-      transpose == Transpose::no) {
+  if (columns <= kFewColumns && transpose == Transpose::yes) {
+    return *uplo == 'U' ? small::solve_upper_transposed(n, columns, t, ldt, b, ldb)
+                        : small::solve_unit_lower_transposed(n, columns, t, ldt, b, ldb);
+  }
+  if (n <= (columns > kFewColumns ? kSmallTriangle : small::kMost) && transpose == Transpose::no) {
     if (*uplo == 'L') return small::solve_unit_lower(n, columns, t, ldt, b, ldb);
     if (small::solve_upper(n, columns, t, ldt, b, ldb)) return;
   }
@@ -224,9 +224,9 @@ void gemm_minus(Transpose transpose_a, Vertex m, Vertex n, Vertex k, const Scala
   const bool plain = transpose_a == Transpose::no;
   if constexpr (std::is_floating_point_v<Scalar>) {
     if (n == 1 && plain) return subtract_product(m, k, a, lda, b, c);
-    if (n <= kFewColumns && !plain) return small::gemm_minus_transposed(m, n, k, a, lda, b, ldb, c, ldc);
   }
-  if (n > 1 && plain && ((n <= kFewColumns && k > n) || std::max({m, n, k}) <= kSmallProduct))
+  if (n <= kFewColumns && !plain) return small::gemm_minus_transposed(m, n, k, a, lda, b, ldb, c, ldc);
+  if (plain && ((n <= kFewColumns && k > n) || std::max({m, n, k}) <= kSmallProduct))
     return small::gemm_minus(m, n, k, a, lda, b, ldb, c, ldc);
   const char ta = static_cast<char>(transpose_a);
   if (n == 1) {

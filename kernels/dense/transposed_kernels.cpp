@@ -1,11 +1,13 @@
 #include "kernels/dense/transposed_kernels.hpp"
 
 #include <algorithm>
+#include <complex>
 #include <cstdint>
 #include <cstring>
 #include <type_traits>
 
 #include "kernels/runtime/simd_clones.hpp"
+#include "ordering/number_parts.hpp"
 
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC diagnostic ignored "-Wpsabi"  // vectors are passed between inlined functions only
@@ -22,10 +24,16 @@ constexpr int kHigh = 4;
 /// Terms of a sum that are added before it goes to C, so that columns of B stay in the first cache.
 constexpr Vertex kTerms = 256;
 
-/// kBytes: of a vector register. kWide: columns of B that are multiplied at the same time.
-template <class Real, int kBytes, int kWide>
+/// kBytes: of a vector register. kSums: registers that hold sums at the same time. Complex numbers are pairs
+/// of real ones here, and a sum of their products has two registers: a b = (Re a Re b - Im a Im b) + i (Re a
+/// Im b + Im a Re b) are the entries of a times those of b, and times those of b with each pair exchanged.
+template <class Scalar, int kBytes, int kSums>
 struct Dots {
+  using Real = typename NumberParts<Scalar>::type;
+  static constexpr int kParts = NumberParts<Scalar>::count;
   static constexpr int kLanes = kBytes / static_cast<int>(sizeof(Real));
+  static constexpr int kRows = kLanes / kParts;  // of Scalar in a register
+  static constexpr int kWide = kSums / kHigh / kParts > 0 ? kSums / kHigh / kParts : 1;
   typedef Real Vector __attribute__((vector_size(kBytes)));
   using Index = std::conditional_t<sizeof(Real) == 8, std::int64_t, std::int32_t>;
   typedef Index Places __attribute__((vector_size(kBytes)));
@@ -36,19 +44,56 @@ struct Dots {
     std::memcpy(&to, from, kBytes);
     if (keep) to = reinterpret_cast<Vector>(reinterpret_cast<Places>(to) & *keep);
   }
+  static MFS_INLINE void exchange_pairs(const Vector& from, Vector& to) {
+#ifdef __clang__
+    for (int i = 0; i < kLanes; ++i) to[i] = from[i ^ 1];
+#else
+    Places places;
+    for (int i = 0; i < kLanes; ++i) places[i] = i ^ 1;
+    to = __builtin_shuffle(from, places);
+#endif
+  }
 
   template <int high, int wide>
+  struct Sums {
+    Vector of[high][wide][kParts];
+  };
+  template <int high, int wide>
   static MFS_INLINE void add_terms(const Real* a, Offset lda, const Real* b, Offset ldb, const Places* keep,
-                                   Vector (&sum)[high][wide]) {
-    Vector of_b[wide];
+                                   Sums<high, wide>& sums) {
+    Vector of_b[wide][kParts];
 #pragma GCC unroll 4
-    for (int j = 0; j < wide; ++j) load(b + j * ldb, keep, of_b[j]);
+    for (int j = 0; j < wide; ++j) {
+      load(b + j * kParts * ldb, keep, of_b[j][0]);
+      if constexpr (kParts == 2) exchange_pairs(of_b[j][0], of_b[j][1]);
+    }
 #pragma GCC unroll 4
     for (int i = 0; i < high; ++i) {
       Vector of_a;
-      load(a + i * lda, keep, of_a);
+      load(a + i * kParts * lda, keep, of_a);
 #pragma GCC unroll 4
-      for (int j = 0; j < wide; ++j) sum[i][j] += of_a * of_b[j];
+      for (int j = 0; j < wide; ++j) {
+#pragma GCC unroll 2
+        for (int part = 0; part < kParts; ++part) sums.of[i][j][part] += of_a * of_b[j][part];
+      }
+    }
+  }
+  /// to -= the sum of all products.
+  static MFS_INLINE void subtract_sum(const Vector (&sum)[kParts], Real* to) {
+    Real total[kParts] = {};
+    for (int lane = 0; lane < kLanes; ++lane) {
+      total[0] += kParts == 2 && lane % 2 == 1 ? -sum[0][lane] : sum[0][lane];
+      if constexpr (kParts == 2) total[1] += sum[1][lane];
+    }
+    for (int part = 0; part < kParts; ++part) to[part] -= total[part];
+  }
+  /// to -= a b.
+  static MFS_INLINE void subtract_product(const Real* a, const Real* b, Real* to) {
+    if constexpr (kParts == 1) {
+      to[0] -= a[0] * b[0];
+    } else {
+      to[0] -= a[0] * b[0] - a[1] * b[1];
+      to[1] -= a[0] * b[1] + a[1] * b[0];
     }
   }
 
@@ -56,55 +101,51 @@ struct Dots {
   template <int high, int wide>
   static MFS_INLINE void subtract_tile(Vertex k, const Real* a, Offset lda, const Real* b, Offset ldb,
                                        Real* c, Offset ldc) {
-    if (k < kLanes) {
+    if (k < kRows) {
       for (int j = 0; j < wide; ++j) {
         for (int i = 0; i < high; ++i) {
-          Real total = 0;
-          for (Vertex p = 0; p < k; ++p) total += a[p + i * lda] * b[p + j * ldb];
-          c[i + j * ldc] -= total;
+          Real total[kParts] = {};
+          for (Vertex p = 0; p < k; ++p)
+            subtract_product(a + (p + i * lda) * kParts, b + (p + j * ldb) * kParts, total);
+          for (int part = 0; part < kParts; ++part) c[(i + j * ldc) * kParts + part] += total[part];
         }
       }
       return;
     }
-    Vector sum[high][wide];
-#pragma GCC unroll 4
-    for (int i = 0; i < high; ++i) {
-#pragma GCC unroll 4
-      for (int j = 0; j < wide; ++j) sum[i][j] = Vector{};
-    }
+    Sums<high, wide> sums = {};
     Vertex p = 0;
-    for (; p + kLanes <= k; p += kLanes) add_terms(a + p, lda, b + p, ldb, nullptr, sum);
+    for (; p + kRows <= k; p += kRows)
+      add_terms<high, wide>(a + p * kParts, lda, b + p * kParts, ldb, nullptr, sums);
     if (p < k) {
+      const Vertex begin = k - kRows;
       Places keep;
-      for (int lane = 0; lane < kLanes; ++lane) keep[lane] = k - kLanes + lane >= p ? -1 : 0;
-      add_terms(a + k - kLanes, lda, b + k - kLanes, ldb, &keep, sum);
+      for (int lane = 0; lane < kLanes; ++lane) keep[lane] = begin + lane / kParts >= p ? -1 : 0;
+      add_terms<high, wide>(a + begin * kParts, lda, b + begin * kParts, ldb, &keep, sums);
     }
 #pragma GCC unroll 4
     for (int i = 0; i < high; ++i) {
 #pragma GCC unroll 4
-      for (int j = 0; j < wide; ++j) {
-        Real total = 0;
-        for (int lane = 0; lane < kLanes; ++lane) total += sum[i][j][lane];
-        c[i + j * ldc] -= total;
-      }
+      for (int j = 0; j < wide; ++j) subtract_sum(sums.of[i][j], c + (i + j * ldc) * kParts);
     }
   }
 
   template <int high, int wide>
   static MFS_INLINE void subtract_columns(Vertex j, Vertex n, Vertex k, const Real* a, Offset lda,
                                           const Real* b, Offset ldb, Real* c, Offset ldc) {
-    for (; j + wide <= n; j += wide) subtract_tile<high, wide>(k, a, lda, b + j * ldb, ldb, c + j * ldc, ldc);
+    for (; j + wide <= n; j += wide)
+      subtract_tile<high, wide>(k, a, lda, b + j * kParts * ldb, ldb, c + j * kParts * ldc, ldc);
     if constexpr (wide > 1) subtract_columns<high, wide / 2>(j, n, k, a, lda, b, ldb, c, ldc);
   }
 
   static MFS_INLINE void gemm_minus(Vertex m, Vertex n, Vertex k, const Real* a, Offset lda, const Real* b,
                                     Offset ldb, Real* c, Offset ldc) {
-    for (Vertex p = 0; p < k; p += kTerms, a += kTerms, b += kTerms) {
+    for (Vertex p = 0; p < k; p += kTerms, a += kTerms * kParts, b += kTerms * kParts) {
       const Vertex terms = std::min(kTerms, k - p);
       Vertex i = 0;
       for (; i + kHigh <= m; i += kHigh)
-        subtract_columns<kHigh, kWide>(0, n, terms, a + i * lda, lda, b, ldb, c + i, ldc);
-      for (; i < m; ++i) subtract_columns<1, kWide>(0, n, terms, a + i * lda, lda, b, ldb, c + i, ldc);
+        subtract_columns<kHigh, kWide>(0, n, terms, a + i * kParts * lda, lda, b, ldb, c + i * kParts, ldc);
+      for (; i < m; ++i)
+        subtract_columns<1, kWide>(0, n, terms, a + i * kParts * lda, lda, b, ldb, c + i * kParts, ldc);
     }
   }
 
@@ -115,64 +156,74 @@ struct Dots {
     for (Vertex done = 0; done < n; done += kHigh) {
       const Vertex count = std::min<Vertex>(kHigh, n - done);
       const Vertex begin = upper ? done : n - done - count, solved = upper ? 0 : n - done;
-      const Real* const diagonal = t + begin + begin * ldt;
-      gemm_minus(count, columns, done, t + solved + begin * ldt, ldt, b + solved, ldb, b + begin, ldb);
-      for (Vertex j = 0; j < columns; ++j) solve_block<upper>(count, diagonal, ldt, b + begin + j * ldb);
+      gemm_minus(count, columns, done, t + (solved + begin * ldt) * kParts, ldt, b + solved * kParts, ldb,
+                 b + begin * kParts, ldb);
+      for (Vertex j = 0; j < columns; ++j)
+        solve_block<upper>(count, t + (begin + begin * ldt) * kParts, ldt, b + (begin + j * ldb) * kParts);
     }
   }
   template <bool upper>
   static MFS_INLINE void solve_block(Vertex count, const Real* t, Offset ldt, Real* x) {
-    if constexpr (upper) {
-      for (Vertex i = 0; i < count; ++i) {
-        for (Vertex p = 0; p < i; ++p) x[i] -= t[p + i * ldt] * x[p];
-        x[i] /= t[i + i * ldt];
-      }
-    } else {
-      for (Vertex i = count - 1; i >= 0; --i) {
-        for (Vertex p = i + 1; p < count; ++p) x[i] -= t[p + i * ldt] * x[p];
-      }
+    for (Vertex turn = 0; turn < count; ++turn) {
+      const Vertex i = upper ? turn : count - 1 - turn;
+      const Vertex first = upper ? 0 : i + 1, last = upper ? i : count;
+      for (Vertex p = first; p < last; ++p)
+        subtract_product(t + (p + i * ldt) * kParts, x + p * kParts, x + i * kParts);
+      if constexpr (upper)
+        *reinterpret_cast<Scalar*>(x + i * kParts) /=
+            *reinterpret_cast<const Scalar*>(t + (i + i * ldt) * kParts);
     }
   }
 };
 
 // A tile has sixteen sums where there are 32 registers, else eight.
-#define MFS_KERNELS_FOR(TARGET, S, BYTES, WIDE)                                                           \
-  TARGET void gemm_minus_of(Vertex m, Vertex n, Vertex k, const S* a, Offset lda, const S* b, Offset ldb, \
-                            S* c, Offset ldc) {                                                           \
-    Dots<S, BYTES, WIDE>::gemm_minus(m, n, k, a, lda, b, ldb, c, ldc);                                    \
-  }                                                                                                       \
-  TARGET void solve_upper_of(Vertex n, Vertex columns, const S* t, Offset ldt, S* b, Offset ldb) {        \
-    Dots<S, BYTES, WIDE>::template solve<true>(n, columns, t, ldt, b, ldb);                               \
-  }                                                                                                       \
-  TARGET void solve_unit_lower_of(Vertex n, Vertex columns, const S* t, Offset ldt, S* b, Offset ldb) {   \
-    Dots<S, BYTES, WIDE>::template solve<false>(n, columns, t, ldt, b, ldb);                              \
+#define MFS_KERNELS_FOR(TARGET, S, BYTES, SUMS)                                                             \
+  TARGET void gemm_minus_of(Vertex m, Vertex n, Vertex k, const S* a, Offset lda, const S* b, Offset ldb,   \
+                            S* c, Offset ldc) {                                                             \
+    using D = Dots<S, BYTES, SUMS>;                                                                         \
+    using R = typename D::Real;                                                                             \
+    D::gemm_minus(m, n, k, reinterpret_cast<const R*>(a), lda, reinterpret_cast<const R*>(b), ldb,          \
+                  reinterpret_cast<R*>(c), ldc);                                                            \
+  }                                                                                                         \
+  TARGET void solve_upper_of(Vertex n, Vertex columns, const S* t, Offset ldt, S* b, Offset ldb) {          \
+    using D = Dots<S, BYTES, SUMS>;                                                                         \
+    using R = typename D::Real;                                                                             \
+    D::template solve<true>(n, columns, reinterpret_cast<const R*>(t), ldt, reinterpret_cast<R*>(b), ldb);  \
+  }                                                                                                         \
+  TARGET void solve_unit_lower_of(Vertex n, Vertex columns, const S* t, Offset ldt, S* b, Offset ldb) {     \
+    using D = Dots<S, BYTES, SUMS>;                                                                         \
+    using R = typename D::Real;                                                                             \
+    D::template solve<false>(n, columns, reinterpret_cast<const R*>(t), ldt, reinterpret_cast<R*>(b), ldb); \
   }
 #ifdef MFS_SIMD_TARGETS
-#define MFS_KERNELS(S)                                                 \
-  MFS_KERNELS_FOR(__attribute__((target("arch=x86-64-v4"))), S, 64, 4) \
-  MFS_KERNELS_FOR(__attribute__((target("arch=x86-64-v3"))), S, 32, 2) \
-  MFS_KERNELS_FOR(__attribute__((target("default"))), S, 16, 2)
+#define MFS_KERNELS(S)                                                  \
+  MFS_KERNELS_FOR(__attribute__((target("arch=x86-64-v4"))), S, 64, 16) \
+  MFS_KERNELS_FOR(__attribute__((target("arch=x86-64-v3"))), S, 32, 8)  \
+  MFS_KERNELS_FOR(__attribute__((target("default"))), S, 16, 8)
 #else
-#define MFS_KERNELS(S) MFS_KERNELS_FOR(, S, 16, 2)
+#define MFS_KERNELS(S) MFS_KERNELS_FOR(, S, 16, 8)
 #endif
 MFS_KERNELS(float)
 MFS_KERNELS(double)
+MFS_KERNELS(std::complex<float>)
+MFS_KERNELS(std::complex<double>)
 
 }  // namespace
 
-template <class Real>
-void gemm_minus_transposed(Vertex m, Vertex n, Vertex k, const Real* a, Offset lda, const Real* b, Offset ldb,
-                           Real* c, Offset ldc) {
+template <class Scalar>
+void gemm_minus_transposed(Vertex m, Vertex n, Vertex k, const Scalar* a, Offset lda, const Scalar* b,
+                           Offset ldb, Scalar* c, Offset ldc) {
   gemm_minus_of(m, n, k, a, lda, b, ldb, c, ldc);
 }
 
-template <class Real>
-void solve_unit_lower_transposed(Vertex n, Vertex columns, const Real* t, Offset ldt, Real* b, Offset ldb) {
+template <class Scalar>
+void solve_unit_lower_transposed(Vertex n, Vertex columns, const Scalar* t, Offset ldt, Scalar* b,
+                                 Offset ldb) {
   solve_unit_lower_of(n, columns, t, ldt, b, ldb);
 }
 
-template <class Real>
-void solve_upper_transposed(Vertex n, Vertex columns, const Real* t, Offset ldt, Real* b, Offset ldb) {
+template <class Scalar>
+void solve_upper_transposed(Vertex n, Vertex columns, const Scalar* t, Offset ldt, Scalar* b, Offset ldb) {
   solve_upper_of(n, columns, t, ldt, b, ldb);
 }
 
@@ -183,5 +234,7 @@ void solve_upper_transposed(Vertex n, Vertex columns, const Real* t, Offset ldt,
   template void solve_upper_transposed<S>(Vertex, Vertex, const S*, Offset, S*, Offset);
 MFS_INSTANTIATE(float)
 MFS_INSTANTIATE(double)
+MFS_INSTANTIATE(std::complex<float>)
+MFS_INSTANTIATE(std::complex<double>)
 
 }  // namespace mfs::small

@@ -84,6 +84,23 @@ TEST(TinyPivots, ThatWereCorrectedAreDividedByInLaterFactorizations) {
   }
 }
 
+// The correction of some tens of pivots takes longer than a factorization that divides by them.
+TEST(TinyPivots, SomeTensAreDividedByAtOnce) {
+  for (const std::int64_t pairs : {32, 33, 100}) {
+    const SparseMatrix a = weakly_held_pairs(pairs, 0x1p-35);
+    const std::vector<double> b = Random(6).vector(a.n);
+    for (const Backend backend : host_backends()) {
+      SCOPED_TRACE(std::string(backend_name(backend)) + ", pairs " + std::to_string(pairs));
+      Solver solver(on(backend));
+      std::vector<double> x(b.size());
+      solver.factor(a.view());
+      solver.solve(b.data(), x.data());
+      EXPECT_LE(backward_error(a, b, x), kTolerance);
+      EXPECT_EQ(solver.report().corrected_pivots, pairs <= 32 ? pairs : 0);
+    }
+  }
+}
+
 // Rows and columns scaled at random by up to 10^(+-6): the scales of the factors may differ from pair to
 // pair, and a vector that is large in one of them looks like a null vector there.
 TEST(TinyPivots, OfGradedPairsAreNotCalledSingular) {

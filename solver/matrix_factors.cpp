@@ -445,7 +445,6 @@ void MatrixFactors<Scalar>::delay_while_pivots_fail(double allowed_flops) {
     replace_numeric(kMostDelayed);
     levels = std::min(2 * levels, kMostLevels);
   }
-  divide_if_more_fail_than(kMostCorrected);
 }
 
 // Of the values of the analysis.
@@ -454,6 +453,7 @@ void MatrixFactors<Scalar>::delay_first_pivots() {
   constexpr double kGrowth = 1.5, kFree = 1e8;
   usual_flops_ = report_.flops.total();
   delay_while_pivots_fail(kGrowth * usual_flops_ + kFree);
+  divide_if_more_fail_than(kMostCorrected);
 }
 
 template <class Scalar>
@@ -473,7 +473,11 @@ void MatrixFactors<Scalar>::delay_later_pivots() {
   const int before = report_.reanalyses;
   delay_while_pivots_fail(usual_flops_ +
                           backend_.info().flops_per_entry * static_cast<double>(report_.nnz_factor));
-  if (report_.reanalyses == before) factor_values();
+  if (report_.reanalyses > before) {
+    divide_if_more_fail_than(kMostCorrected);
+  } else {
+    factor_values();  // not with those compared
+  }
   later_delays_ = report_.perturbed_pivots > 0 ? options_.factor.max_reanalyses : later_delays_ + 1;
 }
 

@@ -436,15 +436,17 @@ void MatrixFactors<Scalar>::watch_effort() {
 
 // Moves pivots that failed up the tree while that helps and costs little. Three levels are enough for most,
 // and cost little more than one, which half of them would have to leave again: a first factorization is one
-// of two or three.
+// of two or three. False where the tree has not changed.
 template <class Scalar>
-void MatrixFactors<Scalar>::delay_while_pivots_fail(double allowed_flops) {
+bool MatrixFactors<Scalar>::delay_while_pivots_fail(double allowed_flops) {
   Vertex levels = kLevels;
-  for (int round = 0; round < options_.factor.max_reanalyses && report_.perturbed_pivots > 0; ++round) {
+  int round = 0;
+  for (; round < options_.factor.max_reanalyses && report_.perturbed_pivots > 0; ++round) {
     if (!delay_failed_pivots(levels, allowed_flops)) break;
     replace_numeric(kMostDelayed);
     levels = std::min(2 * levels, kMostLevels);
   }
+  return round > 0;
 }
 
 // Of the values of the analysis.
@@ -470,10 +472,8 @@ void MatrixFactors<Scalar>::delay_later_pivots() {
   forget_tiny_pivots();
   factor_values(kMostDelayed);
   if (report_.perturbed_pivots == 0) factor_values(threshold_policy());
-  const int before = report_.reanalyses;
-  delay_while_pivots_fail(usual_flops_ +
-                          backend_.info().flops_per_entry * static_cast<double>(report_.nnz_factor));
-  if (report_.reanalyses > before) {
+  const double solve_flops = backend_.info().flops_per_entry * static_cast<double>(report_.nnz_factor);
+  if (delay_while_pivots_fail(usual_flops_ + solve_flops)) {
     divide_if_more_fail_than(kMostCorrected);
   } else {
     factor_values();  // not with those compared

@@ -107,7 +107,7 @@ class MatrixFactors {
   void divide_by_tiny_pivots();
   void forget_tiny_pivots();
 
-  void delay_while_pivots_fail(double allowed_flops);
+  bool delay_while_pivots_fail(double allowed_flops);
   void delay_first_pivots();
   bool tree_is_outdated() const;
   void delay_later_pivots();
@@ -131,9 +131,9 @@ class MatrixFactors {
   bool drifted_ = false;           // solves have become dearer: the next refactor matches anew
   std::int64_t usual_effort_ = 0;  // steps that a solve took for the values of the analysis
   int rematches_ = 0;
-  double usual_flops_ = 0;  // of the plan of the analysis
-  int dear_solves_ = 0;     // with more steps than usual since the tree changed
-  int later_delays_ = 0;    // changes of the tree for later values
+  double usual_flops_ = 0;        // of the plan of the analysis
+  std::int64_t dear_solves_ = 0;  // with more steps than usual since the tree changed
+  int later_delays_ = 0;          // changes of the tree for later values
   std::int64_t analyses_ = 0, value_sets_ = 0;
   TinyPivots tiny_pivots_ = TinyPivots::noise;  // data: since a factorization perturbed too many to correct
   bool definite_ = false;                       // as A looks, where it was decided that they are data

@@ -12,6 +12,8 @@ constexpr double kProportional = 1e-4;
 /// parts of 100 m, of a position). With less four_bars_2 did not get past its singular positions, near which
 /// rounding is a thousand times as large as elsewhere.
 constexpr double kLeastRelative = 1e-10, kLeastAbsolute = 1e-9;
+/// Positions, in m, beside velocities, in m/s.
+constexpr double kOfPosition = 1e-2;
 
 double proportional(const IntegratorOptions& options, double least) {
   const int order = options.method == Method::bdf ? options.max_order : 2;
@@ -28,14 +30,14 @@ void set_local_tolerances(IntegratorOptions& options) {
     absolute = proportional(options, kLeastAbsolute);
     options.rtol = proportional(options, kLeastRelative);
   }
-  if (options.atol_position == 0.0) options.atol_position = 1e-2 * absolute;
+  if (options.atol_position == 0.0) options.atol_position = kOfPosition * absolute;
   if (options.atol_velocity == 0.0) options.atol_velocity = absolute;
 }
 
 bool relax_local_tolerances(IntegratorOptions& options, double rtol) {
   if (options.rtol >= rtol) return false;
   options.rtol = options.atol_velocity = rtol;
-  options.atol_position = 1e-2 * rtol;
+  options.atol_position = kOfPosition * rtol;
   return true;
 }
 

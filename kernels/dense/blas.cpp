@@ -32,8 +32,6 @@ extern "C" {
 #define MFS_DECLARE_BLAS(prefix, S)                                                                         \
   void MFS_BLAS(prefix##gemm_)(const char*, const char*, const int*, const int*, const int*, const S*,      \
                                const S*, const int*, const S*, const int*, const S*, S*, const int*);       \
-  void MFS_BLAS(prefix##gemv_)(const char*, const int*, const int*, const S*, const S*, const int*,         \
-                               const S*, const int*, const S*, S*, const int*);                             \
   void MFS_BLAS(prefix##trsm_)(const char*, const char*, const char*, const char*, const int*, const int*,  \
                                const S*, const S*, const int*, S*, const int*);                             \
   void MFS_BLAS(prefix##trsv_)(const char*, const char*, const char*, const int*, const S*, const int*, S*, \
@@ -93,10 +91,6 @@ int* const server_of_threads = &blas_server_avail;
   void gemm(const char* ta, int m, int n, int k, S alpha, const S* a, int lda, const S* b, int ldb, S beta, \
             S* c, int ldc) {                                                                                \
     MFS_BLAS(prefix##gemm_)(ta, "N", &m, &n, &k, &alpha, a, &lda, b, &ldb, &beta, c, &ldc);                 \
-  }                                                                                                         \
-  void gemv(const char* ta, int m, int n, S alpha, const S* a, int lda, const S* x, S beta, S* y) {         \
-    const int one = 1;                                                                                      \
-    MFS_BLAS(prefix##gemv_)(ta, &m, &n, &alpha, a, &lda, x, &one, &beta, y, &one);                          \
   }                                                                                                         \
   void trsm(const char* side, const char* uplo, const char* ta, const char* diag, int m, int n, const S* t, \
             int ldt, S* b, int ldb) {                                                                       \
@@ -226,14 +220,10 @@ void gemm_minus(Transpose transpose_a, Vertex m, Vertex n, Vertex k, const Scala
     if (n == 1 && plain) return subtract_product(m, k, a, lda, b, c);
   }
   if (n <= kFewColumns && !plain) return small::gemm_minus_transposed(m, n, k, a, lda, b, ldb, c, ldc);
-  if (plain && ((n <= kFewColumns && k > n) || std::max({m, n, k}) <= kSmallProduct))
+  if (plain && (n == 1 || (n <= kFewColumns && k > n) || std::max({m, n, k}) <= kSmallProduct))
     return small::gemm_minus(m, n, k, a, lda, b, ldb, c, ldc);
   const char ta = static_cast<char>(transpose_a);
-  if (n == 1) {
-    gemv(&ta, plain ? m : k, plain ? k : m, Scalar(-1), a, leading(lda), b, Scalar(1), c);
-  } else {
-    gemm(&ta, m, n, k, Scalar(-1), a, leading(lda), b, leading(ldb), Scalar(1), c, leading(ldc));
-  }
+  gemm(&ta, m, n, k, Scalar(-1), a, leading(lda), b, leading(ldb), Scalar(1), c, leading(ldc));
 }
 
 template <class Scalar>

@@ -13,19 +13,18 @@ namespace mfs::small {
 
 namespace {
 
-// Each kernel for registers of one kind: 32 of 64 bytes, 16 of 32, 16 of 16. A tile takes three quarters of
-// them, and the column of A and the factor from B find room beside it.
-#define MFS_KERNELS_FOR(TARGET, S, BYTES, HIGH, WIDE)                                                      \
+// Each kernel for registers of one kind.
+#define MFS_KERNELS_FOR(TARGET, S, BYTES)                                                                  \
   TARGET void subtract_product_of(Vertex m, Vertex n, Vertex k, const S* a, Offset lda, const S* b,        \
                                   Offset ldb, S* c, Offset ldc) {                                          \
-    using T = Tiles<S, BYTES, HIGH, WIDE>;                                                                 \
+    using T = Tiles<S, BYTES>;                                                                             \
     using R = typename T::Real;                                                                            \
     T::gemm_minus(m, n, k, reinterpret_cast<const R*>(a), lda, reinterpret_cast<const R*>(b), ldb,         \
                   reinterpret_cast<R*>(c), ldc);                                                           \
   }                                                                                                        \
   TARGET void solve_left_of(Vertex n, Vertex columns, const S* t, Offset ldt, const S* inverse, S* b,      \
                             Offset ldb) {                                                                  \
-    using T = Tiles<S, BYTES, HIGH, WIDE>;                                                                 \
+    using T = Tiles<S, BYTES>;                                                                             \
     using R = typename T::Real;                                                                            \
     const R* const triangle = reinterpret_cast<const R*>(t);                                               \
     const R* const by = reinterpret_cast<const R*>(inverse);                                               \
@@ -38,24 +37,16 @@ namespace {
   }                                                                                                        \
   TARGET void solve_right_of(Vertex rows, Vertex n, const S* u, Offset ldu, const S* inverse, S* b,        \
                              Offset ldb) {                                                                 \
-    using T = Tiles<S, BYTES, HIGH, WIDE>;                                                                 \
+    using T = Tiles<S, BYTES>;                                                                             \
     using R = typename T::Real;                                                                            \
     T::solve_upper_right(rows, n, reinterpret_cast<const R*>(u), ldu, reinterpret_cast<const R*>(inverse), \
                          reinterpret_cast<R*>(b), ldb);                                                    \
   }
 
-#ifdef MFS_SIMD_TARGETS
-#define MFS_KERNELS(S)                                                    \
-  MFS_KERNELS_FOR(__attribute__((target("arch=x86-64-v4"))), S, 64, 3, 8) \
-  MFS_KERNELS_FOR(__attribute__((target("arch=x86-64-v3"))), S, 32, 3, 4) \
-  MFS_KERNELS_FOR(__attribute__((target("default"))), S, 16, 2, 4)
-#else
-#define MFS_KERNELS(S) MFS_KERNELS_FOR(, S, 16, 2, 4)
-#endif
-MFS_KERNELS(float)
-MFS_KERNELS(double)
-MFS_KERNELS(std::complex<float>)
-MFS_KERNELS(std::complex<double>)
+MFS_FOR_SIMD_REGISTERS(MFS_KERNELS_FOR, float)
+MFS_FOR_SIMD_REGISTERS(MFS_KERNELS_FOR, double)
+MFS_FOR_SIMD_REGISTERS(MFS_KERNELS_FOR, std::complex<float>)
+MFS_FOR_SIMD_REGISTERS(MFS_KERNELS_FOR, std::complex<double>)
 
 }  // namespace
 

@@ -21,9 +21,12 @@
 
 namespace mfs::small {
 
-/// kBytes: of a vector register. kHigh: registers that a tile is high, kWide: real columns that it is wide.
-template <class Scalar, int kBytes, int kHigh, int kWide>
+/// kBytes: of a vector register. A tile takes three quarters of the registers (half of those of 16 bytes),
+/// and the column of A and the factor from B find room beside it.
+template <class Scalar, int kBytes>
 struct Tiles {
+  /// Registers that a tile is high, real columns that it is wide.
+  static constexpr int kHigh = kBytes > 16 ? 3 : 2, kWide = kBytes == 64 ? 8 : 4;
   using Real = typename NumberParts<Scalar>::type;
   static constexpr int kParts = NumberParts<Scalar>::count;
   static constexpr int kLanes = kBytes / static_cast<int>(sizeof(Real));

@@ -24,15 +24,17 @@ constexpr int kHigh = 4;
 /// Terms of a sum that are added before it goes to C, so that columns of B stay in the first cache.
 constexpr Vertex kTerms = 256;
 
-/// kBytes: of a vector register. kSums: registers that hold sums at the same time. Complex numbers are pairs
-/// of real ones here, and a sum of their products has two registers: a b = (Re a Re b - Im a Im b) + i (Re a
-/// Im b + Im a Re b) are the entries of a times those of b, and times those of b with each pair exchanged.
-template <class Scalar, int kBytes, int kSums>
+/// kBytes: of a vector register. kSums: registers that hold sums at the same time, half of all. Complex
+/// numbers are pairs of real ones here, and a sum of their products has two registers: a b = (Re a Re b - Im
+/// a Im b) + i (Re a Im b + Im a Re b) are the entries of a times those of b, and times those of b with each
+/// pair exchanged.
+template <class Scalar, int kBytes>
 struct Dots {
   using Real = typename NumberParts<Scalar>::type;
   static constexpr int kParts = NumberParts<Scalar>::count;
   static constexpr int kLanes = kBytes / static_cast<int>(sizeof(Real));
   static constexpr int kRows = kLanes / kParts;  // of Scalar in a register
+  static constexpr int kSums = kBytes == 64 ? 16 : 8;
   static constexpr int kWide = kSums / kHigh / kParts > 0 ? kSums / kHigh / kParts : 1;
   typedef Real Vector __attribute__((vector_size(kBytes)));
   using Index = std::conditional_t<sizeof(Real) == 8, std::int64_t, std::int32_t>;
@@ -176,37 +178,28 @@ struct Dots {
   }
 };
 
-// A tile has sixteen sums where there are 32 registers, else eight.
-#define MFS_KERNELS_FOR(TARGET, S, BYTES, SUMS)                                                             \
+#define MFS_KERNELS_FOR(TARGET, S, BYTES)                                                                   \
   TARGET void gemm_minus_of(Vertex m, Vertex n, Vertex k, const S* a, Offset lda, const S* b, Offset ldb,   \
                             S* c, Offset ldc) {                                                             \
-    using D = Dots<S, BYTES, SUMS>;                                                                         \
+    using D = Dots<S, BYTES>;                                                                               \
     using R = typename D::Real;                                                                             \
     D::gemm_minus(m, n, k, reinterpret_cast<const R*>(a), lda, reinterpret_cast<const R*>(b), ldb,          \
                   reinterpret_cast<R*>(c), ldc);                                                            \
   }                                                                                                         \
   TARGET void solve_upper_of(Vertex n, Vertex columns, const S* t, Offset ldt, S* b, Offset ldb) {          \
-    using D = Dots<S, BYTES, SUMS>;                                                                         \
+    using D = Dots<S, BYTES>;                                                                               \
     using R = typename D::Real;                                                                             \
     D::template solve<true>(n, columns, reinterpret_cast<const R*>(t), ldt, reinterpret_cast<R*>(b), ldb);  \
   }                                                                                                         \
   TARGET void solve_unit_lower_of(Vertex n, Vertex columns, const S* t, Offset ldt, S* b, Offset ldb) {     \
-    using D = Dots<S, BYTES, SUMS>;                                                                         \
+    using D = Dots<S, BYTES>;                                                                               \
     using R = typename D::Real;                                                                             \
     D::template solve<false>(n, columns, reinterpret_cast<const R*>(t), ldt, reinterpret_cast<R*>(b), ldb); \
   }
-#ifdef MFS_SIMD_TARGETS
-#define MFS_KERNELS(S)                                                  \
-  MFS_KERNELS_FOR(__attribute__((target("arch=x86-64-v4"))), S, 64, 16) \
-  MFS_KERNELS_FOR(__attribute__((target("arch=x86-64-v3"))), S, 32, 8)  \
-  MFS_KERNELS_FOR(__attribute__((target("default"))), S, 16, 8)
-#else
-#define MFS_KERNELS(S) MFS_KERNELS_FOR(, S, 16, 8)
-#endif
-MFS_KERNELS(float)
-MFS_KERNELS(double)
-MFS_KERNELS(std::complex<float>)
-MFS_KERNELS(std::complex<double>)
+MFS_FOR_SIMD_REGISTERS(MFS_KERNELS_FOR, float)
+MFS_FOR_SIMD_REGISTERS(MFS_KERNELS_FOR, double)
+MFS_FOR_SIMD_REGISTERS(MFS_KERNELS_FOR, std::complex<float>)
+MFS_FOR_SIMD_REGISTERS(MFS_KERNELS_FOR, std::complex<double>)
 
 }  // namespace
 

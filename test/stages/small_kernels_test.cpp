@@ -35,6 +35,10 @@ struct Block {
   std::vector<Scalar> entries;
 };
 
+std::string sizes(Vertex m, Vertex n, Vertex k) {
+  return std::to_string(m) + " x " + std::to_string(n) + ", " + std::to_string(k) + " terms";
+}
+
 template <class Scalar>
 class SmallKernels : public testing::Test {
  protected:
@@ -51,6 +55,23 @@ class SmallKernels : public testing::Test {
       for (Vertex i = found.rows; i < found.ld; ++i)
         ASSERT_EQ(found.at(i, j), expected.at(i, j)) << what << ": row " << i << " is beyond the block";
     }
+  }
+  // C - op(A) B, twice.
+  static void expect_product(Transpose transpose, Vertex m, Vertex n, Vertex k) {
+    const bool plain = transpose == Transpose::no;
+    const Block<Scalar> a(plain ? m : k, plain ? k : m, 1), b(k, n, 2), before(m, n, 3);
+    Block<Scalar> expected = before;
+    for (Vertex j = 0; j < n; ++j) {
+      for (Vertex p = 0; p < k; ++p) {
+        for (Vertex i = 0; i < m; ++i) expected.at(i, j) -= (plain ? a.at(i, p) : a.at(p, i)) * b.at(p, j);
+      }
+    }
+    Block<Scalar> found = before, again = before;
+    blas::gemm_minus(transpose, m, n, k, a.data(), a.ld, b.data(), b.ld, found.data(), found.ld);
+    expect_near(found, expected, 1 + k, sizes(m, n, k));
+    if (HasFatalFailure()) return;
+    blas::gemm_minus(transpose, m, n, k, a.data(), a.ld, b.data(), b.ld, again.data(), again.ld);
+    ASSERT_EQ(found.entries, again.entries) << sizes(m, n, k);
   }
   // Small beside the diagonal, and NaN where the kernel must not look.
   static Block<Scalar> triangle(Vertex n, bool upper) {
@@ -75,27 +96,12 @@ TYPED_TEST_SUITE(SmallKernels, Scalars);
 // Around the registers of all kinds, two and three of them, and past the bound where BLAS comes in.
 constexpr Vertex kSizes[] = {0, 1, 2, 3, 4, 5, 7, 8, 9, 12, 16, 23, 24, 25, 31, 32, 33, 65, 129, 257};
 
-std::string sizes(Vertex m, Vertex n, Vertex k) {
-  return std::to_string(m) + " x " + std::to_string(n) + ", " + std::to_string(k) + " terms";
-}
-
 TYPED_TEST(SmallKernels, SubtractProducts) {
   for (const Vertex m : kSizes) {
     for (const Vertex n : kSizes) {
       for (const Vertex k : {0, 1, 2, 5, 31, 65, 257, 600}) {
         if (k > 65 && n > 17) continue;  // more terms at once, as solves have them
-        const Block<TypeParam> a(m, k, 1), b(k, n, 2), before(m, n, 3);
-        Block<TypeParam> expected = before;
-        for (Vertex j = 0; j < n; ++j) {
-          for (Vertex p = 0; p < k; ++p) {
-            for (Vertex i = 0; i < m; ++i) expected.at(i, j) -= a.at(i, p) * b.at(p, j);
-          }
-        }
-        Block<TypeParam> found = before, again = before;
-        blas::gemm_minus(Transpose::no, m, n, k, a.data(), a.ld, b.data(), b.ld, found.data(), found.ld);
-        this->expect_near(found, expected, 1 + k, sizes(m, n, k));
-        blas::gemm_minus(Transpose::no, m, n, k, a.data(), a.ld, b.data(), b.ld, again.data(), again.ld);
-        ASSERT_EQ(found.entries, again.entries) << sizes(m, n, k);
+        this->expect_product(Transpose::no, m, n, k);
         if (this->HasFatalFailure()) return;
       }
     }
@@ -106,18 +112,7 @@ TYPED_TEST(SmallKernels, SubtractTransposedProducts) {
   for (const Vertex m : kSizes) {
     for (const Vertex n : {0, 1, 2, 3, 4, 5, 7, 16, 17, 33}) {
       for (const Vertex k : {0, 1, 2, 5, 8, 9, 16, 31, 65, 257, 600}) {
-        const Block<TypeParam> a(k, m, 1), b(k, n, 2), before(m, n, 3);
-        Block<TypeParam> expected = before;
-        for (Vertex j = 0; j < n; ++j) {
-          for (Vertex i = 0; i < m; ++i) {
-            for (Vertex p = 0; p < k; ++p) expected.at(i, j) -= a.at(p, i) * b.at(p, j);
-          }
-        }
-        Block<TypeParam> found = before, again = before;
-        blas::gemm_minus(Transpose::yes, m, n, k, a.data(), a.ld, b.data(), b.ld, found.data(), found.ld);
-        this->expect_near(found, expected, 1 + k, sizes(m, n, k));
-        blas::gemm_minus(Transpose::yes, m, n, k, a.data(), a.ld, b.data(), b.ld, again.data(), again.ld);
-        ASSERT_EQ(found.entries, again.entries) << sizes(m, n, k);
+        this->expect_product(Transpose::yes, m, n, k);
         if (this->HasFatalFailure()) return;
       }
     }

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include <mfs/error.hpp>
+#include "ordering/elimination_tree.hpp"
 #include "ordering/first_error.hpp"
 #include "ordering/transpose.hpp"
 #include "plan/contribution_places.hpp"
@@ -25,6 +26,14 @@ Vertex SymbolicPlan::block_width(Vertex pivots) const {
 
 bool SymbolicPlan::has_turns() const {
   return std::any_of(assembly_turn.begin(), assembly_turn.end(), [](Vertex turn) { return turn > 0; });
+}
+
+std::vector<Vertex> SymbolicPlan::position_of_rows() const {
+  return inverse_permutation(row_of);
+}
+
+std::vector<Vertex> SymbolicPlan::position_of_columns() const {
+  return inverse_permutation(column_of);
 }
 
 BlockFlops SymbolicPlan::flops_of(Vertex f) const {

@@ -97,6 +97,9 @@ struct SymbolicPlan {
   /// Blocks into which the pivot block of a front is divided: ceil(p / max_block_size), as equal as can be.
   Vertex block_width(Vertex pivots) const;
   BlockFlops flops_of(Vertex f) const;
+  /// n: row or column of A -> position.
+  std::vector<Vertex> position_of_rows() const;
+  std::vector<Vertex> position_of_columns() const;
 };
 
 /// Makes the plan of `pattern` with its rows permuted by `row_order` (empty: identity) for the given tree.

@@ -58,7 +58,7 @@ template <class Scalar>
 void BlockSolve<Scalar>::solve(Columns<Scalar> all) {
   factors_.numeric("solve");
   all = checked(all);
-  check_finite(rows(), all.count, all.b, all.ldb);
+  with_threads(all.count, [&](int threads) { check_finite(rows(), all.count, all.b, all.ldb, 0, threads); });
   solve_parts(all, [&](const Columns<Scalar>& part) { solve_part(part); });
 }
 
@@ -222,8 +222,18 @@ void BlockSolve<Scalar>::write_solution(const Columns<Scalar>& part, const Scala
     report_.singularity = outcome.singularity;
     report_.dependent_rows = outcome.dependent_rows;
   }
-  for (Offset j = 0; j < part.count; ++j)
-    std::copy(solution + j * rows(), solution + (j + 1) * rows(), part.x + j * part.ldx);
+  with_threads(part.count, [&](int threads) {
+    copy_columns<Scalar>(rows(), part.count, solution, rows(), part.x, part.ldx, threads);
+  });
+}
+
+// work(threads) for so many columns; few entries are not worth the team of a phase.
+template <class Scalar>
+template <class Work>
+void BlockSolve<Scalar>::with_threads(Offset columns, const Work& work) {
+  constexpr Offset kMany = 1 << 16;
+  if (rows() * columns < kMany) return work(1);
+  phases_.run("solve", [&] { work(phases_.threads_at_work()); });
 }
 
 // One pass over the present factors, and what can be made of it with them; `tried`: what solve_resident left
@@ -236,8 +246,7 @@ SolveOutcome BlockSolve<Scalar>::solve_with_factors(const Columns<Scalar>& part,
   phases_.run("solve", [&] {
     const TransposedPattern* pattern = pattern_for(part);
     Scalar* rhs = numeric.rhs(columns);
-    for (Offset j = 0; j < part.count; ++j)
-      std::copy(part.b + j * part.ldb, part.b + j * part.ldb + rows(), rhs + j * rows());
+    copy_columns(rows(), part.count, part.b, part.ldb, rhs, rows(), phases_.threads_at_work());
     outcome = numeric.solve(columns, pattern, controls_, tried);
   });
   note_outcome(outcome);

@@ -48,6 +48,8 @@ class BlockSolve {
   void climb_until_solved(const Columns<Scalar>& part, const SolveOutcome* tried);
   void solve_on_host(const Columns<Scalar>& part);
   SolveOutcome solve_rescaled(const Columns<Scalar>& part, Scalar* solution);
+  template <class Work>
+  void with_threads(Offset columns, const Work& work);
   void write_solution(const Columns<Scalar>& part, const Scalar* solution, const SolveOutcome& outcome);
   SolveOutcome solve_with_factors(const Columns<Scalar>& part, const SolveOutcome* tried = nullptr);
   const TransposedPattern* pattern_for(const Columns<Scalar>& part);

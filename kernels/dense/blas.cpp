@@ -11,10 +11,10 @@
 
 #include <mfs/error.hpp>
 
+#include "kernels/dense/column_kernels.hpp"
 #include "kernels/dense/small_kernels.hpp"
 #include "kernels/dense/transposed_kernels.hpp"
 #include "kernels/runtime/openblas_buffer.hpp"
-#include "kernels/runtime/simd_clones.hpp"
 
 using mfs::Offset;
 using mfs::Vertex;
@@ -132,52 +132,6 @@ int leading(Offset ld) {
   return ld > 0 ? static_cast<int>(ld) : 1;
 }
 
-// y (m) -= A x for A (m x k). Such products are as many as a tree has fronts, and each entry of A is used
-// once: what a call of BLAS does beside (OpenBLAS' pthread kind takes a lock for its buffer) takes longer
-// than small ones, and threads queue up.
-#define MFS_SUBTRACT_PRODUCT(S)                                                                          \
-  MFS_SIMD_CLONES void subtract_product(Vertex m, Vertex k, const S* a, Offset ld, const S* x, S* out) { \
-    S* const __restrict y = out;                                                                         \
-    Vertex j = 0;                                                                                        \
-    for (; j + 8 <= k; j += 8, a += 8 * ld, x += 8) {                                                    \
-      const S *a1 = a + ld, *a2 = a1 + ld, *a3 = a2 + ld, *a4 = a3 + ld, *a5 = a4 + ld, *a6 = a5 + ld,   \
-              *a7 = a6 + ld;                                                                             \
-      for (Vertex i = 0; i < m; ++i)                                                                     \
-        y[i] -= ((a[i] * x[0] + a1[i] * x[1]) + (a2[i] * x[2] + a3[i] * x[3])) +                         \
-                ((a4[i] * x[4] + a5[i] * x[5]) + (a6[i] * x[6] + a7[i] * x[7]));                         \
-    }                                                                                                    \
-    for (; j < k; ++j, a += ld, ++x) {                                                                   \
-      for (Vertex i = 0; i < m; ++i) y[i] -= a[i] * x[0];                                                \
-    }                                                                                                    \
-  }
-MFS_SUBTRACT_PRODUCT(float)
-MFS_SUBTRACT_PRODUCT(double)
-
-/// Triangles are solved with by blocks of so many unknowns.
-constexpr Vertex kTriangle = 16;
-
-// x := T^-1 x for the unit lower or the upper triangle T (n x n).
-template <class Real>
-void solve_triangle(bool upper, Vertex n, const Real* t, Offset ld, Real* x) {
-  if (upper) {
-    for (Vertex k = (n - 1) / kTriangle * kTriangle; k >= 0; k -= kTriangle) {
-      for (Vertex j = std::min(n, k + kTriangle) - 1; j >= k; --j) {
-        x[j] /= t[j + j * ld];
-        for (Vertex i = k; i < j; ++i) x[i] -= t[i + j * ld] * x[j];
-      }
-      subtract_product(k, std::min(kTriangle, n - k), t + k * ld, ld, x + k, x);
-    }
-  } else {
-    for (Vertex k = 0; k < n; k += kTriangle) {
-      const Vertex next = std::min(n, k + kTriangle);
-      for (Vertex j = k; j < next; ++j) {
-        for (Vertex i = j + 1; i < next; ++i) x[i] -= t[i + j * ld] * x[j];
-      }
-      subtract_product(n - next, next - k, t + next + k * ld, ld, x + k, x + next);
-    }
-  }
-}
-
 /// Up to so many rows and columns products are made without BLAS, and triangles are solved with.
 constexpr Vertex kSmallProduct = small::kMost, kSmallTriangle = 128;
 /// And all triangles and longer products for so few columns, as those of a solve: BLAS packs the large
@@ -191,7 +145,7 @@ void solve_left(const char* uplo, const char* diag, Transpose transpose, Vertex 
                 const Scalar* t, Offset ldt, Scalar* b, Offset ldb) {
   if (n == 0 || columns == 0) return;
   if constexpr (std::is_floating_point_v<Scalar>) {
-    if (columns == 1 && transpose == Transpose::no) return solve_triangle(*uplo == 'U', n, t, ldt, b);
+    if (columns == 1 && transpose == Transpose::no) return small::solve_column(*uplo == 'U', n, t, ldt, b);
   }
   if (columns <= kFewColumns && transpose == Transpose::yes) {
     return *uplo == 'U' ? small::solve_upper_transposed(n, columns, t, ldt, b, ldb)
@@ -217,7 +171,7 @@ void gemm_minus(Transpose transpose_a, Vertex m, Vertex n, Vertex k, const Scala
   if (m == 0 || n == 0 || k == 0) return;
   const bool plain = transpose_a == Transpose::no;
   if constexpr (std::is_floating_point_v<Scalar>) {
-    if (n == 1 && plain) return subtract_product(m, k, a, lda, b, c);
+    if (n == 1 && plain) return small::subtract_product(m, k, a, lda, b, c);
   }
   if (n <= kFewColumns && !plain) return small::gemm_minus_transposed(m, n, k, a, lda, b, ldb, c, ldc);
   if (plain && (n == 1 || (n <= kFewColumns && k > n) || std::max({m, n, k}) <= kSmallProduct))

@@ -5,10 +5,6 @@
 #include "kernels/dense/small_tiles.hpp"
 #include "kernels/runtime/simd_clones.hpp"
 
-#if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC diagnostic ignored "-Wpsabi"  // vectors are passed between inlined functions only
-#endif
-
 namespace mfs::small {
 
 namespace {

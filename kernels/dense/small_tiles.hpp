@@ -10,49 +10,23 @@
 #pragma once
 
 #include <algorithm>
-#include <cstdint>
-#include <cstring>
-#include <type_traits>
 
+#include "kernels/dense/simd_register.hpp"
 #include "kernels/dense/small_kernels.hpp"
-#include "ordering/number_parts.hpp"
-
-#define MFS_INLINE inline __attribute__((always_inline))
 
 namespace mfs::small {
 
 /// kBytes: of a vector register. A tile takes three quarters of the registers (half of those of 16 bytes),
 /// and the column of A and the factor from B find room beside it.
 template <class Scalar, int kBytes>
-struct Tiles {
+struct Tiles : Register<Scalar, kBytes> {
+  using Base = Register<Scalar, kBytes>;
+  using Base::kLanes, Base::kParts, Base::kRows, Base::load, Base::store, Base::turn;
+  using typename Base::Places;
+  using typename Base::Real;
+  using typename Base::Vector;
   /// Registers that a tile is high, real columns that it is wide.
   static constexpr int kHigh = kBytes > 16 ? 3 : 2, kWide = kBytes == 64 ? 8 : 4;
-  using Real = typename NumberParts<Scalar>::type;
-  static constexpr int kParts = NumberParts<Scalar>::count;
-  static constexpr int kLanes = kBytes / static_cast<int>(sizeof(Real));
-  static constexpr int kRows = kLanes / kParts;  // of Scalar in a register
-  typedef Real Vector __attribute__((vector_size(kBytes)));
-  using Index = std::conditional_t<sizeof(Real) == 8, std::int64_t, std::int32_t>;
-  typedef Index Places __attribute__((vector_size(kBytes)));
-
-  static MFS_INLINE void load(const Real* from, Vector& to) { std::memcpy(&to, from, kBytes); }
-  static MFS_INLINE void store(const Vector& from, Real* to) { std::memcpy(to, &from, kBytes); }
-  static MFS_INLINE void turn(const Vector& from, Vector& to) {
-#ifdef __clang__
-    for (int i = 0; i < kLanes; i += 2) {
-      to[i] = -from[i + 1];
-      to[i + 1] = from[i];
-    }
-#else
-    Places places;
-    Vector sign;
-    for (int i = 0; i < kLanes; ++i) {
-      places[i] = i ^ 1;
-      sign[i] = static_cast<Real>(i % 2 == 0 ? -1 : 1);
-    }
-    to = __builtin_shuffle(from, places) * sign;
-#endif
-  }
   /// x *= factor, of which there are kParts parts.
   static MFS_INLINE void multiply(const Real* factor, Vector& x) {
     if constexpr (kParts == 1) {

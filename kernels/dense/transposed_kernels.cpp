@@ -2,18 +2,9 @@
 
 #include <algorithm>
 #include <complex>
-#include <cstdint>
-#include <cstring>
-#include <type_traits>
 
+#include "kernels/dense/simd_register.hpp"
 #include "kernels/runtime/simd_clones.hpp"
-#include "ordering/number_parts.hpp"
-
-#if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC diagnostic ignored "-Wpsabi"  // vectors are passed between inlined functions only
-#endif
-
-#define MFS_INLINE inline __attribute__((always_inline))
 
 namespace mfs::small {
 
@@ -24,36 +15,25 @@ constexpr int kHigh = 4;
 /// Terms of a sum that are added before it goes to C, so that columns of B stay in the first cache.
 constexpr Vertex kTerms = 256;
 
-/// kBytes: of a vector register. kSums: registers that hold sums at the same time, half of all. Complex
+/// kSums: registers that hold sums at the same time, half of all. Complex
 /// numbers are pairs of real ones here, and a sum of their products has two registers: a b = (Re a Re b - Im
 /// a Im b) + i (Re a Im b + Im a Re b) are the entries of a times those of b, and times those of b with each
 /// pair exchanged.
 template <class Scalar, int kBytes>
-struct Dots {
-  using Real = typename NumberParts<Scalar>::type;
-  static constexpr int kParts = NumberParts<Scalar>::count;
-  static constexpr int kLanes = kBytes / static_cast<int>(sizeof(Real));
-  static constexpr int kRows = kLanes / kParts;  // of Scalar in a register
+struct Dots : Register<Scalar, kBytes> {
+  using Base = Register<Scalar, kBytes>;
+  using Base::kLanes, Base::kParts, Base::kRows, Base::exchange_pairs;
+  using typename Base::Places;
+  using typename Base::Real;
+  using typename Base::Vector;
   static constexpr int kSums = kBytes == 64 ? 16 : 8;
   static constexpr int kWide = kSums / kHigh / kParts > 0 ? kSums / kHigh / kParts : 1;
-  typedef Real Vector __attribute__((vector_size(kBytes)));
-  using Index = std::conditional_t<sizeof(Real) == 8, std::int64_t, std::int32_t>;
-  typedef Index Places __attribute__((vector_size(kBytes)));
 
   /// The last entries of a column fill no register. It then ends with them, and those before, which have been
   /// added, count as zero.
   static MFS_INLINE void load(const Real* from, const Places* keep, Vector& to) {
-    std::memcpy(&to, from, kBytes);
+    Base::load(from, to);
     if (keep) to = reinterpret_cast<Vector>(reinterpret_cast<Places>(to) & *keep);
-  }
-  static MFS_INLINE void exchange_pairs(const Vector& from, Vector& to) {
-#ifdef __clang__
-    for (int i = 0; i < kLanes; ++i) to[i] = from[i ^ 1];
-#else
-    Places places;
-    for (int i = 0; i < kLanes; ++i) places[i] = i ^ 1;
-    to = __builtin_shuffle(from, places);
-#endif
   }
 
   template <int high, int wide>

@@ -21,10 +21,19 @@ NumericLayout::NumericLayout(const SymbolicPlan& plan, Offset scalar_bytes, Offs
 }
 
 SubstitutionLayout::SubstitutionLayout(const SymbolicPlan& plan, Offset scalar_bytes, Vertex columns) {
-  const Offset block = static_cast<Offset>(plan.n) * columns;
+  const Offset width = rows::width_of(columns), block = plan.n * width;
   for (Offset* vector : {&v, &y}) *vector = arena.add(block * scalar_bytes);
-  border = arena.add(static_cast<Offset>(plan.border.size()) * columns * scalar_bytes);
+  border = arena.add(static_cast<Offset>(plan.border.size()) * width * scalar_bytes);
 }
+
+namespace {
+
+/// HostFactors keeps the positions of rows and columns for more than one right-hand side.
+Offset position_bytes(const SymbolicPlan& plan, Vertex columns) {
+  return columns > 1 ? 2 * plan.n * static_cast<Offset>(sizeof(Vertex)) : 0;
+}
+
+}  // namespace
 
 NumericBytes host_bytes(const SymbolicPlan& plan, Offset scalar_bytes, Offset value_bytes, Vertex columns) {
   const NumericLayout numeric(plan, scalar_bytes, value_bytes);
@@ -32,7 +41,7 @@ NumericBytes host_bytes(const SymbolicPlan& plan, Offset scalar_bytes, Offset va
   bytes.factor = plan.factor_entries * scalar_bytes;
   bytes.contribution = numeric.matrix_values - bytes.factor;
   bytes.other = numeric.arena.total() - numeric.matrix_values;
-  bytes.solve = SubstitutionLayout(plan, scalar_bytes, columns).arena.total();
+  bytes.solve = SubstitutionLayout(plan, scalar_bytes, columns).arena.total() + position_bytes(plan, columns);
   return bytes;
 }
 
@@ -64,7 +73,8 @@ OutOfCore plan_out_of_core(const SymbolicPlan& plan, Offset scalar_bytes, Offset
   OutOfCore made;
   made.folder = folder;
   for (made.columns = kSolveColumns; made.columns > 0; made.columns /= 4) {
-    const Offset ladder = ladder_bytes(made.columns), spare = spare_for(made.columns);
+    const Offset ladder = ladder_bytes(made.columns) + position_bytes(plan, made.columns);
+    const Offset spare = spare_for(made.columns);
     const Offset region = (available - others - ladder) / scalar_bytes / kAlignment * kAlignment;
     if (region <= spare) continue;
     made.segments = make_segments(plan, region, spare, kUndivided, Outside::file);
@@ -80,7 +90,7 @@ OutOfCore plan_out_of_core(const SymbolicPlan& plan, Offset scalar_bytes, Offset
   made.bytes.other = others;
   made.bytes.contribution =
       made.segments.region_entries * scalar_bytes - (made.bytes.factor - made.bytes.outside);
-  made.bytes.solve = ladder_bytes(made.columns);
+  made.bytes.solve = ladder_bytes(made.columns) + position_bytes(plan, made.columns);
   made.movement = movement_of(plan, made.segments, scalar_bytes);
   return made;
 }

@@ -109,14 +109,20 @@ class HostFactors final : public Factors<Value> {
   }
 
   void apply_inverse(const Value* from, Value* to, Vertex columns, bool transposed) override {
-    const SolveVectors<Scalar> vectors{columns, at<Scalar>(v_), at<Scalar>(y_), at<Scalar>(border_)};
+    const Vertex n = store_.n, width = rows::width_of(columns);
+    const SolveVectors<Scalar> vectors{width, at<Scalar>(v_), at<Scalar>(y_), at<Scalar>(border_)};
     const Vertex* in = transposed ? store_.column_of : store_.row_of;
     const Vertex* out = transposed ? store_.row_of : store_.column_of;
     const double* in_scale = transposed ? store_.column_scale : store_.row_scale;
     const double* out_scale = transposed ? store_.row_scale : store_.column_scale;
     std::optional<MovingPass> moves;
     if (outside_) outside_->begin_solve(moves, store_.storage);
-    gather_scaled<Value>(exec_, store_.n, columns, in, in_scale, from, store_.n, vectors.v);
+    if (width == 1) {
+      gather_scaled<Value>(exec_, n, 1, in, in_scale, from, n, vectors.v);
+    } else {
+      columns_to_rows<Value>(exec_, n, columns, width, position_[transposed].data(), in_scale, from,
+                             vectors.v);
+    }
     solve_tree(
         exec_, workers_, solve_store_, tree(), vectors, Substitution{true, true, transposed},
         [&](std::size_t list) {
@@ -124,7 +130,12 @@ class HostFactors final : public Factors<Value> {
         },
         [&](std::size_t list) { return !moves || moves->may_begin(list); });
     if (moves) moves->finish();
-    scatter_scaled<Value>(exec_, store_.n, columns, out, out_scale, vectors.v, to);
+    if (width == 1) {
+      scatter_scaled<Value>(exec_, n, 1, out, out_scale, vectors.v, to);
+    } else {
+      rows_to_columns<Value>(exec_, n, columns, width, position_[!transposed].data(), out_scale, vectors.v,
+                             to);
+    }
   }
 
   void make_room(Vertex columns) override {
@@ -136,6 +147,11 @@ class HostFactors final : public Factors<Value> {
     v_ = layout.v;
     y_ = layout.y;
     border_ = layout.border;
+    if (columns > 1 && position_[0].empty()) {
+      std::vector<Vertex> of_rows = plan_->position_of_rows();
+      position_[1] = plan_->position_of_columns();
+      position_[0] = std::move(of_rows);
+    }
   }
   Vertex columns_at_once() const override { return columns_at_once_; }
 
@@ -156,7 +172,10 @@ class HostFactors final : public Factors<Value> {
   }
 
   MemorySpace memory() const override { return MemorySpace::host; }
-  Offset bytes() const override { return arena_.bytes() + substitution_->bytes(); }
+  Offset bytes() const override {
+    const Offset positions = 2 * static_cast<Offset>(position_[0].size() * sizeof(Vertex));
+    return arena_.bytes() + substitution_->bytes() + positions;
+  }
   Movement movement() const override { return outside_ ? outside_->made().movement : Movement(); }
 
  private:
@@ -212,6 +231,7 @@ class HostFactors final : public Factors<Value> {
   std::unique_ptr<HostArena> substitution_;
   char* vectors_ = nullptr;            // of a solve
   Offset v_ = 0, y_ = 0, border_ = 0;  // in there
+  std::vector<Vertex> position_[2];    // of rows and of columns, for more than one right-hand side
 };
 
 }  // namespace mfs

@@ -1,5 +1,6 @@
 // Stage "solve": forward substitution from the deepest depth up, backward substitution back down, for any
-// number of right-hand sides at once. Vectors are in elimination order, n x k, column-major.
+// number of right-hand sides at once. Vectors are in elimination order, the columns of a row beside each
+// other (kernels/dense/row_kernels.hpp).
 //
 //   forward   front f gathers its pivot rows of v and what its children left for it, solves with L_P, and
 //   leaves
@@ -11,7 +12,10 @@
 // exchanges of the pivot block are undone at the end instead of done at the begin.
 #pragma once
 
+#include <algorithm>
+
 #include "kernels/dense/blas.hpp"
+#include "kernels/dense/row_kernels.hpp"
 #include "kernels/runtime/workers.hpp"
 #include "kernels/stages/front_store.hpp"
 
@@ -20,31 +24,51 @@ namespace mfs {
 /// Vectors of one solve: `v` goes in and comes out, `y` and `border` are work.
 template <class Scalar>
 struct SolveVectors {
-  Vertex columns;  // k
-  Scalar* v;       // n x k
-  Scalar* y;       // n x k
-  Scalar* border;  // front f: border rows x k at border_begin[f] * k
+  Vertex width;    // entries of a row, rows::width_of(columns)
+  Scalar* v;       // n x width
+  Scalar* y;       // n x width
+  Scalar* border;  // front f: border rows x width at border_begin[f] * width
+
+  Scalar* row(Scalar* of, Offset i) const { return of + i * width; }
 };
 
 /// v(pivots of f) and border(f) += what the children left.
 template <class Scalar, class Value>
 void gather_children(const FrontStore<Scalar, Value>& store, const SolveVectors<Scalar>& vectors, Vertex f) {
   const Front<Scalar> front = store.front(f);
-  const Vertex p = front.pivots, b = front.border, k = vectors.columns;
-  Scalar* own = vectors.border + store.border_begin[f] * k;
-  for (Offset i = 0; i < static_cast<Offset>(b) * k; ++i) own[i] = Scalar(0);
+  const Vertex p = front.pivots, width = vectors.width;
+  Scalar* const pivots = vectors.row(vectors.v, store.pivot_begin[f]);
+  Scalar* const border = vectors.row(vectors.border, store.border_begin[f]);
+  std::fill_n(border, static_cast<Offset>(front.border) * width, Scalar(0));
   for (Vertex c = store.child_begin[f]; c < store.child_begin[f + 1]; ++c) {
     const Vertex child = store.children[c];
     const Vertex* map = store.border_in_parent + store.border_begin[child];
     const Vertex rows = static_cast<Vertex>(store.border_begin[child + 1] - store.border_begin[child]);
     const Vertex split = lower_bound(map, rows, p);
-    const Scalar* left = vectors.border + store.border_begin[child] * k;
-    for (Vertex j = 0; j < k; ++j, left += rows) {
-      Scalar* pivots = vectors.v + store.pivot_begin[f] + static_cast<Offset>(j) * store.n;
-      Scalar* border = own + static_cast<Offset>(j) * b;
-      for (Vertex i = 0; i < split; ++i) pivots[map[i]] += left[i];
-      for (Vertex i = split; i < rows; ++i) border[map[i] - p] += left[i];
-    }
+    const Scalar* left = vectors.row(vectors.border, store.border_begin[child]);
+    rows::scatter_add(split, width, map, 0, left, pivots);
+    rows::scatter_add(rows - split, width, map + split, p, left + static_cast<Offset>(split) * width, border);
+  }
+}
+
+/// C -= op(A) B for C of m rows and B of k; a single column is left to the kernels of blas.hpp.
+template <class Scalar>
+void subtract_rows(bool transposed, Vertex m, Vertex width, Vertex k, const Scalar* a, Offset lda,
+                   const Scalar* b, Scalar* c) {
+  if (width > 1) return rows::gemm_minus(transposed, m, width, k, a, lda, b, c);
+  blas::gemm_minus(transposed ? blas::Transpose::yes : blas::Transpose::no, m, 1, k, a, lda, b, k, c, m);
+}
+
+/// B := op(T)^-1 B, n rows, for the upper or the unit lower triangle of T.
+template <class Scalar>
+void solve_rows(bool upper, bool transposed, Vertex n, Vertex width, const Scalar* t, Offset ldt, Scalar* b) {
+  const auto transpose = transposed ? blas::Transpose::yes : blas::Transpose::no;
+  if (width > 1) {
+    rows::solve_triangle(upper, transposed, n, width, t, ldt, b);
+  } else if (upper) {
+    blas::solve_upper(transpose, n, 1, t, ldt, b, n);
+  } else {
+    blas::solve_unit_lower(transpose, n, 1, t, ldt, b, n);
   }
 }
 
@@ -71,64 +95,44 @@ struct TiledSplit {
   }
 };
 
-/// y := L_P^-1 y, z -= L y for a front (transposed: y := U_P^-T y, z -= U^T y); y has leading dimension ldy,
-/// z has one row per border row.
+/// y := L_P^-1 y, z -= L y for a front (transposed: y := U_P^-T y, z -= U^T y); z has one row per border row.
 template <class Split, class Scalar>
-void forward_blocks(const Split& split, const Front<Scalar>& front, bool transposed, Vertex columns,
-                    Scalar* y, Offset ldy, Scalar* z) {
-  using blas::Transpose;
-  const Vertex p = front.pivots, b = front.border, width = split.block(p);
-  const Offset ld = front.lower_ld;
+void forward_blocks(const Split& split, const Front<Scalar>& front, bool transposed, Vertex width, Scalar* y,
+                    Scalar* z) {
+  const Vertex p = front.pivots, b = front.border, block = split.block(p);
+  const Offset ld = front.lower_ld, w = width;
   const Scalar* lower = front.lower;
-  for (Vertex k = 0; k < p; k += width) {
-    const Vertex s = width < p - k ? width : p - k, next = k + s;
-    if (transposed) {
-      blas::solve_upper(Transpose::yes, s, columns, lower + k + k * ld, ld, y + k, ldy);
-    } else {
-      blas::solve_unit_lower(Transpose::no, s, columns, lower + k + k * ld, ld, y + k, ldy);
-    }
+  for (Vertex k = 0; k < p; k += block) {
+    const Vertex s = block < p - k ? block : p - k, next = k + s;
+    solve_rows(transposed, transposed, s, width, lower + k + k * ld, ld, y + k * w);
     split(p - next, s, [=](Vertex i, Vertex count) {
-      const Scalar* block = transposed ? lower + k + (next + i) * ld : lower + next + i + k * ld;
-      blas::gemm_minus(transposed ? Transpose::yes : Transpose::no, count, columns, s, block, ld, y + k, ldy,
-                       y + next + i, ldy);
+      const Scalar* from = transposed ? lower + k + (next + i) * ld : lower + next + i + k * ld;
+      subtract_rows(transposed, count, width, s, from, ld, y + k * w, y + (next + i) * w);
     });
   }
   split(b, p, [=](Vertex i, Vertex count) {
-    if (transposed) {
-      blas::gemm_minus(Transpose::yes, count, columns, p, front.upper + static_cast<Offset>(i) * p, p, y, ldy,
-                       z + i, b);
-    } else {
-      blas::gemm_minus(Transpose::no, count, columns, p, lower + p + i, ld, y, ldy, z + i, b);
-    }
+    const Scalar* from = transposed ? front.upper + static_cast<Offset>(i) * p : lower + p + i;
+    subtract_rows(transposed, count, width, p, from, transposed ? p : ld, y, z + i * w);
   });
 }
 
 /// y := U_P^-1 (y - U x) for a front (transposed: y := L_P^-T (y - L^T x)); x has one row per border row.
 template <class Split, class Scalar>
-void backward_blocks(const Split& split, const Front<Scalar>& front, bool transposed, Vertex columns,
-                     Scalar* y, Offset ldy, const Scalar* x) {
-  using blas::Transpose;
-  const Vertex p = front.pivots, b = front.border, width = split.block(p);
-  const Offset ld = front.lower_ld;
+void backward_blocks(const Split& split, const Front<Scalar>& front, bool transposed, Vertex width, Scalar* y,
+                     const Scalar* x) {
+  const Vertex p = front.pivots, b = front.border, block = split.block(p);
+  const Offset ld = front.lower_ld, w = width;
   const Scalar* lower = front.lower;
   split(p, b, [=](Vertex i, Vertex count) {
-    if (transposed) {
-      blas::gemm_minus(Transpose::yes, count, columns, b, lower + p + i * ld, ld, x, b, y + i, ldy);
-    } else {
-      blas::gemm_minus(Transpose::no, count, columns, b, front.upper + i, p, x, b, y + i, ldy);
-    }
+    const Scalar* from = transposed ? lower + p + i * ld : front.upper + i;
+    subtract_rows(transposed, count, width, b, from, transposed ? ld : p, x, y + i * w);
   });
-  for (Vertex k = (p - 1) / width * width; k >= 0; k -= width) {
-    const Vertex s = width < p - k ? width : p - k;
-    if (transposed) {
-      blas::solve_unit_lower(Transpose::yes, s, columns, lower + k + k * ld, ld, y + k, ldy);
-    } else {
-      blas::solve_upper(Transpose::no, s, columns, lower + k + k * ld, ld, y + k, ldy);
-    }
+  for (Vertex k = (p - 1) / block * block; k >= 0; k -= block) {
+    const Vertex s = block < p - k ? block : p - k;
+    solve_rows(!transposed, transposed, s, width, lower + k + k * ld, ld, y + k * w);
     split(k, s, [=](Vertex i, Vertex count) {
-      const Scalar* block = transposed ? lower + k + i * ld : lower + i + k * ld;
-      blas::gemm_minus(transposed ? Transpose::yes : Transpose::no, count, columns, s, block, ld, y + k, ldy,
-                       y + i, ldy);
+      const Scalar* from = transposed ? lower + k + i * ld : lower + i + k * ld;
+      subtract_rows(transposed, count, width, s, from, ld, y + k * w, y + i * w);
     });
   }
 }
@@ -139,14 +143,14 @@ void forward_front(const Split& split, const FrontStore<Scalar, Value>& store,
   const Front<Scalar> front = store.front(f);
   const Offset first = store.pivot_begin[f];
   gather_children(store, vectors, f);
-  Scalar* y = vectors.y + first;
-  for (Vertex j = 0; j < vectors.columns; ++j) {
-    const Scalar* v = vectors.v + first + static_cast<Offset>(j) * store.n;
-    Scalar* to = y + static_cast<Offset>(j) * store.n;
-    for (Vertex i = 0; i < front.pivots; ++i) to[i] = v[transposed ? i : store.local_row[first + i]];
+  Scalar *const v = vectors.row(vectors.v, first), *const y = vectors.row(vectors.y, first);
+  if (transposed) {
+    std::copy_n(v, static_cast<Offset>(front.pivots) * vectors.width, y);
+  } else {
+    rows::gather(front.pivots, vectors.width, store.local_row + first, v, y);
   }
-  forward_blocks(split, front, transposed, vectors.columns, y, store.n,
-                 vectors.border + store.border_begin[f] * vectors.columns);
+  forward_blocks(split, front, transposed, vectors.width, y,
+                 vectors.row(vectors.border, store.border_begin[f]));
 }
 
 template <class Split, class Scalar, class Value>
@@ -154,18 +158,14 @@ void backward_front(const Split& split, const FrontStore<Scalar, Value>& store,
                     const SolveVectors<Scalar>& vectors, Vertex f, bool transposed) {
   const Front<Scalar> front = store.front(f);
   const Offset first = store.pivot_begin[f];
-  const Vertex* rows = store.border + store.border_begin[f];
-  Scalar* y = vectors.y + first;
-  Scalar* x = vectors.border + store.border_begin[f] * vectors.columns;
-  for (Vertex j = 0; j < vectors.columns; ++j) {
-    const Scalar* v = vectors.v + static_cast<Offset>(j) * store.n;
-    for (Vertex i = 0; i < front.border; ++i) x[i + static_cast<Offset>(j) * front.border] = v[rows[i]];
-  }
-  backward_blocks(split, front, transposed, vectors.columns, y, store.n, x);
-  for (Vertex j = 0; j < vectors.columns; ++j) {
-    Scalar* v = vectors.v + first + static_cast<Offset>(j) * store.n;
-    const Scalar* from = y + static_cast<Offset>(j) * store.n;
-    for (Vertex i = 0; i < front.pivots; ++i) v[transposed ? store.local_row[first + i] : i] = from[i];
+  Scalar *const v = vectors.row(vectors.v, first), *const y = vectors.row(vectors.y, first);
+  Scalar* const x = vectors.row(vectors.border, store.border_begin[f]);
+  rows::gather(front.border, vectors.width, store.border + store.border_begin[f], vectors.v, x);
+  backward_blocks(split, front, transposed, vectors.width, y, x);
+  if (transposed) {
+    rows::scatter(front.pivots, vectors.width, store.local_row + first, y, v);
+  } else {
+    std::copy_n(y, static_cast<Offset>(front.pivots) * vectors.width, v);
   }
 }
 

@@ -141,6 +141,31 @@ void scatter_scaled(const Exec& exec, Vertex n, Vertex columns, const Vertex* in
                  PermuteScaled<Value, false, From, To>{columns, index, scale, from, n, to, n, add});
 }
 
+/// The same for many columns, whose entries of a row then lie beside each other, `width` apart: number i has
+/// row position[i]. Columns are read in their own order, as whole rows fill lines of cache; those behind
+/// `columns` are zero.
+template <class Value, class Exec, class From, class To>
+void columns_to_rows(const Exec& exec, Vertex n, Vertex columns, Vertex width, const Vertex* position,
+                     const double* scale, const From* from, To* to) {
+  for_each_index(exec, "mfs::permute", n, [=](Offset i) {
+    To* const row = to + static_cast<Offset>(position[i]) * width;
+    const auto factor = static_cast<RealOf<Value>>(scale[i]);
+    for (Offset j = 0; j < columns; ++j) row[j] = static_cast<To>(Value(from[i + j * n]) * factor);
+    for (Offset j = columns; j < width; ++j) row[j] = To(0);
+  });
+}
+
+/// And back.
+template <class Value, class Exec, class From, class To>
+void rows_to_columns(const Exec& exec, Vertex n, Vertex columns, Vertex width, const Vertex* position,
+                     const double* scale, const From* from, To* to) {
+  for_each_index(exec, "mfs::permute", n, [=](Offset i) {
+    const From* const row = from + static_cast<Offset>(position[i]) * width;
+    const auto factor = static_cast<RealOf<Value>>(scale[i]);
+    for (Offset j = 0; j < columns; ++j) to[i + j * n] = static_cast<To>(Value(row[j]) * factor);
+  });
+}
+
 /// *largest = largest |x_i| / scale[i].
 template <class Scalar>
 struct LargestUnscaled {

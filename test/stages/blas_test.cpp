@@ -91,6 +91,23 @@ TYPED_TEST(OneRightHandSide, IsSolvedForWithTriangles) {
   }
 }
 
+// The reciprocal of such a pivot is infinite, what is divided by it is not.
+TYPED_TEST(OneRightHandSide, IsDividedByTheSmallestPivots) {
+  using Real = decltype(std::abs(TypeParam()));
+  if (!std::is_same_v<Real, TypeParam>) GTEST_SKIP() << "BLAS takes such reciprocals of complex numbers";
+  const TypeParam least(std::numeric_limits<Real>::denorm_min() * 8);
+  for (const Vertex n : {1, 3, 4, 6, 8, 11, 20, 129}) {
+    for (const Vertex place : {Vertex(0), n / 2, n - 1}) {
+      std::vector<TypeParam> u(static_cast<std::size_t>(n) * n, TypeParam(0)), x(n, TypeParam(Real(4)));
+      for (Vertex i = 0; i < n; ++i) u[i + i * n] = i == place ? least : TypeParam(Real(2));
+      x[place] = least * TypeParam(Real(3));
+      blas::solve_upper<TypeParam>(Transpose::no, n, 1, u.data(), n, x.data(), n);
+      for (Vertex i = 0; i < n; ++i)
+        ASSERT_EQ(x[i], TypeParam(Real(i == place ? 3 : 2))) << n << ", row " << i;
+    }
+  }
+}
+
 TEST(OpenBlasKernels, AreChosenWhereThoseOfAnOldProcessorWereTaken) {
   EXPECT_EQ(blas::better_kernels("Prescott", true, true), "SkylakeX");
   EXPECT_EQ(blas::better_kernels("Prescott", true, false), "Haswell");

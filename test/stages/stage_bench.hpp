@@ -112,31 +112,45 @@ class StageBench {
     exec_.fence();
   }
   void solve_all(const TreeSchedule& tree, bool transposed) {
-    solve_tree(exec_, workers_, store_, tree,
-               SolveVectors<Scalar>{columns_, v_.data(), y_.data(), border_.data()},
-               Substitution{true, true, transposed});
+    solve_tree(exec_, workers_, store_, tree, vectors(), Substitution{true, true, transposed});
     exec_.fence();
   }
 
-  /// Vectors of the stage "solve", n x columns by position: `v` goes in and comes out, `y` lies between
-  /// forward and backward.
+  /// Vectors of the stage "solve", n x columns by position, column-major: `v` goes in and comes out, `y` lies
+  /// between forward and backward.
   void put_vectors(Vertex columns, const std::vector<Scalar>& v, const std::vector<Scalar>& y) {
     columns_ = columns;
-    v_ = v;
-    y_ = y.empty() ? std::vector<Scalar>(v.size(), Scalar(kNothing)) : y;
-    border_.assign(plan_->border.size() * static_cast<std::size_t>(columns), Scalar(kNothing));
+    v_ = by_rows(v);
+    y_ = y.empty() ? std::vector<Scalar>(v_.size(), Scalar(kNothing)) : by_rows(y);
+    border_.assign(plan_->border.size() * width(), Scalar(kNothing));
   }
-  const std::vector<Scalar>& v() const { return v_; }
-  const std::vector<Scalar>& y() const { return y_; }
+  std::vector<Scalar> v() const { return by_columns(v_); }
+  std::vector<Scalar> y() const { return by_columns(y_); }
 
   void solve_depth(const DepthSchedule& schedule, bool forward, bool transposed) {
-    solve_tree(exec_, workers_, store_, TreeSchedule{nullptr, &schedule, 1},
-               SolveVectors<Scalar>{columns_, v_.data(), y_.data(), border_.data()},
+    solve_tree(exec_, workers_, store_, TreeSchedule{nullptr, &schedule, 1}, vectors(),
                Substitution{forward, !forward, transposed});
     exec_.fence();
   }
 
  private:
+  std::size_t width() const { return static_cast<std::size_t>(rows::width_of(columns_)); }
+  SolveVectors<Scalar> vectors() {
+    return {static_cast<Vertex>(width()), v_.data(), y_.data(), border_.data()};
+  }
+  std::vector<Scalar> by_rows(const std::vector<Scalar>& columns) const {
+    const std::size_t n = static_cast<std::size_t>(plan_->n);
+    std::vector<Scalar> rows(n * width(), Scalar(kNothing));
+    for (std::size_t k = 0; k < columns.size(); ++k) rows[k % n * width() + k / n] = columns[k];
+    return rows;
+  }
+  std::vector<Scalar> by_columns(const std::vector<Scalar>& rows) const {
+    const std::size_t n = static_cast<std::size_t>(plan_->n);
+    std::vector<Scalar> columns(n * static_cast<std::size_t>(columns_));
+    for (std::size_t k = 0; k < columns.size(); ++k) columns[k] = rows[k % n * width() + k / n];
+    return columns;
+  }
+
   static constexpr RealOf<Scalar> kNothing = std::numeric_limits<RealOf<Scalar>>::quiet_NaN();
   std::shared_ptr<const SymbolicPlan> plan_;
   std::shared_ptr<const Pattern> pattern_;

@@ -20,10 +20,10 @@ constexpr Offset kMostProducts = 40;
 /// The factors of all lanes then take 25 MB a thread, in double precision.
 constexpr Offset kMostEntries = 400'000;
 
-/// Products that a device does in the time that the end of a level takes. A system took 0.64 ns for a level
-/// and 0.0081 ns for a product or an entry, by the times of poisson2d:32 and circuit:1000
-/// (docs/experiments/host.md, "A team of threads for a system on a device"; H100, 2026-11-26).
-constexpr Offset kProductsOfLevel = 80;
+/// Products that a device does in the time of a level: the smallest team has a thread for each task of a
+/// slice and takes as long for fewer. A task has two or three products (chain:91: 224 000 products and 30 000
+/// entries in 96 000 tasks).
+constexpr Offset kProductsOfLevel = kSliceTasks * 5 / 2;
 
 static_assert(kMostEntries <= kMostScheduledEntries &&
               kMostEntries * kMostProducts <= kMostScheduledProducts);

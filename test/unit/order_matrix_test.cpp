@@ -300,6 +300,19 @@ TEST(OrderMatrix, WhatAListCostsDecidesBetweenTheOrders) {
   EXPECT_FALSE(is_listed({400'000, now.products / now.entries, 0}));
 }
 
+// Of a graph that has the order of minimum degree as it is: from its middle where levels cost anything.
+TEST(OrderMatrix, LevelsOfMinimumDegreeAreHalvedWhereTheyCost) {
+  const Vertex bodies = 200, n = 11 * bodies + 5;
+  const Entries entries = chain_of_bodies(bodies);
+  const ListCost on_device{400'000, 40, 80};
+  const Ordered usual = order(n, entries), host = order(n, entries, {}, 1, &kOnHost),
+                device = order(n, entries, {}, 1, &on_device);
+  expect_equal(host.tree, usual.tree);
+  const PlainList before = plain_list(entries, usual), now = plain_list(entries, device);
+  EXPECT_LE(now.levels, 6 * before.levels / 10);
+  EXPECT_LE(100 * now.products, 105 * before.products);  // other multipliers are deferred
+}
+
 TEST(OrderMatrix, OrdersStayWhereNoListIsCheaperOrTheCallerSaysWhatALeafIs) {
   const auto stays = [](Vertex n, const Entries& entries, const AnalysisOptions& options = {}) {
     const SeparatorTree before = order(n, entries, options).tree,
@@ -308,6 +321,7 @@ TEST(OrderMatrix, OrdersStayWhereNoListIsCheaperOrTheCallerSaysWhatALeafIs) {
   };
   EXPECT_TRUE(stays(512, cube(8)));
   EXPECT_TRUE(stays(1, path(1)));
+  EXPECT_TRUE(stays(115, chain_of_bodies(10)));  // a leaf
   EXPECT_TRUE(stays(300, star(300)));
   EXPECT_FALSE(stays(665, chain_of_bodies(60)));
   Entries one_sided = chain_of_bodies(60);  // the graph is the same

@@ -190,8 +190,7 @@ Offset cost_of(const Graph& graph, const SeparatorTree& ordered, const ListCost&
 }
 
 /// Hundredths by which another order must cost less: a product takes more or less time, by how many are taken
-/// together and what the cache has. chain:400 took 3 % longer with 8 % fewer products (2-core Xeon,
-/// 2026-11-26).
+/// together and what the cache has. chain:400 was not faster with 8 % fewer (2-core Xeon, 2026-11-26).
 constexpr Offset kWorthwhile = 10;
 
 /// Where there are few entries and several leaves, as one has the order of minimum degree as it is. Where the

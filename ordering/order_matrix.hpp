@@ -26,10 +26,9 @@ struct ListCost {
 /// Graph of Ahat + Ahat^T, compression, nested dissection (or minimum degree where that makes few operations,
 /// or the caller's permutation or tree), amalgamation. The tree is the same for any number of threads.
 /// Unknowns joined by `matched.pair` share a tree node; those in `matched.weak` may instead come later than a
-/// partner of their own. With a `list`, minimum degree is chosen where that
-/// costs less of it, for patterns that are nearly symmetric.
-/// Throws InvalidInput (the name of an option: "permutation", "tree", "leaf_size",
-/// ...), OutOfMemory, BackendError (METIS, CAMD).
+/// partner of their own. With a `list`, minimum degree is taken where that list costs clearly less and the
+/// pattern is nearly symmetric. Throws InvalidInput (the name of an option: "permutation", "tree",
+/// "leaf_size", ...), OutOfMemory, BackendError (METIS, CAMD).
 SeparatorTree order_matrix(const Pattern& pattern, const MatchedScaling& matched,
                            const AnalysisOptions& options, int threads, const OrderingProgress& progress = {},
                            const ListCost* list = nullptr);

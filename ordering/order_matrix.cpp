@@ -1,10 +1,14 @@
 #include "ordering/order_matrix.hpp"
 
+#include <algorithm>
+#include <functional>
+#include <limits>
 #include <numeric>
 #include <utility>
 
 #include <mfs/error.hpp>
 
+#include "ordering/clique_tree.hpp"
 #include "ordering/compression.hpp"
 #include "ordering/deferral.hpp"
 #include "ordering/elimination_tree.hpp"
@@ -35,7 +39,11 @@ constexpr double kManyMoved = 0.15;
 struct OrderedGraph {
   CompressedGraph compressed;
   std::vector<Vertex> order;
+  bool by_degree = false;  // the order is that of minimum degree
 };
+
+/// Orders what is in `compressed` of all of them.
+using OrderGraphs = std::function<void(const std::vector<OrderedGraph*>&, const OrderingProgress&)>;
 
 double elimination_flops(const Graph& graph, const std::vector<Vertex>& order, int threads) {
   const EliminationTree tree = elimination_tree(graph, order, threads);
@@ -47,14 +55,18 @@ double elimination_flops(const Graph& graph, const std::vector<Vertex>& order, i
   return flops;
 }
 
+/// Where the caller says what a leaf is, the graph is dissected.
+bool has_usual_leaves(const AnalysisOptions& options) {
+  return options.leaf_size == AnalysisOptions().leaf_size;
+}
+
 /// Whether minimum degree is tried before dissection: it is a small part of its time for graphs of at most so
-/// many vertices and so many neighbours of each, and below so few the time is little. Where the caller says
-/// what a leaf is, the graph is dissected.
+/// many vertices and so many neighbours of each, and below so few the time is little.
 bool tries_minimum_degree(const Graph& graph, const AnalysisOptions& options) {
   constexpr Vertex kFewVertices = 1000, kManyVertices = 20000;
   constexpr Offset kFewNeighbors = 10;
-  return options.leaf_size == AnalysisOptions().leaf_size && graph.n >= kFewVertices &&
-         graph.n <= kManyVertices && static_cast<Offset>(graph.neighbors.size()) <= kFewNeighbors * graph.n;
+  return has_usual_leaves(options) && graph.n >= kFewVertices && graph.n <= kManyVertices &&
+         static_cast<Offset>(graph.neighbors.size()) <= kFewNeighbors * graph.n;
 }
 
 /// The order of minimum degree is kept where it makes at most so many operations for each unknown.
@@ -72,13 +84,13 @@ std::vector<Vertex> cheap_order(const Graph& graph, const AnalysisOptions& optio
   return order;
 }
 
-/// Orders what is in `compressed` of all of them.
-void order_graphs(const std::vector<OrderedGraph*>& all, const AnalysisOptions& options, int threads,
-                  const OrderingProgress& progress) {
+void order_for_fronts(const std::vector<OrderedGraph*>& all, const AnalysisOptions& options, int threads,
+                      const OrderingProgress& progress) {
   std::vector<OrderedGraph*> left;
   for (OrderedGraph* const one : all) {
     one->order = cheap_order(one->compressed.graph, options, threads);
-    if (one->order.empty()) left.push_back(one);
+    one->by_degree = !one->order.empty();
+    if (!one->by_degree) left.push_back(one);
   }
   std::vector<const Graph*> graphs;
   for (const OrderedGraph* const one : left) graphs.push_back(&one->compressed.graph);
@@ -104,15 +116,15 @@ MatchedScaling part_pairs(const MatchedScaling& matched) {
 /// Pairs are parted where the order serves the weak unknown all the same: the fill is then that of the
 /// symmetric pattern, while compressed pairs share all neighbours of both. Where many may have to move, many
 /// threads find both orders at a time: one dissection leaves most of them idle.
-OrderedGraph dissect(const Pattern& pattern, const MatchedScaling& matched, const AnalysisOptions& options,
-                     int threads, const OrderingProgress& progress) {
+OrderedGraph order_compressed(const Pattern& pattern, const MatchedScaling& matched, int threads,
+                              const OrderGraphs& order_graphs, const OrderingProgress& progress) {
   constexpr int kManyThreads = 8;
   const auto compressed = [&](const MatchedScaling& joined) {
     return OrderedGraph{compressed_graph(pattern, joined, threads), {}};
   };
   if (matched.weak.unknown.empty()) {
     OrderedGraph paired = compressed(matched);
-    order_graphs({&paired}, options, threads, progress);
+    order_graphs({&paired}, progress);
     return paired;
   }
   OrderedGraph parted = compressed(part_pairs(matched)), paired;
@@ -123,18 +135,82 @@ OrderedGraph dissect(const Pattern& pattern, const MatchedScaling& matched, cons
     paired = compressed(matched);
     at_once.push_back(&paired);
   }
-  order_graphs(at_once, options, threads, progress);
+  order_graphs(at_once, progress);
   Deferral deferral = defer_weak_unknowns(matched.weak, parted.compressed.partition, parted.order);
   parted.order = std::move(deferral.order);
   if (deferral.moved <= many) return parted;
   if (!both) {
     paired = compressed(matched);
-    order_graphs({&paired}, options, threads, {});
+    order_graphs({&paired}, {});
   }
   const auto flops_of = [&](const OrderedGraph& ordered) {
     return elimination_flops(ordered.compressed.graph, ordered.order, threads);
   };
   return flops_of(paired) < flops_of(parted) ? paired : parted;
+}
+
+SeparatorTree tree_of(const OrderedGraph& ordered, int threads) {
+  return breadth_first(
+      fronts_of_order(ordered.compressed.graph, ordered.compressed.partition, ordered.order, threads));
+}
+
+/// The order of minimum degree, with the levels of the lowest tree that has its fill.
+std::vector<Vertex> order_for_list(const Graph& graph, const AnalysisOptions& options, const ListCost& list) {
+  std::vector<Vertex> order = minimum_degree_order(graph, options);
+  const EliminationTree tree = elimination_tree(graph, order, 1);
+  const Offset entries = std::accumulate(tree.count.begin(), tree.count.end(), Offset(0));
+  return entries > list.most_entries ? order : order_from_middle(graph, tree);
+}
+
+/// Whether nine of ten entries of Ahat have a mirror image. `graph`: of the unknowns. Without them a list is
+/// shorter than the graph says, by how much depends on the order.
+bool is_mirrored(const Pattern& pattern, const MatchedScaling& matched, const Graph& graph) {
+  Offset off_diagonal = pattern.nnz();
+  for (Vertex i = 0; i < pattern.n; ++i) {
+    const Vertex row = matched.row_order.empty() ? i : matched.row_order[i];
+    const auto columns = pattern.columns.begin();
+    off_diagonal -= std::binary_search(columns + pattern.offsets[row], columns + pattern.offsets[row + 1], i);
+  }
+  return 10 * off_diagonal >= 9 * static_cast<Offset>(graph.neighbors.size());
+}
+
+/// Exact for pivots on the diagonal of Ahat where its pattern is symmetric. `graph`: of the unknowns. A
+/// column waits for those below it in the tree, so there are as many levels as unknowns on the longest path.
+Offset cost_of(const Graph& graph, const SeparatorTree& ordered, const ListCost& list) {
+  const EliminationTree tree = elimination_tree(graph, ordered.order, 1);
+  Offset products = 0, entries = 0;
+  for (const Offset count : tree.count) {
+    products += (count - 1) * (count - 1);
+    entries += 2 * count - 1;
+  }
+  if (entries > list.most_entries || products > list.most_products_of_entry * entries)
+    return std::numeric_limits<Offset>::max();
+  constexpr Offset kSweeps = 3;  // factors, forward and backward substitution
+  return products + entries + list.products_of_level * kSweeps * height_of(graph, tree);
+}
+
+/// Hundredths by which another order must cost less: a product takes more or less time, by how many are taken
+/// together and what the cache has. chain:400 was not faster with 8 % fewer (2-core Xeon, 2026-11-26).
+constexpr Offset kWorthwhile = 10;
+
+/// Where there are few entries and several leaves, as one has the order of minimum degree as it is. Where the
+/// whole graph has it, another root of its tree saves no products.
+bool tries_list(const Pattern& pattern, const OrderedGraph& usual, const AnalysisOptions& options,
+                const ListCost& list) {
+  return has_usual_leaves(options) && pattern.n > options.leaf_size && pattern.nnz() <= list.most_entries &&
+         (!usual.by_degree || list.products_of_level > 0);
+}
+
+SeparatorTree cheaper_for(const ListCost& list, SeparatorTree usual, const Pattern& pattern,
+                          const MatchedScaling& matched, const AnalysisOptions& options, int threads) {
+  const Graph graph = build_graph(pattern, matched.row_order, trivial_partition(pattern.n), threads);
+  if (!is_mirrored(pattern, matched, graph)) return usual;
+  const OrderGraphs by_degree = [&](const std::vector<OrderedGraph*>& all, const OrderingProgress&) {
+    for (OrderedGraph* const one : all) one->order = order_for_list(one->compressed.graph, options, list);
+  };
+  SeparatorTree other = tree_of(order_compressed(pattern, matched, threads, by_degree, {}), threads);
+  const Offset before = cost_of(graph, usual, list), now = cost_of(graph, other, list);
+  return now < before - before / 100 * kWorthwhile ? std::move(other) : std::move(usual);
 }
 
 }  // namespace
@@ -144,15 +220,20 @@ bool brings_order(const AnalysisOptions& options) {
 }
 
 SeparatorTree order_matrix(const Pattern& pattern, const MatchedScaling& matched,
-                           const AnalysisOptions& options, int threads, const OrderingProgress& progress) {
+                           const AnalysisOptions& options, int threads, const OrderingProgress& progress,
+                           const ListCost* list) {
   check_options(options);
   if (brings_tree(options)) return tree_of_caller(paired_graph(pattern, matched, threads), options);
   if (!options.permutation.empty())
     return tree_of_permutation(paired_graph(pattern, matched, threads), options, threads);
 
-  const OrderedGraph ordered = dissect(pattern, matched, options, threads, progress);
-  return breadth_first(
-      fronts_of_order(ordered.compressed.graph, ordered.compressed.partition, ordered.order, threads));
+  const OrderGraphs usually = [&](const std::vector<OrderedGraph*>& all, const OrderingProgress& of_all) {
+    order_for_fronts(all, options, threads, of_all);
+  };
+  const OrderedGraph usual = order_compressed(pattern, matched, threads, usually, progress);
+  SeparatorTree tree = tree_of(usual, threads);
+  if (!list || !tries_list(pattern, usual, options, *list)) return tree;
+  return cheaper_for(*list, std::move(tree), pattern, matched, options, threads);
 }
 
 }  // namespace mfs

@@ -1,7 +1,8 @@
 // mfs::BatchSolver beside KLU on the host and beside cuDSS on a device: many systems with one pattern, each
 // with values and a right-hand side of its own. All have made their analysis and take turns in one process.
 // KLU refactors with the pivots of the first values and solves, one system a thread at a time. On a device
-// all arrays lie there. JSON lines with wall-clock and processor time for one system (us).
+// all arrays lie there. JSON lines with wall-clock and processor time for one system (us), and the wall-clock
+// time of the analysis (ms, with the first factorization and what was allocated).
 //
 //   perf_batch --threads 16 --count 10000 chain:91 circuit:1000 my_matrix.mtx
 //   perf_batch --backends cuda --cudss DIR chain:91
@@ -21,7 +22,8 @@ using namespace mfs::perf;
 struct Arguments {
   std::vector<std::string> cases{"chain:91", "chain:18", "circuit:1000"}, backends{"openmp"};
   std::int64_t count = 10000;
-  int threads = 1, rounds = 3;
+  int rounds = 3;
+  MfsBatchOptions mfs;
   std::string cudss;
   bool without_klu = false;
 };
@@ -54,10 +56,9 @@ struct Named {
 std::vector<Named> entrants_of(const BatchCase& batch, const Arguments& arguments) {
   std::vector<Named> all;
   for (const std::string& backend : arguments.backends)
-    all.push_back(
-        {"mfs " + backend, [&, backend] { return make_mfs_batch(batch, backend, arguments.threads); }});
+    all.push_back({"mfs " + backend, [&, backend] { return make_mfs_batch(batch, backend, arguments.mfs); }});
   if (!arguments.without_klu)
-    all.push_back({"klu", [&] { return make_klu_batch(batch, arguments.threads); }});
+    all.push_back({"klu", [&] { return make_klu_batch(batch, arguments.mfs.threads); }});
   if (!arguments.cudss.empty()) {
     for (const int steps : {0, 2})
       all.push_back({"cudss, " + std::to_string(steps) + " refinements",
@@ -77,9 +78,11 @@ bool run_case(const std::string& name, const Arguments& arguments) {
               {"n", batch.a.n},
               {"nnz", batch.a.offsets.back()},
               {"count", batch.count},
-              {"threads", arguments.threads}};
+              {"threads", arguments.mfs.threads}};
     try {
+      const mfs::Stopwatch watch;
       const std::unique_ptr<BatchEntrant> entrant = named.make();
+      line["analysis_ms"] = 1e3 * watch.seconds();
       for (int round = 1; round <= arguments.rounds; ++round) {
         line["round"] = round;
         line.update(measured(batch, *entrant));
@@ -108,7 +111,9 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--cudss", arguments.cudss, "folder of libcudss");
   app.add_flag("--without-klu", arguments.without_klu, "leave KLU out");
-  app.add_option("--threads", arguments.threads, "of the host")->check(CLI::PositiveNumber);
+  app.add_option("--threads", arguments.mfs.threads, "of the host")->check(CLI::PositiveNumber);
+  app.add_option("--leaf-size", arguments.mfs.leaf_size, "of MFS' ordering")->check(CLI::PositiveNumber);
+  app.add_flag("--details", arguments.mfs.details, "tell what MFS' analysis has made");
   app.add_option("--rounds", arguments.rounds, "times that each solves all")->check(CLI::PositiveNumber);
   CLI11_PARSE(app, argc, argv);
   return exit_status("perf_batch", [&] {

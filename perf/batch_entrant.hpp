@@ -21,8 +21,15 @@ class BatchEntrant {
 
 /// The case must outlive what is made.
 std::unique_ptr<BatchEntrant> make_klu_batch(const BatchCase& batch, int threads);
-/// By the public class. With arrays on the device where the backend has them there.
-std::unique_ptr<BatchEntrant> make_mfs_batch(const BatchCase& batch, const std::string& backend, int threads);
+/// By the public class. With arrays on the device where the backend has them there. `leaf_size`: of the
+/// ordering, 0 for the usual one; details of the analysis go to the error output where they are asked for.
+struct MfsBatchOptions {
+  int threads = 1;
+  std::int32_t leaf_size = 0;
+  bool details = false;
+};
+std::unique_ptr<BatchEntrant> make_mfs_batch(const BatchCase& batch, const std::string& backend,
+                                             const MfsBatchOptions& asked);
 /// The uniform batch of cuDSS, from the folder of libcudss, with arrays on the device and so many steps of
 /// refinement. Throws std::runtime_error where this program was built without.
 std::unique_ptr<BatchEntrant> make_cudss_batch(const BatchCase& batch, const std::string& folder,

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cstdio>
 
 #include <mfs/mfs.hpp>
 
@@ -11,9 +12,14 @@ namespace mfs::perf {
 
 namespace {
 
-Options options_of(const std::string& backend, int threads) {
+Options options_of(const std::string& backend, const MfsBatchOptions& asked) {
   Options options;
-  options.threads = threads;
+  options.threads = asked.threads;
+  if (asked.leaf_size > 0) options.analysis.leaf_size = asked.leaf_size;
+  if (asked.details) {
+    options.verbosity = 2;
+    options.log = [](const std::string& line) { std::fprintf(stderr, "%s\n", line.c_str()); };
+  }
   for (const Backend one : {Backend::serial, Backend::openmp, Backend::cuda, Backend::kokkos}) {
     if (backend == backend_name(one)) options.backend = one;
   }
@@ -61,12 +67,12 @@ class MfsDeviceBatch final : public MfsBatch {
 }  // namespace
 
 std::unique_ptr<BatchEntrant> make_mfs_batch(const BatchCase& batch, const std::string& backend,
-                                             int threads) {
+                                             const MfsBatchOptions& asked) {
   const std::string copies = " with copies";  // arrays on the host, whatever the backend
   const bool on_host = backend.size() > copies.size() &&
                        backend.compare(backend.size() - copies.size(), copies.size(), copies) == 0;
   const Options options =
-      options_of(on_host ? backend.substr(0, backend.size() - copies.size()) : backend, threads);
+      options_of(on_host ? backend.substr(0, backend.size() - copies.size()) : backend, asked);
 #ifdef MFS_CUDA
   if (!on_host && backend_info(options.backend).memory == MemorySpace::device)
     return std::make_unique<MfsDeviceBatch>(batch, options);

@@ -4,7 +4,6 @@
 
 #include "ordering/matching.hpp"
 #include "ordering/matrix_check.hpp"
-#include "ordering/order_matrix.hpp"
 #include "ordering/stopwatch.hpp"
 
 namespace mfs {
@@ -30,14 +29,14 @@ int ordering_threads(Vertex n, int threads) {
 
 template <class Scalar>
 void reanalyze(Analysis& analysis, const Scalar* slot_values, const AnalysisOptions& options,
-               const AssemblyTurns& turns, int threads, const PhaseProgress& progress) {
+               const AssemblyTurns& turns, int threads, const PhaseProgress& progress, const ListCost* list) {
   const Stopwatch order_watch;
   const Pattern& pattern = *analysis.pattern;
   const int awake = ordering_threads(pattern.n, threads);
   MatchedScaling matched = match_and_scale(pattern, slot_values, options, awake);
   progress("ordering", 0.0);
-  SeparatorTree tree = order_matrix(pattern, matched, options, awake,
-                                    [&](double fraction) { progress("ordering", fraction); });
+  SeparatorTree tree = order_matrix(
+      pattern, matched, options, awake, [&](double fraction) { progress("ordering", fraction); }, list);
   const double time_order = order_watch.seconds();
 
   const Stopwatch symbolic_watch;
@@ -53,7 +52,7 @@ void reanalyze(Analysis& analysis, const Scalar* slot_values, const AnalysisOpti
 template <class Scalar>
 Analysis analyze_matrix(const CsrView<Scalar>& matrix, const AnalysisOptions& options,
                         const AssemblyTurns& turns, int threads, const PhaseProgress& progress,
-                        const std::function<void(const Pattern&)>& checked) {
+                        const std::function<void(const Pattern&)>& checked, const ListCost* list) {
   Analysis analysis;
   const Stopwatch check_watch;
   progress("matching", 0.0);
@@ -71,16 +70,17 @@ Analysis analyze_matrix(const CsrView<Scalar>& matrix, const AnalysisOptions& op
   }
   checked(*analysis.pattern);
   const double time_check = check_watch.seconds();
-  reanalyze(analysis, slot_values, options, turns, threads, progress);
+  reanalyze(analysis, slot_values, options, turns, threads, progress, list);
   analysis.time_order += time_check;
   return analysis;
 }
 
 #define MFS_INSTANTIATE(S)                                                                                  \
   template Analysis analyze_matrix<S>(const CsrView<S>&, const AnalysisOptions&, const AssemblyTurns&, int, \
-                                      const PhaseProgress&, const std::function<void(const Pattern&)>&);    \
+                                      const PhaseProgress&, const std::function<void(const Pattern&)>&,     \
+                                      const ListCost*);                                                     \
   template void reanalyze<S>(Analysis&, const S*, const AnalysisOptions&, const AssemblyTurns&, int,        \
-                             const PhaseProgress&);
+                             const PhaseProgress&, const ListCost*);
 MFS_INSTANTIATE(float)
 MFS_INSTANTIATE(double)
 MFS_INSTANTIATE(std::complex<float>)

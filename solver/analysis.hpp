@@ -7,6 +7,7 @@
 #include <mfs/analysis_options.hpp>
 #include <mfs/csr_view.hpp>
 
+#include "ordering/order_matrix.hpp"
 #include "plan/symbolic_plan.hpp"
 
 namespace mfs {
@@ -34,17 +35,19 @@ struct Analysis {
 using PhaseProgress = std::function<void(const char*, double)>;
 
 /// Check of the input, matching and scaling, ordering, symbolic plan, for a backend that assembles in such
-/// turns. `checked` is called once the input is known to be good. Throws as BasicSolver::analyze does.
+/// turns; `list`: as order_matrix has it. `checked` is called once the input is known to be good. Throws as
+/// BasicSolver::analyze does.
 template <class Scalar>
 Analysis analyze_matrix(
     const CsrView<Scalar>& matrix, const AnalysisOptions& options, const AssemblyTurns& turns, int threads,
-    const PhaseProgress& progress,
-    const std::function<void(const Pattern&)>& checked = [](const Pattern&) {});
+    const PhaseProgress& progress, const std::function<void(const Pattern&)>& checked = [](const Pattern&) {},
+    const ListCost* list = nullptr);
 
 /// Matching, scaling, ordering and plan anew for other values (one per slot of the pattern); the pattern
 /// stays.
 template <class Scalar>
 void reanalyze(Analysis& analysis, const Scalar* slot_values, const AnalysisOptions& options,
-               const AssemblyTurns& turns, int threads, const PhaseProgress& progress);
+               const AssemblyTurns& turns, int threads, const PhaseProgress& progress,
+               const ListCost* list = nullptr);
 
 }  // namespace mfs

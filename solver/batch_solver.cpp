@@ -106,16 +106,24 @@ struct BasicBatchSolver<Scalar>::Impl {
     program.reset();
     levels.reset();
     systems.clear();
-    model.analyze(a);
+    const std::optional<ListCost> cost = lane_cost(on_host, report, in_space);
+    model.analyze(a, a.values && cost ? &*cost : nullptr);
     if (a.values) {
       model.factor(a);
       program = plan_lanes(on_host, report, model.analysis(), model.numeric());
       if (program && in_space) levels = make_level_schedule(program->program);
+      if (program && phases.logs(2)) phases.log(2, described(program->program));
     }
     host = std::make_unique<HostBatch<Scalar>>(on_host, phases, report.single_precision, model.analysis(),
                                                program ? &*program : nullptr);
     report.backend = options.backend;
     analyzed = true;
+  }
+
+  std::string described(const ScalarProgram& list) const {
+    const std::string text = "list: " + std::to_string(list.products) + " products, " +
+                             std::to_string(list.entries()) + " factor entries";
+    return levels ? text + ", " + std::to_string(levels->levels) + " levels" : text;
   }
 
   void solve(const Batch<Scalar>& asked, bool resident, void* stream) {

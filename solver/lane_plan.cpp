@@ -20,6 +20,11 @@ constexpr Offset kMostProducts = 40;
 /// The factors of all lanes then take 25 MB a thread, in double precision.
 constexpr Offset kMostEntries = 400'000;
 
+/// Products that a device does in the time of a level: the smallest team has a thread for each task of a
+/// slice and takes as long for fewer. A task has two or three products (chain:91: 224 000 products and 30 000
+/// entries in 96 000 tasks).
+constexpr Offset kProductsOfLevel = kSliceTasks * 5 / 2;
+
 static_assert(kMostEntries <= kMostScheduledEntries &&
               kMostEntries * kMostProducts <= kMostScheduledProducts);
 
@@ -42,6 +47,10 @@ std::vector<Vertex> order_by_subtrees(const SymbolicPlan& plan) {
   return order;
 }
 
+bool lanes_do(const Options& options, const Report& report) {
+  return !report.single_precision && options.solve.row_floor == 0;
+}
+
 // Scales of a lane have the precision of its numbers.
 template <class Scalar>
 bool in_range(const std::vector<double>& scales) {
@@ -57,8 +66,8 @@ template <class Scalar>
 std::optional<lanes::LaneProgram> plan_lanes(const Options& options, const Report& report,
                                              const Analysis& analysis, const Factorization<Scalar>& factors) {
   const MatchedScaling& matched = analysis.matched;
-  const bool plain = report.perturbed_pivots == 0 && !report.single_precision && options.solve.row_floor == 0;
-  if (!plain || matched.beyond_range) return std::nullopt;
+  const bool good_pivots = report.perturbed_pivots == 0 && !matched.beyond_range;
+  if (!good_pivots || !lanes_do(options, report)) return std::nullopt;
   if (!in_range<Scalar>(matched.row_scale) || !in_range<Scalar>(matched.column_scale)) return std::nullopt;
   std::vector<Vertex> row_of, column_of;
   for (const Vertex k : order_by_subtrees(*analysis.plan)) {
@@ -71,6 +80,11 @@ std::optional<lanes::LaneProgram> plan_lanes(const Options& options, const Repor
   lanes::LaneProgram made(std::move(*program), analysis.pattern, matched);
   if (!in_range<Scalar>(made.slot_scale)) return std::nullopt;
   return made;
+}
+
+std::optional<ListCost> lane_cost(const Options& options, const Report& report, bool on_device) {
+  if (!lanes_do(options, report)) return std::nullopt;
+  return ListCost{kMostEntries, kMostProducts, on_device ? kProductsOfLevel : 0};
 }
 
 template <class Scalar>

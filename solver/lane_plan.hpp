@@ -19,6 +19,10 @@ template <class Scalar>
 std::optional<lanes::LaneProgram> plan_lanes(const Options& options, const Report& report,
                                              const Analysis& analysis, const Factorization<Scalar>& factors);
 
+/// What lanes ask of the order, on a device with many threads for a system or on the host with one. Nothing
+/// where the options ask for what lanes do not do.
+std::optional<ListCost> lane_cost(const Options& options, const Report& report, bool on_device);
+
 /// What each lane must reach.
 template <class Scalar>
 lanes::LaneRules lane_rules(const Options& options);

@@ -38,7 +38,7 @@ MatrixFactors<Scalar>::MatrixFactors(const Options& options, Phases& phases, Rep
 }
 
 template <class Scalar>
-void MatrixFactors<Scalar>::analyze(const CsrView<Scalar>& a) {
+void MatrixFactors<Scalar>::analyze(const CsrView<Scalar>& a, const ListCost* list) {
   forget();
   std::future<void> loading;
   const auto begin_loading = [&](const Pattern& pattern) {
@@ -46,7 +46,7 @@ void MatrixFactors<Scalar>::analyze(const CsrView<Scalar>& a) {
   };
   phases_.run_analysis("matching", [&] {
     Analysis analysis = analyze_matrix(a, options_.analysis, backend_.assembly_turns(),
-                                       phases_.analysis_threads(), progress(), begin_loading);
+                                       phases_.analysis_threads(), progress(), begin_loading, list);
     plan_numeric(analysis);
     analysis_ = std::move(analysis);
   });

@@ -25,8 +25,9 @@ class MatrixFactors {
   /// All three must outlive this; `report` is kept true to what there is.
   MatrixFactors(const Options& options, Phases& phases, Report& report);
 
-  // As BasicSolver's functions of these names; values are checked, the order of calls too.
-  void analyze(const CsrView<Scalar>& a);
+  // As BasicSolver's functions of these names; values are checked, the order of calls too. `list`: as
+  // order_matrix has it.
+  void analyze(const CsrView<Scalar>& a, const ListCost* list = nullptr);
   void factor(const CsrView<Scalar>& a);
   void refactor(const CsrView<Scalar>& a);
   void refactor(const Scalar* values) { refactor_checked(known("refactor").caller_view(values), false); }

@@ -22,8 +22,18 @@ TEST(PerfBatch, SolversSolveAllSystemsInEachRound) {
     EXPECT_EQ(lines[i]["round"], i % 2 + 1);
     EXPECT_EQ(lines[i]["failed"], 0);
     EXPECT_GT(lines[i]["us"], 0);
+    EXPECT_GT(lines[i]["analysis_ms"], 0);
     EXPECT_LT(lines[i]["backward_error"], i % 6 < 4 ? 1.01e-12 : 1e-8);
   }
+}
+
+// Of 100 unknowns as one leaf, and of small ones.
+TEST(PerfBatch, TellsDetailsOfTheAnalysis) {
+  const std::string command = kBatch + "--count 3 --rounds 1 --without-klu --details poisson2d:10";
+  const ProgramRun usual = shell(command), leaves = shell(command + " --leaf-size 5");
+  EXPECT_THAT(usual.err, HasSubstr("list: "));
+  EXPECT_THAT(leaves.err, HasSubstr(" factor entries"));
+  EXPECT_NE(usual.err, leaves.err);
 }
 
 TEST(PerfBatch, SaysWhatCannotBe) {

@@ -68,6 +68,46 @@ TEST(Batch, GivesTheBitsOfASolver) {
   }
 }
 
+/// Bodies of six unknowns with a joint of five before and behind each, which has no diagonal.
+SparseMatrix chain_of_bodies(std::int64_t bodies) {
+  Random random(7);
+  std::vector<Entry> entries;
+  for (std::int64_t body = 0; body < bodies; ++body) {
+    for (std::int64_t i = 0; i < 36; ++i)
+      entries.push_back(
+          {6 * body + i / 6, 6 * body + i % 6, (i % 7 == 0 ? 4.0 : 0.0) + 0.5 * random.entry()});
+    for (std::int64_t joint = body; joint <= body + 1 && joint < bodies; ++joint) {
+      for (std::int64_t i = 0; i < 30; ++i) {
+        const std::int64_t force = 6 * bodies + 5 * joint + i / 6, motion = 6 * body + i % 6;
+        const double value = (i / 6 == i % 6 ? 1.0 : 0.0) + 0.3 * random.entry();
+        entries.push_back({force, motion, value});
+        entries.push_back({motion, force, value});
+      }
+    }
+  }
+  return from_entries(11 * bodies, entries);
+}
+
+// Such patterns have an order of their own (ordering/order_matrix.hpp, ListCost), on a device perhaps
+// another.
+TYPED_TEST(BatchOf, LongBodiesAreSolvedWhateverTheThreads) {
+  using Scalar = TypeParam;
+  for (Options options : with_backends(1)) {
+    Systems<Scalar> all(chain_of_bodies(30), 19, 2, 1);
+    std::vector<Scalar> first;
+    for (const int threads : {1, 3, 8}) {
+      options.threads = threads;
+      BasicBatchSolver<Scalar> solver(options);
+      solver.analyze(all.matrices[0].view());
+      solver.solve(all.batch);
+      EXPECT_EQ(solver.failed(), 0);
+      for (std::int64_t k = 0; k < all.batch.count; ++k) EXPECT_LE(all.error_of(k), kPromisedFor<Scalar>);
+      if (first.empty()) first = all.x;
+      EXPECT_TRUE(same_bits(first, all.x));
+    }
+  }
+}
+
 // Whole and broken groups of systems that are solved together.
 TYPED_TEST(BatchOf, SystemsMayBeAnyNumberOfAnySize) {
   using Scalar = TypeParam;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <set>
 
+#include "ordering/clique_tree.hpp"
+#include "ordering/graph.hpp"
 #include "plan/level_schedule.hpp"
 #include "test/stages/lane_problems.hpp"
 
@@ -121,6 +123,21 @@ TEST(LevelSchedule, HasFewTasksInFewLevels) {
     EXPECT_TRUE(std::is_sorted(begin.begin(), begin.end()));
     for (const Vertex task : begin) EXPECT_EQ(task % kSliceTasks, 0);
     EXPECT_EQ(begin[schedule->levels], static_cast<Vertex>(schedule->tasks.size()));
+  }
+}
+
+// By which orders are compared before there is a list (ordering/order_matrix.cpp).
+TEST(LevelSchedule, HasTheLevelsAndProductsThatTheEliminationTreeSays) {
+  for (const SparseMatrix& a : {tridiagonal(40), grid_2d(9, 11), grid_3d(4), arrow(50, 3)}) {
+    const Pattern pattern = check_pattern(a.view(), 1);
+    const Scheduled made(a, 4);
+    const Graph graph = build_graph(pattern, {}, trivial_partition(pattern.n), 1);
+    const EliminationTree tree = elimination_tree(graph, made.program.row_of, 1);
+    Offset products = 0;
+    for (const Offset count : tree.count) products += (count - 1) * (count - 1);
+    EXPECT_EQ(made.program.products, products);
+    EXPECT_EQ(made.schedule.factor_levels, height_of(graph, tree));
+    EXPECT_EQ(made.schedule.levels, 3 * height_of(graph, tree) - 2);
   }
 }
 

@@ -22,12 +22,13 @@ struct Ordered {
   SeparatorTree tree;
 };
 
-Ordered order(Vertex n, const Entries& entries, const AnalysisOptions& options = {}, int threads = 1) {
+Ordered order(Vertex n, const Entries& entries, const AnalysisOptions& options = {}, int threads = 1,
+              const ListCost* list = nullptr) {
   const Matrix<double> a = matrix_of(n, entries);
   const Pattern pattern = check_pattern(a.view(), 1);
   Ordered result;
   result.matched = match_and_scale(pattern, a.values.data(), options, threads);
-  result.tree = order_matrix(pattern, result.matched, options, threads);
+  result.tree = order_matrix(pattern, result.matched, options, threads, {}, list);
   return result;
 }
 
@@ -240,6 +241,101 @@ TEST(OrderMatrix, GraphsOfMuchFillAreDissectedAndSoAreThoseThatAreSmallOrLargeOr
   AnalysisOptions own_leaves;
   own_leaves.leaf_size = 121;
   EXPECT_FALSE(is_by_degree(1024, path(1024), own_leaves));
+}
+
+/// Products of the elimination, and columns on the longest path of its tree.
+struct PlainList {
+  Offset products = 0, entries = 0;
+  Vertex levels = 0;
+};
+PlainList plain_list(const Entries& entries, const Ordered& ordered) {
+  const auto n = static_cast<Vertex>(ordered.tree.order.size());
+  const auto columns =
+      plain_elimination(plain_graph(n, entries, ordered.matched.row_order), ordered.tree.order);
+  PlainList list;
+  std::vector<Vertex> level(columns.size(), 1);
+  for (std::size_t k = 0; k < columns.size(); ++k) {
+    const auto rows = static_cast<Offset>(columns[k].size());
+    list.products += rows * rows;
+    list.entries += 2 * rows + 1;
+    list.levels = std::max(list.levels, level[k]);
+    if (rows > 0) level[*columns[k].begin()] = std::max(level[*columns[k].begin()], level[k] + 1);
+  }
+  return list;
+}
+
+constexpr ListCost kOnHost{400'000, 40, 0};
+
+// Dissection leaves a body a border on both sides.
+TEST(OrderMatrix, AListOfProductsIsMadeShortAndItsLevelsAreHalved) {
+  const Vertex bodies = 60, n = 11 * bodies + 5;
+  const Entries entries = chain_of_bodies(bodies);
+  const Ordered usual = order(n, entries), listed = order(n, entries, {}, 1, &kOnHost);
+  expect_valid_tree(listed.tree, plain_graph(n, entries));
+  const PlainList before = plain_list(entries, usual), now = plain_list(entries, listed);
+  EXPECT_LT(2 * now.products, before.products);
+  EXPECT_LE(now.levels, 6 * n / 10);
+  for (const int threads : {2, 8}) expect_equal(order(n, entries, {}, threads, &kOnHost).tree, listed.tree);
+}
+
+TEST(OrderMatrix, WhatAListCostsDecidesBetweenTheOrders) {
+  const Vertex n = 665;
+  const Entries entries = chain_of_bodies(60);
+  const Ordered usual = order(n, entries), listed = order(n, entries, {}, 1, &kOnHost);
+  const PlainList before = plain_list(entries, usual), now = plain_list(entries, listed);
+  ASSERT_LT(now.products, before.products);
+  ASSERT_GT(now.levels, before.levels);
+  const auto is_listed = [&](const ListCost& list) {
+    const SeparatorTree found = order(n, entries, {}, 1, &list).tree;
+    EXPECT_TRUE(found.order == usual.tree.order || found.order == listed.tree.order);
+    return found.order == listed.tree.order;
+  };
+  // Levels that cost 0.6 of what the shorter list saves, and all of it.
+  const Offset saved = before.products + before.entries - now.products - now.entries;
+  const Offset even = saved / (3 * (now.levels - before.levels));
+  EXPECT_TRUE(is_listed({400'000, 40, even * 6 / 10}));
+  EXPECT_FALSE(is_listed({400'000, 40, even}));
+  EXPECT_TRUE(is_listed({now.entries, 40, 0}));
+  EXPECT_FALSE(is_listed({now.entries - 1, 40, 0}));
+  EXPECT_FALSE(is_listed({400'000, now.products / now.entries, 0}));
+}
+
+// Of a graph that has the order of minimum degree as it is: from its middle where levels cost anything.
+TEST(OrderMatrix, LevelsOfMinimumDegreeAreHalvedWhereTheyCost) {
+  const Vertex bodies = 200, n = 11 * bodies + 5;
+  const Entries entries = chain_of_bodies(bodies);
+  const ListCost on_device{400'000, 40, 80};
+  const Ordered usual = order(n, entries), host = order(n, entries, {}, 1, &kOnHost),
+                device = order(n, entries, {}, 1, &on_device);
+  expect_equal(host.tree, usual.tree);
+  const PlainList before = plain_list(entries, usual), now = plain_list(entries, device);
+  EXPECT_LE(now.levels, 6 * before.levels / 10);
+  EXPECT_LE(100 * now.products, 105 * before.products);  // other multipliers are deferred
+}
+
+TEST(OrderMatrix, OrdersStayWhereNoListIsCheaperOrTheCallerSaysWhatALeafIs) {
+  const auto stays = [](Vertex n, const Entries& entries, const AnalysisOptions& options = {}) {
+    const SeparatorTree before = order(n, entries, options).tree,
+                        now = order(n, entries, options, 1, &kOnHost).tree;
+    return now.order == before.order && now.parent == before.parent;
+  };
+  EXPECT_TRUE(stays(512, cube(8)));
+  EXPECT_TRUE(stays(1, path(1)));
+  EXPECT_TRUE(stays(115, chain_of_bodies(10)));  // a leaf
+  EXPECT_TRUE(stays(300, star(300)));
+  EXPECT_FALSE(stays(665, chain_of_bodies(60)));
+  Entries one_sided = chain_of_bodies(60);  // the graph is the same
+  for (Vertex i = 0; i < 360; ++i) {
+    for (Vertex j = 0; j < i; ++j) one_sided.erase({i, j});
+  }
+  EXPECT_TRUE(stays(665, one_sided));
+  AnalysisOptions own_leaves;
+  own_leaves.leaf_size = 121;
+  EXPECT_TRUE(stays(665, chain_of_bodies(60), own_leaves));
+  AnalysisOptions own_order;
+  own_order.permutation.resize(665);
+  std::iota(own_order.permutation.begin(), own_order.permutation.end(), 0);
+  EXPECT_TRUE(stays(665, chain_of_bodies(60), own_order));
 }
 
 }  // namespace

@@ -97,6 +97,22 @@ inline Entries grid(Vertex m, Vertex dofs = 1) {
   return entries;
 }
 
+/// Bodies of six unknowns, and between two of them, before the first and behind the last a joint of five,
+/// which has no diagonal.
+inline Entries chain_of_bodies(Vertex bodies) {
+  Entries entries;
+  for (Vertex body = 0; body < bodies; ++body) {
+    for (Vertex i = 0; i < 36; ++i) entries[{6 * body + i / 6, 6 * body + i % 6}] = i % 7 == 0 ? 4.0 : 0.3;
+    for (Vertex joint = body; joint <= body + 1; ++joint) {
+      for (Vertex i = 0; i < 30; ++i) {
+        const Vertex force = 6 * bodies + 5 * joint + i / 6, motion = 6 * body + i % 6;
+        entries[{force, motion}] = entries[{motion, force}] = i / 6 == i % 6 ? 1.0 : 0.2;
+      }
+    }
+  }
+  return entries;
+}
+
 /// About `density` off-diagonal entries per row; the diagonal is there with probability `diagonal`.
 inline Entries random_entries(std::mt19937& generator, Vertex n, double density, double diagonal,
                               bool mirrored) {

@@ -28,10 +28,14 @@ namespace {
 MFS_SUBTRACT_PRODUCT(float)
 MFS_SUBTRACT_PRODUCT(double)
 
-/// kBlock rows are solved for together, in registers of at most kBytes.
+/// The registers for blocks of kBlock rows, of at most kBytes.
 template <class Number, int kBytes, int kBlock>
-struct Column : Register<Number, std::min<int>(kBytes, kBlock * sizeof(Number))> {
-  using Base = Register<Number, std::min<int>(kBytes, kBlock * sizeof(Number))>;
+using BlockRegister = Register<Number, std::min<int>(kBytes, kBlock * sizeof(Number))>;
+
+/// kBlock rows are solved for together.
+template <class Number, int kBytes, int kBlock>
+struct Column : BlockRegister<Number, kBytes, kBlock> {
+  using Base = BlockRegister<Number, kBytes, kBlock>;
   using Base::kLanes, Base::load, Base::store;
   using typename Base::Places;
   using typename Base::Real;

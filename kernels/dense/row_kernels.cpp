@@ -15,11 +15,15 @@ namespace {
 /// Terms of a sum that are added before it goes to C, so that rows of B stay in the first cache.
 constexpr Vertex kTermsAtOnce = 128;
 
+/// The registers for rows of kWidth entries, of at most kBytes.
+template <class Scalar, int kBytes, int kWidth>
+using RowRegister = small::Register<Scalar, std::min<int>(kBytes, kWidth * sizeof(Scalar))>;
+
 /// The kernels for rows of kWidth entries, where registers of up to kBytes are at hand. Products with complex
 /// factors are a b = Re(a) b + Im(a) (i b).
 template <class Scalar, int kBytes, int kWidth>
-struct Rows : small::Register<Scalar, std::min<int>(kBytes, kWidth * sizeof(Scalar))> {
-  using Base = small::Register<Scalar, std::min<int>(kBytes, kWidth * sizeof(Scalar))>;
+struct Rows : RowRegister<Scalar, kBytes, kWidth> {
+  using Base = RowRegister<Scalar, kBytes, kWidth>;
   using Base::kLanes, Base::kParts;
   using typename Base::Real;
   using typename Base::Vector;

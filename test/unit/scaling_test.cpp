@@ -104,7 +104,9 @@ TEST(Scaling, BalancedWhereOnlySmallEntriesLink) {
     const auto scaled = [&](Vertex i, Vertex j) { return scaled_exponent(p, exponents, scaling, i, j); };
     for (Vertex i = 0; i < n; i += 2) {
       EXPECT_NEAR(scaled(i, i), 0, 2);
-      if (i > 0) EXPECT_NEAR(scaled(i, i - 2), scaled(i - 2, i), 8);
+      if (i > 0) {
+        EXPECT_NEAR(scaled(i, i - 2), scaled(i - 2, i), 8);
+      }
     }
   }
 }

@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include "ordering/stopwatch.hpp"
 #include "perf/batch_case.hpp"
 
 namespace mfs::perf {
@@ -17,6 +18,19 @@ class BatchEntrant {
   virtual std::int64_t solve() = 0;
   /// The solutions, one system after the other, of which those that were not solved are whatever they are.
   virtual void read(double* x) = 0;
+  /// Of what is made once for the pattern, the factorization of a first matrix included.
+  double analysis_seconds() const { return analysis_seconds_; }
+
+ protected:
+  template <class Work>
+  void analyze(const Work& work) {
+    const Stopwatch watch;
+    work();
+    analysis_seconds_ = watch.seconds();
+  }
+
+ private:
+  double analysis_seconds_ = 0;
 };
 
 /// The case must outlive what is made.

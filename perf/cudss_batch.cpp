@@ -31,8 +31,10 @@ class CudssBatch final : public BatchEntrant {
     system_.set(CUDSS_CONFIG_UBATCH_SIZE, static_cast<int>(batch.count), "batch size");
     system_.set(CUDSS_CONFIG_UBATCH_INDEX, -1, "batch index");  // all
     system_.set(CUDSS_CONFIG_IR_N_STEPS, refinements, "refinement");
-    execute(CUDSS_PHASE_ANALYSIS, "analysis");
-    execute(CUDSS_PHASE_FACTORIZATION, "factorization");
+    analyze([&] {
+      execute(CUDSS_PHASE_ANALYSIS, "analysis");
+      execute(CUDSS_PHASE_FACTORIZATION, "factorization");
+    });
   }
 
   std::int64_t solve() override {

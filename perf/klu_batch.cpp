@@ -51,8 +51,11 @@ class KluBatch final : public BatchEntrant {
         offsets_(batch.a.offsets.begin(), batch.a.offsets.end()),
         columns_(batch.a.column_indices.begin(), batch.a.column_indices.end()),
         values_(batch.a.values) {
-    for (int thread = 0; thread < threads; ++thread)
+    const auto add_thread = [&] {
       threads_.push_back(std::make_unique<KluThread>(offsets_, columns_, values_.data()));
+    };
+    analyze(add_thread);  // each thread has its own, which a user would do without
+    while (threads_.size() < static_cast<std::size_t>(threads)) add_thread();
   }
   std::int64_t solve() override {
     const std::int64_t n = batch_.a.n, entries = offsets_.back();

@@ -31,8 +31,9 @@ class MfsBatch : public BatchEntrant {
  public:
   MfsBatch(const BatchCase& batch, const Options& options)
       : batch_(batch), solver_(options), x_(batch.b.size()) {
-    solver_.analyze(
-        {batch.a.n, batch.a.n, batch.a.offsets.data(), batch.a.column_indices.data(), batch.a.values.data()});
+    const CsrView<double> a{batch.a.n, batch.a.n, batch.a.offsets.data(), batch.a.column_indices.data(),
+                            batch.a.values.data()};
+    analyze([&] { solver_.analyze(a); });
   }
   std::int64_t solve() override {
     solver_.solve({batch_.count, batch_.values.data(), 0, batch_.b.data(), x_.data()});

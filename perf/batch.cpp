@@ -2,7 +2,7 @@
 // with values and a right-hand side of its own. All have made their analysis and take turns in one process.
 // KLU refactors with the pivots of the first values and solves, one system a thread at a time. On a device
 // all arrays lie there. JSON lines with wall-clock and processor time for one system (us), and the wall-clock
-// time of the analysis (ms, with the first factorization and what was allocated).
+// time of the analysis (ms, with the factorization of a first matrix).
 //
 //   perf_batch --threads 16 --count 10000 chain:91 circuit:1000 my_matrix.mtx
 //   perf_batch --backends cuda --cudss DIR chain:91

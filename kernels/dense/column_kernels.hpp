@@ -1,6 +1,8 @@
-// Triangular solves for one right-hand side, of which a solve has one for each front: pivots come one after
-// the other, so what is counted here is how long each lets the next one wait. T is column-major. Results are
-// the same bit for bit from call to call, on one kind of processor.
+// Products and triangular solves for one right-hand side, as many of which a tree has as fronts. Each entry
+// of A or T is used once: what a call of BLAS does beside (OpenBLAS' pthread kind takes a lock for its
+// buffer) takes longer than small ones, and threads queue up. Pivots come one after the other, so what counts
+// in a triangle is how long each lets the next one wait. A and T are column-major. Results are the same bit
+// for bit from call to call, on one kind of processor.
 #pragma once
 
 #include "ordering/types.hpp"

@@ -187,31 +187,6 @@ struct Triangles : Rows<Scalar, kBytes, kWidth> {
                   reinterpret_cast<const Scalar*>(b), reinterpret_cast<Scalar*>(c));
   }
 
-  /// x *= factor and to -= x factor, for a part of a row.
-  static MFS_INLINE void multiply(const Real* factor, Vector (&x)[kWide]) {
-#pragma GCC unroll 2
-    for (int j = 0; j < kWide; ++j) {
-      if constexpr (kParts == 1) {
-        x[j] *= factor[0];
-      } else {
-        Vector turned;
-        Base::turn(x[j], turned);
-        x[j] = x[j] * factor[0] + turned * factor[1];
-      }
-    }
-  }
-  static MFS_INLINE void subtract(const Vector (&x)[kWide], const Real* factor, Vector (&to)[kWide]) {
-#pragma GCC unroll 2
-    for (int j = 0; j < kWide; ++j) {
-      to[j] -= x[j] * factor[0];
-      if constexpr (kParts == 2) {
-        Vector turned;
-        Base::turn(x[j], turned);
-        to[j] -= turned * factor[1];
-      }
-    }
-  }
-
   /// The inverses of `count` pivots; false where one is not finite.
   static MFS_INLINE bool invert(int count, const Real* t, Offset ldt, Scalar* inverse) {
     bool finite = true;
@@ -237,11 +212,17 @@ struct Triangles : Rows<Scalar, kBytes, kWidth> {
 #pragma GCC unroll 8
       for (int turn = 0; turn < count; ++turn) {
         const int row = downwards ? turn : count - 1 - turn;
-        if constexpr (upper) multiply(reinterpret_cast<const Real*>(inverse + row), x[row]);
+        if constexpr (upper) {
+#pragma GCC unroll 2
+          for (int j = 0; j < kWide; ++j)
+            Base::multiply(reinterpret_cast<const Real*>(inverse + row), x[row][j]);
+        }
 #pragma GCC unroll 8
         for (int next = turn + 1; next < count; ++next) {
           const int i = downwards ? next : count - 1 - next;
-          subtract(x[row], t + (transposed ? row + i * ldt : i + row * ldt) * kParts, x[i]);
+          const Real* const factor = t + (transposed ? row + i * ldt : i + row * ldt) * kParts;
+#pragma GCC unroll 2
+          for (int j = 0; j < kWide; ++j) Base::subtract(x[row][j], factor, x[i][j]);
         }
       }
 #pragma GCC unroll 8
@@ -297,7 +278,7 @@ template <int kWidth>
 using Width = std::integral_constant<int, kWidth>;
 
 /// move(i, entries of a row) for i < count, with loops whose length the compiler knows.
-template <class Scalar, class Move>
+template <class Move>
 void for_each_row(Vertex count, Vertex width, const Move& move) {
   const auto all = [&](auto w) {
     for (Vertex i = 0; i < count; ++i) move(i, w);
@@ -324,14 +305,14 @@ void solve_triangle(bool upper, bool transposed, Vertex n, Vertex width, const S
 
 template <class Scalar>
 void gather(Vertex count, Vertex width, const Vertex* row, const Scalar* from, Scalar* to) {
-  for_each_row<Scalar>(count, width, [=](Vertex i, auto w) {
+  for_each_row(count, width, [=](Vertex i, auto w) {
     std::copy_n(from + static_cast<Offset>(row[i]) * w, w, to + static_cast<Offset>(i) * w);
   });
 }
 
 template <class Scalar>
 void scatter(Vertex count, Vertex width, const Vertex* row, const Scalar* from, Scalar* to) {
-  for_each_row<Scalar>(count, width, [=](Vertex i, auto w) {
+  for_each_row(count, width, [=](Vertex i, auto w) {
     std::copy_n(from + static_cast<Offset>(i) * w, w, to + static_cast<Offset>(row[i]) * w);
   });
 }
@@ -339,7 +320,7 @@ void scatter(Vertex count, Vertex width, const Vertex* row, const Scalar* from, 
 template <class Scalar>
 void scatter_add(Vertex count, Vertex width, const Vertex* row, Vertex first, const Scalar* from,
                  Scalar* to) {
-  for_each_row<Scalar>(count, width, [=](Vertex i, auto w) {
+  for_each_row(count, width, [=](Vertex i, auto w) {
     const Scalar* const term = from + static_cast<Offset>(i) * w;
     Scalar* const sum = to + static_cast<Offset>(row[i] - first) * w;
     for (int j = 0; j < w; ++j) sum[j] += term[j];

@@ -46,6 +46,25 @@ struct Register {
     exchange_pairs(from, to);
     to *= sign;
   }
+  /// x *= factor, of which there are kParts parts.
+  static MFS_INLINE void multiply(const Real* factor, Vector& x) {
+    if constexpr (kParts == 1) {
+      x *= factor[0];
+    } else {
+      Vector turned;
+      turn(x, turned);
+      x = x * factor[0] + turned * factor[1];
+    }
+  }
+  /// to -= x * factor.
+  static MFS_INLINE void subtract(const Vector& x, const Real* factor, Vector& to) {
+    to -= x * factor[0];
+    if constexpr (kParts == 2) {
+      Vector turned;
+      turn(x, turned);
+      to -= turned * factor[1];
+    }
+  }
 };
 
 }  // namespace mfs::small

@@ -21,32 +21,13 @@ namespace mfs::small {
 template <class Scalar, int kBytes>
 struct Tiles : Register<Scalar, kBytes> {
   using Base = Register<Scalar, kBytes>;
-  using Base::kLanes, Base::kParts, Base::kRows, Base::load, Base::store, Base::turn;
+  using Base::kLanes, Base::kParts, Base::kRows, Base::load, Base::multiply, Base::store, Base::subtract,
+      Base::turn;
   using typename Base::Places;
   using typename Base::Real;
   using typename Base::Vector;
   /// Registers that a tile is high, real columns that it is wide.
   static constexpr int kHigh = kBytes > 16 ? 3 : 2, kWide = kBytes == 64 ? 8 : 4;
-  /// x *= factor, of which there are kParts parts.
-  static MFS_INLINE void multiply(const Real* factor, Vector& x) {
-    if constexpr (kParts == 1) {
-      x *= factor[0];
-    } else {
-      Vector turned;
-      turn(x, turned);
-      x = x * factor[0] + turned * factor[1];
-    }
-  }
-  /// to -= x * factor.
-  static MFS_INLINE void subtract(const Vector& x, const Real* factor, Vector& to) {
-    to -= x * factor[0];
-    if constexpr (kParts == 2) {
-      Vector turned;
-      turn(x, turned);
-      to -= turned * factor[1];
-    }
-  }
-
   /// A tile of a matrix: high registers of rows, `wide` columns of Scalar.
   template <int high, int wide>
   struct Tile {

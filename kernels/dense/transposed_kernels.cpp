@@ -15,10 +15,9 @@ constexpr int kHigh = 4;
 /// Terms of a sum that are added before it goes to C, so that columns of B stay in the first cache.
 constexpr Vertex kTerms = 256;
 
-/// kSums: registers that hold sums at the same time, half of all. Complex
-/// numbers are pairs of real ones here, and a sum of their products has two registers: a b = (Re a Re b - Im
-/// a Im b) + i (Re a Im b + Im a Re b) are the entries of a times those of b, and times those of b with each
-/// pair exchanged.
+/// kSums: registers that hold sums at the same time, half of all. Complex numbers are pairs of real ones
+/// here, and a sum of their products has two registers: a b = (Re a Re b - Im a Im b) + i (Re a Im b + Im a
+/// Re b) are the entries of a times those of b, and times those of b with each pair exchanged.
 template <class Scalar, int kBytes>
 struct Dots : Register<Scalar, kBytes> {
   using Base = Register<Scalar, kBytes>;

@@ -11,8 +11,10 @@ namespace mfs {
 namespace {
 
 /// Position -> front that its pivot goes to.
-std::vector<Vertex> goals(const SymbolicPlan& plan, const std::vector<FailedPivot>& failed, Vertex levels) {
-  std::vector<Vertex> goal(static_cast<std::size_t>(plan.n));
+RawVector<Vertex> goals(const SymbolicPlan& plan, const std::vector<FailedPivot>& failed, Vertex levels,
+                        int threads) {
+  RawVector<Vertex> goal(static_cast<std::size_t>(plan.n));
+#pragma omp parallel for num_threads(threads) schedule(static)
   for (Vertex f = 0; f < plan.num_fronts; ++f)
     std::fill(goal.begin() + plan.pivot_begin[f], goal.begin() + plan.pivot_begin[f + 1], f);
   for (const FailedPivot& pivot : failed) {
@@ -24,22 +26,27 @@ std::vector<Vertex> goals(const SymbolicPlan& plan, const std::vector<FailedPivo
 
 /// A failed pivot takes along the row that came to it; the row that was its own stays, with the column that
 /// has lost one. Others keep theirs: borders are of pairs, and grow where these change.
-std::vector<Vertex> row_order(const SymbolicPlan& plan, const std::vector<FailedPivot>& failed) {
-  std::vector<Vertex> row_at = plan.row_of, position_of(row_at.size());
-  for (Vertex p = 0; p < plan.n; ++p) position_of[row_at[p]] = p;
+std::vector<Vertex> row_order(const SymbolicPlan& plan, const std::vector<FailedPivot>& failed, int threads) {
+  RawVector<Vertex> row_at(plan.row_of.size()), position_of(row_at.size());
+#pragma omp parallel for num_threads(threads) schedule(static)
+  for (Vertex p = 0; p < plan.n; ++p) {
+    row_at[p] = plan.row_of[p];
+    position_of[row_at[p]] = p;
+  }
   for (const auto [position, row] : failed) {
     const Vertex place = position_of[row];
     std::swap(row_at[position], row_at[place]);
     std::swap(position_of[row_at[position]], position_of[row_at[place]]);
   }
   std::vector<Vertex> order(row_at.size());
+#pragma omp parallel for num_threads(threads) schedule(static)
   for (Vertex p = 0; p < plan.n; ++p) order[plan.column_of[p]] = row_at[p];
   return order;
 }
 
 /// Front -> failed positions that come to it from below.
 std::vector<std::vector<Vertex>> arrivals(const SymbolicPlan& plan, const std::vector<FailedPivot>& failed,
-                                          const std::vector<Vertex>& goal) {
+                                          const RawVector<Vertex>& goal) {
   std::vector<std::vector<Vertex>> arrived(static_cast<std::size_t>(plan.num_fronts));
   for (const FailedPivot& pivot : failed) {
     const Vertex front = goal[pivot.position];
@@ -49,7 +56,7 @@ std::vector<std::vector<Vertex>> arrivals(const SymbolicPlan& plan, const std::v
 }
 
 /// Front -> its node. A front that has lost all of its pivots is none, and its parent's stands for it.
-std::vector<Vertex> node_numbers(const SymbolicPlan& plan, const std::vector<Vertex>& goal) {
+std::vector<Vertex> node_numbers(const SymbolicPlan& plan, const RawVector<Vertex>& goal) {
   std::vector<Vertex> node(static_cast<std::size_t>(plan.num_fronts), -1);
   for (const Vertex front : goal) node[front] = 0;
   Vertex count = 0;
@@ -64,8 +71,9 @@ std::vector<Vertex> node_numbers(const SymbolicPlan& plan, const std::vector<Ver
 
 }  // namespace
 
-DelayedTree delay_pivots(const SymbolicPlan& plan, const std::vector<FailedPivot>& failed, Vertex levels) {
-  const std::vector<Vertex> goal = goals(plan, failed, levels);
+DelayedTree delay_pivots(const SymbolicPlan& plan, const std::vector<FailedPivot>& failed, Vertex levels,
+                         int threads) {
+  const RawVector<Vertex> goal = goals(plan, failed, levels, threads);
   const std::vector<std::vector<Vertex>> arrived = arrivals(plan, failed, goal);
   const std::vector<Vertex> node = node_numbers(plan, goal);
   NodeList nodes;
@@ -81,7 +89,7 @@ DelayedTree delay_pivots(const SymbolicPlan& plan, const std::vector<FailedPivot
     nodes.node_begin.push_back(end);
     nodes.parent.push_back(plan.parent[f] < 0 ? -1 : node[plan.parent[f]]);
   }
-  return {breadth_first(nodes), row_order(plan, failed)};
+  return {breadth_first(nodes), row_order(plan, failed, threads)};
 }
 
 }  // namespace mfs

@@ -20,8 +20,9 @@ struct DelayedTree {
   std::vector<Vertex> row_order;  // as MatchedScaling has it
 };
 
-/// The tree of `plan` with each failed pivot moved up by `levels`, at most to the root; failed pivots of roots
-/// stay. They are eliminated behind the pivots that were there. `failed` ascends by position.
-DelayedTree delay_pivots(const SymbolicPlan& plan, const std::vector<FailedPivot>& failed, Vertex levels);
+/// The tree of `plan` with each failed pivot moved up by `levels`, at most to the root; failed pivots of
+/// roots stay. They are eliminated behind the pivots that were there. `failed` ascends by position.
+DelayedTree delay_pivots(const SymbolicPlan& plan, const std::vector<FailedPivot>& failed, Vertex levels,
+                         int threads);
 
 }  // namespace mfs

@@ -56,7 +56,12 @@ class PlanBuilder {
  public:
   PlanBuilder(const Pattern& pattern, const std::vector<Vertex>& row_order, const SeparatorTree& tree,
               int threads, const AssemblyTurns& turns)
-      : pattern_(pattern), tree_(tree), row_order_(row_order), threads_(threads), turns_(turns) {}
+      : pattern_(pattern),
+        tree_(tree),
+        row_order_(row_order),
+        threads_(threads),
+        turns_(turns),
+        by_position_(threads) {}
 
   SymbolicPlan build(Vertex max_block_size) {
     plan_.max_block_size = max_block_size;
@@ -175,68 +180,78 @@ class PlanBuilder {
     }
   }
 
-  // What one thread found of the borders of a depth, one after the other.
-  struct Finder {
-    RawVector<Vertex> seen_by;  // position -> front that reached it last
-    std::vector<Vertex> borders;
+  // The borders that one thread found, in pieces that stay where they are.
+  class BorderStore {
+   public:
+    /// Keeps a copy.
+    const Vertex* keep(const std::vector<Vertex>& border) {
+      constexpr std::size_t kPiece = 1 << 14;
+      if (left_ < border.size()) {
+        left_ = std::max(kPiece, border.size());
+        pieces_.emplace_back(left_);
+        next_ = pieces_.back().data();
+      }
+      const Vertex* const kept = next_;
+      next_ = std::copy(border.begin(), border.end(), next_);
+      left_ -= border.size();
+      return kept;
+    }
+
+   private:
+    std::vector<RawVector<Vertex>> pieces_;
+    Vertex* next_ = nullptr;
+    std::size_t left_ = 0;
   };
-  struct Found {
-    int finder;
-    std::size_t begin, end;  // in its borders
+  struct Border {
+    const Vertex* begin = nullptr;
+    std::size_t count = 0;
+    const Vertex* end() const { return begin + count; }
   };
 
   // border(f) = rows and columns beyond f's pivots that its own entries or its children's borders reach.
   void find_borders() {
-    plan_.border_begin.assign(plan_.num_fronts + 1, 0);
-    std::vector<Finder> finders(threads_);
-    std::vector<Found> found;  // by front of one depth
+    std::vector<BorderStore> stores(threads_);
+    std::vector<std::vector<Vertex>> reached(threads_);
+    std::vector<Border> borders(plan_.num_fronts);
     for (Vertex k = 0; k < plan_.num_depths; ++k) {
-      const Vertex first = plan_.depth_begin[k], last = plan_.depth_begin[k + 1];
-      for (Finder& finder : finders) finder.borders.clear();
-      found.resize(last - first);
-      for_fronts(first, last, [&](Vertex f) {
+      for_fronts(plan_.depth_begin[k], plan_.depth_begin[k + 1], [&](Vertex f) {
         const int thread = omp_get_thread_num();
-        const std::size_t begin = finders[thread].borders.size();
-        append_border(f, finders[thread]);
-        found[f - first] = {thread, begin, finders[thread].borders.size()};
-      });
-      const auto border_of = [&](Vertex f) {
-        const Found& place = found[f - first];
-        const Vertex* const borders = finders[place.finder].borders.data();
-        return std::pair(borders + place.begin, borders + place.end);
-      };
-      for (Vertex f = first; f < last; ++f) {
-        const auto [begin, end] = border_of(f);
-        check_branch(f, begin, end);
-        plan_.border_begin[f + 1] = plan_.border_begin[f] + (end - begin);
-      }
-      plan_.border.resize(plan_.border_begin[last]);
-      for_fronts(first, last, [&](Vertex f) {
-        const auto [begin, end] = border_of(f);
-        std::copy(begin, end, plan_.border.begin() + plan_.border_begin[f]);
+        RawVector<Vertex>& seen_by = by_position_[thread];
+        if (seen_by.empty()) seen_by.assign(static_cast<std::size_t>(plan_.n), -1);
+        find_border(f, borders, seen_by, reached[thread]);
+        borders[f] = {stores[thread].keep(reached[thread]), reached[thread].size()};
       });
     }
+    plan_.border_begin.assign(plan_.num_fronts + 1, 0);
+    for (Vertex f = 0; f < plan_.num_fronts; ++f) {
+      check_branch(f, borders[f].begin, borders[f].end());
+      plan_.border_begin[f + 1] = plan_.border_begin[f] + static_cast<Offset>(borders[f].count);
+    }
+    plan_.border.resize(plan_.border_begin[plan_.num_fronts]);
+    for_all_fronts([&](Vertex f) {
+      std::copy(borders[f].begin, borders[f].end(), plan_.border.begin() + plan_.border_begin[f]);
+    });
   }
 
-  void append_border(Vertex f, Finder& finder) const {
+  // `seen_by`: position -> front that reached it last.
+  void find_border(Vertex f, const std::vector<Border>& borders, RawVector<Vertex>& seen_by,
+                   std::vector<Vertex>& reached) const {
     const Vertex pivots_end = plan_.pivot_begin[f + 1];
-    if (finder.seen_by.empty()) finder.seen_by.assign(static_cast<std::size_t>(plan_.n), -1);
-    const auto begin = static_cast<std::ptrdiff_t>(finder.borders.size());
+    reached.clear();
     const auto reach = [&](Vertex position) {
-      if (position >= pivots_end && finder.seen_by[position] != f) {
-        finder.seen_by[position] = f;
-        finder.borders.push_back(position);
+      if (position >= pivots_end && seen_by[position] != f) {
+        seen_by[position] = f;
+        reached.push_back(position);
       }
     };
     for (Offset e = plan_.entry_begin[f]; e < plan_.entry_begin[f + 1]; ++e) {
       reach(std::max(position_of_row_[plan_.entry_row[e]], entry_column_[e]));
     }
     for (Vertex c = plan_.child_begin[f]; c < plan_.child_begin[f + 1]; ++c) {
-      const Vertex child = plan_.children[c];
-      for (Offset b = plan_.border_begin[child]; b < plan_.border_begin[child + 1]; ++b)
-        reach(plan_.border[b]);
+      const Border& of_child = borders[plan_.children[c]];
+      for (const Vertex* b = of_child.begin; b != of_child.end(); ++b) reach(*b);
     }
-    std::sort(finder.borders.begin() + begin, finder.borders.end());
+    std::sort(reached.begin(), reached.end());
   }
 
   // The border of a front begins in its parent at the earliest, and a root has none.
@@ -271,9 +286,8 @@ class PlanBuilder {
 
   void map_children_and_entries() {
     plan_.border_in_parent.resize(plan_.border.size());
-    std::vector<RawVector<Vertex>> local_of_thread(threads_);
     for_all_fronts([&](Vertex f) {
-      RawVector<Vertex>& local = local_of_thread[omp_get_thread_num()];
+      RawVector<Vertex>& local = by_position_[omp_get_thread_num()];  // position -> row of the front
       if (local.empty()) local.resize(static_cast<std::size_t>(plan_.n));
       const Vertex p = plan_.pivots(f), front_rows = p + plan_.border_rows(f), ld = plan_.lower_ld(f);
       for (Vertex i = 0; i < p; ++i) local[plan_.pivot_begin[f] + i] = i;
@@ -325,7 +339,8 @@ class PlanBuilder {
   const AssemblyTurns turns_;
   RawVector<Vertex> position_of_row_, position_of_column_;
   TransposedPattern by_column_;
-  RawVector<Vertex> entry_column_;  // position of the column of each entry of the plan
+  std::vector<RawVector<Vertex>> by_position_;  // n, once a thread needs it; by thread
+  RawVector<Vertex> entry_column_;              // position of the column of each entry of the plan
   SymbolicPlan plan_;
 };
 

@@ -61,14 +61,14 @@ struct SymbolicPlan {
   std::vector<Vertex> row_of;     // n: position -> row of A
   std::vector<Vertex> column_of;  // n: position -> column of A
 
-  std::vector<Vertex> pivot_begin;       // num_fronts + 1
-  std::vector<Offset> border_begin;      // num_fronts + 1, into border and border_in_parent
-  std::vector<Vertex> border;            // positions, ascending in each front
-  std::vector<Vertex> border_in_parent;  // row of the parent's front that each border row is added to
-  std::vector<Vertex> parent;            // num_fronts, -1 for a root
-  std::vector<Vertex> child_begin;       // num_fronts + 1, into children
-  std::vector<Vertex> children;          // ascending in each front: the fixed order of extend-add
-  std::vector<Vertex> depth_begin;  // num_depths + 1: step k holds the fronts of depth num_depths - 1 - k
+  std::vector<Vertex> pivot_begin;     // num_fronts + 1
+  std::vector<Offset> border_begin;    // num_fronts + 1, into border and border_in_parent
+  RawVector<Vertex> border;            // positions, ascending in each front
+  RawVector<Vertex> border_in_parent;  // row of the parent's front that each border row is added to
+  std::vector<Vertex> parent;          // num_fronts, -1 for a root
+  std::vector<Vertex> child_begin;     // num_fronts + 1, into children
+  std::vector<Vertex> children;        // ascending in each front: the fixed order of extend-add
+  std::vector<Vertex> depth_begin;     // num_depths + 1: step k holds the fronts of depth num_depths - 1 - k
 
   std::vector<Offset> lower_begin, upper_begin, contribution_begin;  // num_fronts, entries
   std::vector<Vertex> assembly_turn;                                 // num_fronts: in which C is assembled

@@ -493,7 +493,7 @@ bool MatrixFactors<Scalar>::delay_failed_pivots(Vertex levels, double allowed_fl
     std::vector<FailedPivot> failed;
     for (const Vertex position : numeric_->failed_pivots())
       failed.push_back({position, numeric_->pivot_row(position)});
-    delayed = delay_pivots(*analysis_->plan, failed, levels);
+    delayed = delay_pivots(*analysis_->plan, failed, levels, phases_.threads_at_work());
     if (delayed.tree.order == analysis_->plan->column_of) return;
     plan = std::make_shared<SymbolicPlan>(make_symbolic_plan(
         *analysis_->pattern, delayed.row_order, delayed.tree, options_.analysis.max_block_size,
@@ -538,16 +538,21 @@ template <class Scalar>
 void MatrixFactors<Scalar>::replace_numeric(std::size_t most_perturbed) {
   std::unique_ptr<Factorization<Scalar>> old = std::move(numeric_);  // does not fit any more, come what may
   factored_ = false;
-  std::vector<Scalar> values;
+  RawVector<Scalar> values;
+  const Offset count = analysis_->pattern->nnz();
+  const auto copy_values = [&](const Scalar* from, Scalar* to) {
+#pragma omp parallel for num_threads(phases_.threads_at_work()) schedule(static)
+    for (Offset slot = 0; slot < count; ++slot) to[slot] = from[slot];
+  };
   phases_.run("factor", [&] {
-    const Scalar* held = old->factors().matrix().values;
-    values.assign(held, held + analysis_->pattern->nnz());
+    values.resize(static_cast<std::size_t>(count));
+    copy_values(old->factors().matrix().values, values.data());
     old.reset();
     if (!planned_.make) plan_numeric(*analysis_);
   });
   report_analysis();
   make_numeric();
-  std::copy(values.begin(), values.end(), numeric_->factors().matrix_values());
+  phases_.run("factor", [&] { copy_values(values.data(), numeric_->factors().matrix_values()); });
   factor_values(most_perturbed);
 }
 

@@ -41,7 +41,7 @@ struct Register {
   }
   /// Times i: (x, y) becomes (-y, x).
   static MFS_INLINE void turn(const Vector& from, Vector& to) {
-    Vector sign;
+    Vector sign = {};  // for a compiler that does not unroll the loop, and warns
     for (int i = 0; i < kLanes; ++i) sign[i] = static_cast<Real>(i % 2 == 0 ? -1 : 1);
     exchange_pairs(from, to);
     to *= sign;

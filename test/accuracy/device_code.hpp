@@ -29,7 +29,7 @@ class DeviceCode {
     std::vector<FailedPivot> failed;
     for (const Vertex position : made_->failed_pivots())
       failed.push_back({position, made_->pivot_row(position)});
-    DelayedTree delayed = delay_pivots(*analysis_.plan, failed, levels);
+    DelayedTree delayed = delay_pivots(*analysis_.plan, failed, levels, 1);
     analysis_.plan = std::make_shared<SymbolicPlan>(
         make_symbolic_plan(*analysis_.pattern, delayed.row_order, delayed.tree,
                            AnalysisOptions().max_block_size, 1, kAssemblyTurns));

@@ -27,7 +27,7 @@ SymbolicPlan chain_plan() {
 
 TEST(DelayPivots, OneLevelBehindThoseThatWereThere) {
   const SymbolicPlan plan = chain_plan();
-  const DelayedTree delayed = delay_pivots(plan, {{0, 0}}, 1);
+  const DelayedTree delayed = delay_pivots(plan, {{0, 0}}, 1, 1);
   EXPECT_THAT(delayed.tree.order, ElementsAre(1, 2, 3, 0, 4, 5));
   EXPECT_THAT(delayed.tree.node_begin, ElementsAre(0, 1, 4, 6));
   EXPECT_THAT(delayed.tree.parent, ElementsAre(1, 2, -1));
@@ -36,14 +36,14 @@ TEST(DelayPivots, OneLevelBehindThoseThatWereThere) {
 
 TEST(DelayPivots, AtMostToTheRootWhereTheyStay) {
   const SymbolicPlan plan = chain_plan();
-  const DelayedTree delayed = delay_pivots(plan, {{1, 1}, {2, 2}, {4, 4}}, 5);
+  const DelayedTree delayed = delay_pivots(plan, {{1, 1}, {2, 2}, {4, 4}}, 5, 1);
   EXPECT_THAT(delayed.tree.order, ElementsAre(0, 3, 4, 5, 1, 2));
   EXPECT_THAT(delayed.tree.node_begin, ElementsAre(0, 1, 2, 6));
 }
 
 TEST(DelayPivots, AFrontWithoutPivotsIsNone) {
   const SymbolicPlan plan = chain_plan();
-  const DelayedTree delayed = delay_pivots(plan, {{2, 2}, {3, 3}}, 1);
+  const DelayedTree delayed = delay_pivots(plan, {{2, 2}, {3, 3}}, 1, 1);
   EXPECT_THAT(delayed.tree.order, ElementsAre(0, 1, 4, 5, 2, 3));
   EXPECT_THAT(delayed.tree.node_begin, ElementsAre(0, 2, 6));
   EXPECT_THAT(delayed.tree.parent, ElementsAre(1, -1));
@@ -52,7 +52,7 @@ TEST(DelayPivots, AFrontWithoutPivotsIsNone) {
 // Row 1 was the pivot of column 0, and column 1 has failed with row 0.
 TEST(DelayPivots, TheRowThatCameToThePivotGoesWithIt) {
   const SymbolicPlan plan = chain_plan();
-  const DelayedTree delayed = delay_pivots(plan, {{1, 0}}, 1);
+  const DelayedTree delayed = delay_pivots(plan, {{1, 0}}, 1, 1);
   EXPECT_THAT(delayed.tree.order, ElementsAre(0, 2, 3, 1, 4, 5));
   EXPECT_THAT(delayed.row_order, ElementsAre(1, 0, 2, 3, 4, 5));
 }
@@ -121,7 +121,7 @@ TEST(DelayPivots, AnyFailuresLeaveATreeOfTheMatrix) {
     for (const Vertex levels : {1, 2, 3, 96}) {
       SCOPED_TRACE("n = " + std::to_string(matrix.n) + ", levels " + std::to_string(levels));
       const std::vector<FailedPivot> failed = random_failures(plan, random);
-      const DelayedTree delayed = delay_pivots(plan, failed, levels);
+      const DelayedTree delayed = delay_pivots(plan, failed, levels, 2);
       const SymbolicPlan after =  // throws where an entry joins two branches
           make_symbolic_plan(pattern, delayed.row_order, delayed.tree, 64, 1);
       EXPECT_EQ(sorted(after.column_of), sorted(plan.column_of));

@@ -219,11 +219,11 @@ void Stream::fill(void* place, int byte, Offset bytes) const {
 void Upload::to_device(void* to, const void* from, Offset bytes) {
   constexpr Offset kAtOnce = 1 << 16;  // of a thread
   for (Offset done = 0; done < bytes;) {
-    if (used_ == kHalf) turn();
-    const Offset some = std::min(bytes - done, kHalf - used_);
-    char* const stage = memory_.at<char>(half_ * kHalf + used_);
+    if (used_ == half_bytes_) turn();
+    const Offset some = std::min(bytes - done, half_bytes_ - used_);
+    char* const stage = memory_.at<char>(half_ * half_bytes_ + used_);
     const char* const source = static_cast<const char*>(from) + done;
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (some > 4 * kAtOnce)
     for (Offset k = 0; k < some; k += kAtOnce)
       std::memcpy(stage + k, source + k, static_cast<std::size_t>(std::min(kAtOnce, some - k)));
     stream_.to_device(static_cast<char*>(to) + done, stage, some);

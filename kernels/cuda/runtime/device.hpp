@@ -118,17 +118,20 @@ class Event {
 class Upload {
  public:
   /// `most`: bytes of all that will be copied.
-  Upload(const Stream& stream, Offset most) : stream_(stream), memory_(std::min(most, 2 * kHalf)) {}
+  Upload(const Stream& stream, Offset most)
+      : stream_(stream),
+        half_bytes_(std::clamp(most / 8, Offset(1) << 20, Offset(8) << 20)),
+        memory_(std::min(most, 2 * half_bytes_)) {}
   /// Waits for the copies.
   ~Upload() { stream_.drain(); }
   void to_device(void* to, const void* from, Offset bytes);
 
  private:
-  static constexpr Offset kHalf = Offset(8) << 20;
   void turn();
 
   const Stream& stream_;
-  PinnedArena memory_;  // one half is filled while the other is copied
+  const Offset half_bytes_;  // more takes longer to be locked than it saves
+  PinnedArena memory_;       // one half is filled while the other is copied
   Event copied_[2];
   int half_ = 0;
   Offset used_ = 0;  // of the half

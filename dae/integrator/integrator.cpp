@@ -165,7 +165,7 @@ class Integrator::Impl {
     check_vector(v0, given_.coordinates(), "v0");
     check_times(t0, t_end, outputs);
     options_ = asked_;
-    set_local_tolerances(options_);
+    tolerances_.emplace(asked_, options_);
     since_start_ = {};
     observed_ = 0;
     report_ = {};
@@ -408,8 +408,7 @@ class Integrator::Impl {
         if (outcome.thrown) rethrow_if_final(outcome.thrown);
         ++(outcome.thrown ? report_.solver_rejections : report_.newton_rejections);
         const bool singular = search_failures++ == 0 && ends_singular();
-        // Near singular positions rounding may be more than what is asked for beyond rtol.
-        const bool relaxed = relax_local_tolerances(options_, asked_.rtol);
+        const bool relaxed = tolerances_->relax();
         if (relaxed) set_weights();
         if (!singular && !relaxed) h *= kNewtonRejection;
         wanted = h;
@@ -468,6 +467,7 @@ class Integrator::Impl {
     last_order_ = order;
     past_.add(state_);
     std::swap(state_, next_);
+    tolerances_->go_on();
     set_weights();
   }
 
@@ -541,6 +541,7 @@ class Integrator::Impl {
   const ConstrainedSystem& given_;
   const IntegratorOptions asked_;
   IntegratorOptions options_;  ///< with tolerances of the local error
+  std::optional<LocalTolerances> tolerances_;
   std::vector<double> scale_;
   IntegrationReport report_;
   Stopwatch since_start_;

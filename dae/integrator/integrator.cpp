@@ -216,7 +216,7 @@ class Integrator::Impl {
     make_equations();
     const double h = kTypicalStep * (t_end_ - state_.t);
     condensed_ ? condensed_->find_accelerations(state_, h) : newton_->find_accelerations(state_, h);
-    if (redundancy_->filters()) redundancy_->check(view(state_), options_);
+    if (redundancy_->filters()) redundancy_->check_start(view(state_), options_);
     set_weights();
     step_ = first_step();
     formula_ = make_formula(options_, *executor_);
@@ -452,6 +452,7 @@ class Integrator::Impl {
   std::string obstacle() const {
     const State there = on_host(*executor_, state_);
     std::string text = find_jump(given_, there, kMoment * resolved_step(), options_);
+    if (text.empty()) text = redundancy_->singular_start();
     if (text.empty()) text = redundancy_->nearly_redundant(there.t, there.q, report_.redundant);
     if (text.empty()) text = find_pole(given_, there, kMoment * resolved_step(), options_);
     return text.empty() ? text : "; " + text;

@@ -304,6 +304,23 @@ TEST(Parallelogram, BeginsFlat) {
   expect_parallel(run(parallelogram(0.0, -2.0, 3.0, 6), 1e-7), 0.0, -2.0, 1e-4);
 }
 
+// It could as well turn against itself from there: nothing but its velocities says which.
+TEST(Parallelogram, DrivenFromItsFlatPositionIsNamed) {
+  Json json = parallelogram(0.0, 0.0, 1.0, 1);
+  const auto expect_named = [&](const char* angle, const char* what) {
+    json["motions"]["drive"] = {{"type", "rotation"}, {"joint", "A"}, {"angle", angle}};
+    try {
+      run(json, 1e-6);
+      ADD_FAILURE() << "it has run";
+    } catch (const Error& e) {
+      EXPECT_THAT(e.what(), HasSubstr(what));
+    }
+  };
+  expect_named("3*t",
+               "the position is singular, and on none of the ways out of it bodies have these velocities");
+  expect_named("3*t^2", "where time began, joint D, equation ");
+}
+
 // A rod of 1 m on a rod of 2 m: the crank drives the slider, x = cos a + sqrt(4 - sin^2 a).
 TEST(SliderCrank, WithAllMotionPrescribed) {
   const double speed = 3.0;

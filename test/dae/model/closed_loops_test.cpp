@@ -384,6 +384,16 @@ TEST(ChainOfFourBars, FortyGetPastAFlatPositionAtATightTolerance) {
   EXPECT_GT(run(json).report.newton_rejections, 0);
 }
 
+// Steps that were shortened beside a flat position, and stayed short, came to end in it, which made them
+// shorter and shorter, at one tolerance of 30 or so.
+TEST(ChainOfFourBars, PassFlatPositionsAtTightTolerances) {
+  Json json = of_library("four_bars_40", 1.0, 1);
+  for (const double rtol : {1.0000000000000082e-8, 1.5848931924611476e-9}) {
+    json["integrator"]["rtol"] = rtol;
+    EXPECT_NO_THROW(run(json)) << rtol;
+  }
+}
+
 TEST(ChainOfFourBars, Forty) {
   expect_pendulum(40, run(of_library("four_bars_40", 2.0, 10), 1e-6), 2e-3);
 }

@@ -19,9 +19,6 @@ constexpr double kFarFromLimit = 1e-3;
 /// a block that falls was off by 3e-6 m at the default tolerances, instead of 6e-8), and by how much at most
 /// a step may become longer until then.
 constexpr double kErrorOfStart = 1e-4, kGrowthOfStart = 100.0;
-/// Steps of order 1 in a row after which order 2 is taken where it is better, if only a little or, as far as
-/// steps of different length tell, for now: where they are never alike, order 1 stayed for up to 147 steps.
-constexpr int kLongAtOne = 30;
 
 /// Factor for the step by which an error of `error` at `order` becomes half of what is allowed.
 double step_factor(double error, int order) {
@@ -85,6 +82,12 @@ struct OneError {
 struct ErrorAbove {
   const double *e, *above;
   MFS_HOST_DEVICE Numbers<1> operator()(std::size_t i) const { return {{e[i] - above[i]}}; }
+};
+
+struct Subtract {
+  const double *e, *above;
+  double* difference;
+  MFS_HOST_DEVICE void operator()(std::size_t i) const { difference[i] = e[i] - above[i]; }
 };
 
 }  // namespace
@@ -167,7 +170,7 @@ Bdf::Sizes Bdf::sizes(const Array<double>& e, const Array<double>& weights) cons
 
 double Bdf::local_error(const Array<double>& e, const Array<double>& weights) {
   const auto k = static_cast<std::size_t>(order_);
-  filtered_ = false;
+  filtered_ = above_filtered_ = false;
   sizes_ = sizes(e, weights);
   const Sizes& size = sizes_;
   error_here_ = sigma_[k] * size[0];
@@ -196,6 +199,16 @@ double Bdf::filtered_error(const Array<double>& e, const Array<double>& weights)
   suited_order_ = order_;
   suited_error_ = error_here_ = sigma_[static_cast<std::size_t>(order_)] * size;
   return error_factor_ * size;
+}
+
+void Bdf::correction_above(const Array<double>& e, Array<double>& above) const {
+  above.resize(executor_, e.size());
+  for_each(executor_, e.size(), Subtract{e.data(), phi_[order_ + 1].data(), above.data()});
+}
+
+void Bdf::filtered_error_above(const Array<double>& above, const Array<double>& weights) {
+  above_filtered_ = true;
+  filtered_above_ = weighted_rms<1>(executor_, OneError{above.data()}, weights).of[0] / (order_ + 2);
 }
 
 double Bdf::reject(int times) {
@@ -257,15 +270,20 @@ bool Bdf::leave_unstable_orders() {
   return true;
 }
 
+double Bdf::error_of_order_above(const Array<double>& e, const Array<double>& weights) const {
+  if (above_filtered_) return filtered_above_;
+  const ErrorAbove above{e.data(), phi_[order_ + 1].data()};
+  return weighted_rms<1>(executor_, above, weights).of[0] / (order_ + 2);
+}
+
 Bdf::Choice Bdf::choose(const Array<double>& e, const Array<double>& weights) {
   int order = suited_order_;
   double error = suited_error_;
   // The order above is judged only after order + 1 equal steps, and not just after a raise.
   const bool long_at_one = steps_at_one_ > kLongAtOne;
-  if (!filtered_ && order == order_ && order_ < most_order() &&
+  if ((!filtered_ || above_filtered_) && order == order_ && order_ < most_order() &&
       (order_ + 1 < next_unchanged_ || long_at_one) && order_ - last_order_ != 1) {
-    const ErrorAbove above{e.data(), phi_[order_ + 1].data()};
-    const double error_above = weighted_rms<1>(executor_, above, weights).of[0] / (order_ + 2);
+    const double error_above = error_of_order_above(e, weights);
     const double rated_here = (order_ + 1) * error_here_, rated_above = (order_ + 2) * error_above;
     if (order_ > 1 && order_ * error_below_ <= std::min(rated_here, rated_above)) {
       order = order_ - 1;

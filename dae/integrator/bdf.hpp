@@ -69,6 +69,13 @@ class Bdf {
   }
   /// The same as local_error, after it, where `e` is what stiff forces leave of the correction.
   double filtered_error(const Array<double>& e, const Array<double>& weights);
+  /// Whether filtered_error is to know what stiff forces leave of the error of order 2, too: after many steps
+  /// of order 1, in which nothing else might tell that it is better.
+  bool asks_for_error_above() const { return order_ == 1 && most_order() > 1 && steps_at_one_ >= kLongAtOne; }
+  /// The correction as it would be at the next higher order.
+  void correction_above(const Array<double>& e, Array<double>& above) const;
+  /// After filtered_error; `above`: what stiff forces leave of correction_above.
+  void filtered_error_above(const Array<double>& above, const Array<double>& weights);
   /// The step to try next, after the error was too large for the `times`-th time (1, 2, ...) in one step.
   /// From the third time on, what is known of the past is to be forgotten by start().
   double reject(int times);
@@ -91,6 +98,7 @@ class Bdf {
   };
   /// The order and the step after this one.
   Choice choose(const Array<double>& e, const Array<double>& weights);
+  double error_of_order_above(const Array<double>& e, const Array<double>& weights) const;
   /// The highest order that may be taken now.
   int most_order() const { return hold_.holds() ? std::min(kStableOrder, max_order_) : max_order_; }
   /// By how much the next step may be longer while nothing is known of the error but that it is small, or 1.
@@ -101,6 +109,10 @@ class Bdf {
   /// Errors that only vibrations which the start excites, or the like, have in the first steps. Passed over,
   /// they left accelerations of bell_crank at rtol 1e-3 off by 4.6 times their size, instead of 0.75.
   static constexpr double kLargeAtStart = 30.0;
+  /// Steps of order 1 in a row after which order 2 is taken where it is better, if only a little or, as far
+  /// as steps of different length tell, for now: where they are never alike, order 1 stayed for up to 147
+  /// steps.
+  static constexpr int kLongAtOne = 30;
 
   int max_order_;
   bool fixed_;
@@ -120,7 +132,9 @@ class Bdf {
   int suited_order_ = 1;
   double suited_error_ = 0.0;
   Sizes sizes_{};
-  bool filtered_ = false;  ///< the error of the present step is
+  bool filtered_ = false;        ///< the error of the present step is
+  bool above_filtered_ = false;  ///< and that of the order above, which is filtered_above_
+  double filtered_above_ = 0.0;
   static constexpr int kStableOrder = 2;
   StabilityWatch watch_;
   OrderHold hold_;

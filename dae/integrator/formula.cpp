@@ -78,13 +78,15 @@ class BdfFormula : public Formula {
     for_each(executor_, n, Correction{state.q.data(), state.v.data(), y_.data(), correction_.data(), n});
     const double error = bdf_.local_error(correction_, weights);
     if (!bdf_.may_be_stiff(error)) return error;
-    velocities_.resize(executor_, n);
-    copy(executor_, n, correction_.data() + n, velocities_.data());
-    if (!filter(velocities_)) return error;
     filtered_.resize(executor_, 2 * n);
-    copy(executor_, n, correction_.data(), filtered_.data());
-    copy(executor_, n, velocities_.data(), filtered_.data() + n);
-    return bdf_.filtered_error(filtered_, weights);
+    copy(executor_, 2 * n, correction_.data(), filtered_.data());
+    if (!filter_velocities(filter)) return error;
+    const double filtered = bdf_.filtered_error(filtered_, weights);
+    if (filtered <= 1.0 && bdf_.asks_for_error_above()) {
+      bdf_.correction_above(correction_, filtered_);
+      if (filter_velocities(filter)) bdf_.filtered_error_above(filtered_, weights);
+    }
+    return filtered;
   }
   double reject(int times) override { return bdf_.reject(times); }
   double accept(const StepState&, const Array<double>& weights) override {
@@ -92,6 +94,16 @@ class BdfFormula : public Formula {
   }
 
  private:
+  /// Of filtered_.
+  bool filter_velocities(const ErrorFilter& filter) {
+    const std::size_t n = filtered_.size() / 2;
+    velocities_.resize(executor_, n);
+    copy(executor_, n, filtered_.data() + n, velocities_.data());
+    if (!filter(velocities_)) return false;
+    copy(executor_, n, velocities_.data(), filtered_.data() + n);
+    return true;
+  }
+
   Bdf bdf_;
   const Executor& executor_;
   Array<double> y_, dy_;  ///< predicted

@@ -11,11 +11,11 @@
 #include <mfs/error.hpp>
 #include <mfs/version.hpp>
 
-#include "dae/integrator/bdf.hpp"
 #include "dae/integrator/condensed_newton.hpp"
 #include "dae/integrator/dense_output.hpp"
 #include "dae/integrator/formula.hpp"
 #include "dae/integrator/initial_conditions.hpp"
+#include "dae/integrator/input_checks.hpp"
 #include "dae/integrator/jumps.hpp"
 #include "dae/integrator/newton.hpp"
 #include "dae/integrator/partition.hpp"
@@ -35,6 +35,10 @@ namespace {
 constexpr double kNewtonRejection = 0.25;
 /// A step, in parts of the time to integrate.
 constexpr double kTypicalStep = 1e-3;
+/// A step that finds no end near a singular position is tried so much shorter, so many times: the next one,
+/// which need not be shorter, passes over it then. Steps that stay short end in it sooner or later.
+constexpr double kBeforeSingular = 0.6;
+constexpr int kMostBeforeSingular = 3;
 /// Rejections by the error in one step after which the formula starts anew.
 constexpr int kRestart = 3;
 /// The shortest step with which it does, in parts of the one that would be tried otherwise. What a first step
@@ -47,51 +51,6 @@ constexpr double kEvenedOut = 8.0;
 constexpr double kStretch = 1.05;
 /// How far ahead of a step that became too small its cause may be, in shortest steps.
 constexpr double kMoment = 64.0;
-
-void check(bool good, const char* option, const std::string& what) {
-  if (!good) throw InvalidInput(option, what);
-}
-
-void check_options(const IntegratorOptions& o) {
-  check(o.rtol >= 0.0 && std::isfinite(o.rtol), "rtol", "must be zero or positive");
-  for (const auto& [name, value] :
-       {std::pair<const char*, double>{"atol_position", o.atol_position}, {"atol_velocity", o.atol_velocity}})
-    check(value >= 0.0 && (value > 0.0 || o.rtol > 0.0), name, "must be positive, or 0 with a positive rtol");
-  check(o.constraint_position > 0.0, "constraint_position", "must be positive");
-  check(o.constraint_velocity > 0.0, "constraint_velocity", "must be positive");
-  check(o.constraint_acceleration > 0.0, "constraint_acceleration", "must be positive");
-  check(o.max_order >= 1 && o.max_order <= Bdf::kMostOrder, "max_order", "must be 1 ... 5");
-  for (const auto& [name, value] : {std::pair<const char*, double>{"initial_step", o.initial_step},
-                                    {"max_step", o.max_step},
-                                    {"min_step", o.min_step},
-                                    {"fixed_step", o.fixed_step}})
-    check(value >= 0.0 && std::isfinite(value), name, "must be zero or positive");
-  check(o.max_step == 0.0 || o.min_step <= o.max_step, "min_step", "must not be more than max_step");
-  check(o.rho_inf >= 0.0 && o.rho_inf <= 1.0, "rho_inf", "must be 0 ... 1");
-  check(o.newton_iterations >= 1, "newton_iterations", "must be at least 1");
-  check(o.krylov_steps >= 0, "krylov_steps", "must be zero or positive");
-  check(o.threads >= 0, "threads", "must be zero or positive");
-  check(o.analysis_threads >= 0, "analysis_threads", "must be zero or positive");
-}
-
-void check_vector(const std::vector<double>& values, int n, const char* name) {
-  if (values.size() != static_cast<std::size_t>(n))
-    throw InvalidInput(name,
-                       std::to_string(values.size()) + " values for " + std::to_string(n) + " coordinates");
-  for (std::size_t i = 0; i < values.size(); ++i)
-    if (!std::isfinite(values[i]))
-      throw InvalidInput(name, "not a finite number", static_cast<std::int64_t>(i));
-}
-
-void check_times(double t0, double t_end, const std::vector<double>& outputs) {
-  check(std::isfinite(t0) && std::isfinite(t_end) && t_end > t0, "t_end", "must be finite and after t0");
-  double last = -std::numeric_limits<double>::infinity();
-  for (const double t : outputs) {
-    check(t >= t0 && t <= t_end, "outputs", "time " + number_text(t) + " is not within t0 ... t_end");
-    check(t > last, "outputs", "time " + number_text(t) + " does not come after the one before");
-    last = t;
-  }
-}
 
 std::string reason(const std::exception_ptr& thrown) {
   try {
@@ -165,7 +124,7 @@ class Integrator::Impl {
     check_vector(v0, given_.coordinates(), "v0");
     check_times(t0, t_end, outputs);
     options_ = asked_;
-    set_local_tolerances(options_);
+    tolerances_.emplace(asked_, options_);
     since_start_ = {};
     observed_ = 0;
     report_ = {};
@@ -216,7 +175,7 @@ class Integrator::Impl {
     make_equations();
     const double h = kTypicalStep * (t_end_ - state_.t);
     condensed_ ? condensed_->find_accelerations(state_, h) : newton_->find_accelerations(state_, h);
-    if (redundancy_->filters()) redundancy_->check(view(state_), options_);
+    if (redundancy_->filters()) redundancy_->check_start(view(state_), options_);
     set_weights();
     step_ = first_step();
     formula_ = make_formula(options_, *executor_);
@@ -260,8 +219,20 @@ class Integrator::Impl {
     if (found.redundant().size() <= redundancy_->redundant().size()) leave_out(std::move(found));
   }
 
-  /// Whether the step, for which no solution was found, was to end in a singular position, where the
-  /// equations are singular, too. Then more is left out until it is needed again.
+  /// Whether the step, for which no solution was found, was to end near a singular position.
+  bool ends_near_singular() const {
+    if (remote_ || !redundancy_->filters()) return false;  // the state has to be on the host
+    try {
+      return !redundancy_->nearly_redundant(relation_.t, relation_.q.on_host(*executor_), report_.redundant)
+                  .empty();
+    } catch (...) {  // as the step before it
+      rethrow_if_final(std::current_exception());
+      return false;
+    }
+  }
+
+  /// Whether it was to end in one, where the equations are singular, too. Then more is left out until it is
+  /// needed again.
   bool ends_singular() {
     if (remote_) return false;  // the state has to be on the host
     std::optional<Dependencies> found;
@@ -382,6 +353,7 @@ class Integrator::Impl {
     const std::int64_t factorizations = report_.factorizations;
     StepReport line;
     int error_rejections = 0, search_failures = 0;
+    int shortened = 0;
     double h = planned(step_, target), wanted = step_;
     for (;;) {
       const bool last = h >= (target - state_.t) * (1.0 - 1e-12);
@@ -407,9 +379,14 @@ class Integrator::Impl {
       } else {
         if (outcome.thrown) rethrow_if_final(outcome.thrown);
         ++(outcome.thrown ? report_.solver_rejections : report_.newton_rejections);
+        if (search_failures == 0 && shortened < kMostBeforeSingular && ends_near_singular()) {
+          ++shortened;
+          ++line.rejections;
+          h *= kBeforeSingular;
+          continue;
+        }
         const bool singular = search_failures++ == 0 && ends_singular();
-        // Near singular positions rounding may be more than what is asked for beyond rtol.
-        const bool relaxed = relax_local_tolerances(options_, asked_.rtol);
+        const bool relaxed = tolerances_->relax();
         if (relaxed) set_weights();
         if (!singular && !relaxed) h *= kNewtonRejection;
         wanted = h;
@@ -453,6 +430,7 @@ class Integrator::Impl {
   std::string obstacle() const {
     const State there = on_host(*executor_, state_);
     std::string text = find_jump(given_, there, kMoment * resolved_step(), options_);
+    if (text.empty()) text = redundancy_->singular_start();
     if (text.empty()) text = redundancy_->nearly_redundant(there.t, there.q, report_.redundant);
     if (text.empty()) text = find_pole(given_, there, kMoment * resolved_step(), options_);
     return text.empty() ? text : "; " + text;
@@ -468,6 +446,7 @@ class Integrator::Impl {
     last_order_ = order;
     past_.add(state_);
     std::swap(state_, next_);
+    tolerances_->go_on();
     set_weights();
   }
 
@@ -541,6 +520,7 @@ class Integrator::Impl {
   const ConstrainedSystem& given_;
   const IntegratorOptions asked_;
   IntegratorOptions options_;  ///< with tolerances of the local error
+  std::optional<LocalTolerances> tolerances_;
   std::vector<double> scale_;
   IntegrationReport report_;
   Stopwatch since_start_;

@@ -27,6 +27,8 @@ void NewtonProgress::start(const StepRelation& relation, bool fresh, double rate
   since_jacobian_ = 0;
   new_ = fresh;
   slow_when_new_ = false;
+  began_fresh_ = fresh;
+  by_newest_ = -1;
 }
 
 NewtonProgress::Verdict NewtonProgress::judge(const NewtonNorms& norms, int corrections) {
@@ -37,12 +39,16 @@ NewtonProgress::Verdict NewtonProgress::judge(const NewtonNorms& norms, int corr
   if (!std::isfinite(norms.residual) || !(first || std::isfinite(norms.correction))) return Verdict::failed;
   if (first) return Verdict::go_on;
   ++since_jacobian_;
-  if (!rate_is_good()) return Verdict::failed;
+  if (by_newest_ >= 0) ++by_newest_;
+  if (!rate_is_good()) {
+    if (by_newest_ >= 0 || !began_fresh_) return Verdict::failed;
+    by_newest_ = 0;
+  }
   if (left_over_ * norms.correction <= kTolerance && constraints_hold()) return Verdict::converged;
   if (corrections >= options_.newton_iterations) return Verdict::failed;
   const bool slow = since_jacobian_ > 1 && rate_ > kSlow;
   slow_when_new_ = slow_when_new_ || (slow && new_);
-  if (!options_.keep_factors || slow) {
+  if (!options_.keep_factors || slow || by_newest_ >= 0) {
     wants_jacobian_ = new_ = true;
     since_jacobian_ = 0;
   }
@@ -52,7 +58,7 @@ NewtonProgress::Verdict NewtonProgress::judge(const NewtonNorms& norms, int corr
 /// Whether corrections shrink.
 bool NewtonProgress::rate_is_good() {
   rate_ = 0.0;
-  if (since_jacobian_ < 2 || last_correction_ == 0.0) return true;
+  if ((since_jacobian_ < 2 && by_newest_ < 2) || last_correction_ == 0.0) return true;
   if (norms_.correction < small_) return true;
   rate_ = norms_.correction / last_correction_;
   left_over_ = rate_ < kDivergence ? rate_ / (1.0 - rate_) : kUnknownRate;

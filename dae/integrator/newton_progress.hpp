@@ -2,7 +2,9 @@
 //
 // A correction ends the search when what is left of it, by the rate at which corrections have shrunk so far,
 // is a part of what the user's tolerances allow, and the constraints hold to their own tolerances. When
-// corrections shrink too slowly a new Jacobian is asked for; when they do not shrink, the search has failed.
+// corrections shrink too slowly a new Jacobian is asked for; when they do not shrink, although the first
+// Jacobian was new, one for each further correction (what turns a body that is next to a point, as one hung
+// by a sphere, changes altogether by a correction). When they do not shrink then, the search has failed.
 #pragma once
 
 #include <array>
@@ -44,6 +46,8 @@ class NewtonProgress {
   const double small_;
   NewtonNorms norms_;
   int since_jacobian_ = 0;  ///< corrections by the present Jacobian, in this search
+  bool began_fresh_ = false;
+  int by_newest_ = -1;  ///< corrections since each is by a Jacobian of its own; -1: none is
   bool wants_jacobian_ = false, new_ = false, slow_when_new_ = false;
   double last_correction_ = 0.0, rate_ = 0.0, left_over_ = kUnknownRate;
   /// What constraints may be left at: no more than the local error may be, or it would be lost in this noise.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 #include <utility>
 
 #include <mfs/error.hpp>
@@ -59,6 +60,31 @@ Dependencies Redundancy::find(double t, const std::vector<double>& q, double not
 
 void Redundancy::check(const StateView& state, const IntegratorOptions& options) const {
   if (const auto violated = violation(state, options, left_out_)) throw_contradiction(*violated, state.t);
+}
+
+void Redundancy::check_start(const StateView& state, const IntegratorOptions& options) {
+  begun_with_ = redundant();
+  const auto violated = violation(state, options, left_out_);
+  if (!violated) return;
+  try {
+    throw_contradiction(*violated, state.t);
+  } catch (InvalidInput& e) {
+    // Of what follows everywhere accelerations do where positions and velocities do.
+    if (std::string_view(violated->level) == "acceleration")
+      e.append(": the position is singular, and on none of the ways out of it bodies have these velocities");
+    throw;
+  }
+}
+
+std::string Redundancy::singular_start() const {
+  if (begun_with_.size() <= redundant().size()) return {};
+  const auto needed = std::find_if(begun_with_.begin(), begun_with_.end(), [&](int row) {
+    return std::find(redundant().begin(), redundant().end(), row) == redundant().end();
+  });
+  return "where time began, " + given_.constraint_name(*needed) +
+         " followed from others, as it does not later: a singular position leaves open how bodies go on; "
+         "begin "
+         "a little beside it";
 }
 
 // As a mechanism turns, other rows of a joint, which are along ground axes, become those that follow. Near

@@ -38,6 +38,10 @@ class Redundancy {
 
   /// Throws InvalidInput, with the names of what contradicts each other, where what is left out is violated.
   void check(const StateView& state, const IntegratorOptions& options) const;
+  /// The same where the motion begins.
+  void check_start(const StateView& state, const IntegratorOptions& options);
+  /// Says that it began in a singular position, which has no unique motion; empty: it did not.
+  std::string singular_start() const;
   /// Looks at where a step has arrived with what is left out. Returns what is to be left out
   /// instead, where some of it does not follow any more; then the step is to be tried again. Throws
   /// as check() where it is violated although it follows.
@@ -71,6 +75,7 @@ class Redundancy {
   std::vector<double> scale_;
   std::vector<char> normalizes_, nonholonomic_;
   Dependencies left_out_;
+  std::vector<int> begun_with_;  ///< redundant where the motion began
   bool may_be_singular_ = true;  ///< the position for which that was found
   std::optional<IndependentConstraints> filtered_;
 };

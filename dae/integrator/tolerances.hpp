@@ -14,8 +14,27 @@ namespace mfs::dae {
 
 /// Replaces rtol, atol_position and atol_velocity of `options` by those of the local error.
 void set_local_tolerances(IntegratorOptions& options);
-/// Makes them as they would be if `rtol`, which was given alone, were that of the local error. False: they
-/// are.
-bool relax_local_tolerances(IntegratorOptions& options, double rtol);
+
+/// Those of a run. Near singular positions rounding may be more than is asked for beyond rtol, so that no
+/// search of Newton's method succeeds: for some steps then local errors may be rtol.
+class LocalTolerances {
+ public:
+  /// Sets those of `used`, which are the `asked` ones otherwise. Both have to live as long.
+  LocalTolerances(const IntegratorOptions& asked, IntegratorOptions& used);
+  /// After a search that failed. True: local errors may be larger from now on.
+  bool relax();
+  /// After a step.
+  void go_on() {
+    if (relaxed_steps_ > 0 && --relaxed_steps_ == 0) tighten();
+  }
+
+ private:
+  void set(double rtol, double atol_position, double atol_velocity);
+  void tighten();
+
+  const IntegratorOptions& asked_;
+  IntegratorOptions& used_;
+  int relaxed_steps_ = 0;  ///< that are left
+};
 
 }  // namespace mfs::dae

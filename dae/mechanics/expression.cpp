@@ -36,23 +36,40 @@ Taylor<double> power_by_base(const Taylor<double>& x, const Taylor<double>& y) {
 class OfOneVariable final : public SmoothFunction {
  public:
   OfOneVariable(Expression expression, int variable, std::vector<double> values)
-      : expression_(std::move(expression)), variable_(variable), values_(values.begin(), values.end()) {}
+      : expression_(std::move(expression)), variable_(variable), values_(std::move(values)) {}
   Jet at(double x) const override {
-    std::vector<Taylor<double>> variables = values_;
+    std::vector<Taylor<double>> variables(values_.begin(), values_.end());
     if (variable_ >= 0) variables[variable_] = {x, 1.0, 0.0};
     const Taylor<double> series = expression_.value(variables);
-    if (!std::isfinite(series.c0) || !std::isfinite(series.c1) || !std::isfinite(series.c2))
+    return checked(x, {series.c0, series.c1, 2 * series.c2});
+  }
+  Jet slope(double x) const override {
+    std::vector<double> gradient;
+    const double value = expression_.value(variables(x), gradient);
+    return checked(x, {value, variable_ < 0 ? 0.0 : gradient[variable_], 0.0});
+  }
+  double value(double x) const override {
+    return checked(x, {expression_.value(variables(x)), 0.0, 0.0}).value;
+  }
+
+ private:
+  std::vector<double> variables(double x) const {
+    std::vector<double> variables = values_;
+    if (variable_ >= 0) variables[variable_] = x;
+    return variables;
+  }
+  Jet checked(double x, const Jet& jet) const {
+    if (!std::isfinite(jet.value) || !std::isfinite(jet.first) || !std::isfinite(jet.second))
       throw InvalidInput("expression '" + expression_.text() + "'",
                          "it or a derivative is not finite at " +
                              (variable_ < 0 ? "any time" : expression_.variables()[variable_]) + " = " +
                              number_text(x));
-    return {series.c0, series.c1, 2 * series.c2};
+    return jet;
   }
 
- private:
   Expression expression_;
   int variable_;
-  std::vector<Taylor<double>> values_;
+  std::vector<double> values_;
 };
 
 }  // namespace

@@ -54,7 +54,7 @@ struct SpringFormulas {
     x[0] = sqrt(square);
   }
   Reaction reaction(double, int, double length, double rate) const {
-    const Jet elastic = force->at(length - free_length);
+    const Jet elastic = force->slope(length - free_length);
     return {elastic.value + damping * rate, elastic.first, damping};
   }
 };

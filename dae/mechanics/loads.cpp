@@ -202,7 +202,7 @@ struct CoordinateSpringFormulas {
     x[0] = q[0];
   }
   Reaction reaction(double, int, double x, double rate) const {
-    const Jet elastic = force->at(x - free);
+    const Jet elastic = force->slope(x - free);
     return {elastic.value + damping * rate, elastic.first, damping};
   }
 };

@@ -17,6 +17,9 @@ class SmoothFunction {
  public:
   virtual ~SmoothFunction() = default;
   virtual Jet at(double x) const = 0;
+  /// The value and the first derivative, or the value alone, where those that are left out may be infinite.
+  virtual Jet slope(double x) const { return at(x); }
+  virtual double value(double x) const { return at(x).value; }
 };
 
 using Function = std::shared_ptr<const SmoothFunction>;

@@ -43,7 +43,7 @@ std::vector<double> StateFunction::variables(double t, const double* q, const do
 }
 
 double StateFunction::at(double t, const double* q, const double* v) const {
-  return checked(t, of_time_ ? of_time_->at(t).value : expression_->value(variables(t, q, v)));
+  return checked(t, of_time_ ? of_time_->value(t) : expression_->value(variables(t, q, v)));
 }
 
 double StateFunction::at(double t, const double* q, const double* v, double* by_q, double* by_v) const {

@@ -175,5 +175,43 @@ TEST(Bdf, DoesNotStayAtOrderOneWithStepsThatDiffer) {
   EXPECT_LE(longest, 40);
 }
 
+/// What stiff forces leave of an error of (smooth, stiff): nothing of the latter.
+Array<double> without_stiff(const Executor& host, const Array<double>& e) {
+  return make_array<double>(host, {e.data()[0], 0.0});
+}
+
+// Nor where a stiff body swings by more than what is allowed in each step, so that errors count only as far
+// as its forces leave them, and those of other orders have to be looked at in the same way.
+TEST(Bdf, DoesNotStayAtOrderOneWhereErrorsAreFiltered) {
+  const Executor host(Executor::Place::host, 1);
+  const auto array = [&](double smooth, double stiff) { return make_array<double>(host, {smooth, stiff}); };
+  Bdf bdf(5, false, host);
+  bdf.start(array(0.0, 0.0), array(1.0, 0.0), 0.5, 0.5);
+  const Array<double> weights = array(1e-3, 1e-3);
+  double t = 0.0, h = 0.5, swing = 0.01;
+  int taken = 0;
+  for (int rejections = 0; taken < 100 && bdf.order() == 1; swing = -swing) {
+    Array<double> y, dy, above;
+    bdf.predict(h, y, dy);
+    const Array<double> e = array(std::sin(t + h) - y.data()[0], swing - y.data()[1]);
+    double error = bdf.local_error(e, weights);
+    if (bdf.may_be_stiff(error)) {
+      error = bdf.filtered_error(without_stiff(host, e), weights);
+      bdf.correction_above(e, above);
+      if (bdf.asks_for_error_above()) bdf.filtered_error_above(without_stiff(host, above), weights);
+    }
+    if (error > 1.0) {
+      h = bdf.reject(++rejections);
+      continue;
+    }
+    rejections = 0;
+    t += h;
+    h = bdf.accept(e, weights);
+    ++taken;
+  }
+  EXPECT_GT(taken, 20);  // it did not leave at once
+  EXPECT_LE(taken, 40);
+}
+
 }  // namespace
 }  // namespace mfs::dae

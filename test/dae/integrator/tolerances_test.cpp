@@ -52,13 +52,23 @@ TEST(LocalTolerances, AreNotMadeLessThanRoundingLets) {
   for (const double rtol : {1e-10, 1e-12}) expect_tolerances(local(with_rtol(rtol)), rtol, rtol);
 }
 
-TEST(LocalTolerances, CanBeRelaxedOnce) {
-  IntegratorOptions options = local(with_rtol(1e-8));
-  EXPECT_TRUE(relax_local_tolerances(options, 1e-8));
-  expect_tolerances(options, 1e-8, 1e-8);
-  EXPECT_FALSE(relax_local_tolerances(options, 1e-8));
-  options = local(with_rtol(1e-3));
-  EXPECT_FALSE(relax_local_tolerances(options, 1e-3));
+TEST(LocalTolerances, CanBeRelaxedOnceForSomeSteps) {
+  const IntegratorOptions asked = with_rtol(1e-8);
+  IntegratorOptions used = asked;
+  const double tight = local(asked).rtol;
+  LocalTolerances tolerances(asked, used);
+  for (int round = 0; round < 2; ++round) {
+    EXPECT_EQ(used.rtol, tight);
+    EXPECT_TRUE(tolerances.relax());
+    expect_tolerances(used, 1e-8, 1e-8);
+    EXPECT_FALSE(tolerances.relax());
+    for (int step = 0; step < 19; ++step) tolerances.go_on();
+    expect_tolerances(used, 1e-8, 1e-8);
+    tolerances.go_on();
+  }
+  const IntegratorOptions loose = with_rtol(1e-3);
+  IntegratorOptions used_loose = loose;
+  EXPECT_FALSE(LocalTolerances(loose, used_loose).relax());
 }
 
 TEST(LocalTolerances, AreThoseThatAreGiven) {

@@ -122,6 +122,19 @@ TEST(Expression, IsAFunctionOfOneVariable) {
   EXPECT_EQ(expression_function(Expression("3"), -1, {})->at(7).value, 3);
 }
 
+// A force need not have a second derivative, one of time none at all.
+TEST(Expression, OnlyWhatIsAskedForHasToBeFinite) {
+  const Function root = expression_function(Expression("2 + sqrt(t)"), 0, {0});
+  EXPECT_EQ(root->value(0), 2);
+  test::expect_refused("expression '2 + sqrt(t)'", "not finite at t = 0", [&] { root->slope(0); });
+  const Function hertz = expression_function(Expression("k * x + x^1.5"), 1, {3, 0});
+  EXPECT_EQ(hertz->slope(0).first, 3);
+  EXPECT_DOUBLE_EQ(hertz->slope(4).value, 20);
+  EXPECT_DOUBLE_EQ(hertz->slope(4).first, 6);
+  test::expect_refused("expression 'k * x + x^1.5'", "not finite at x = 0", [&] { hertz->at(0); });
+  EXPECT_EQ(expression_function(Expression("3"), -1, {})->slope(7).first, 0);
+}
+
 TEST(Expression, MistakesAreRefused) {
   for (const char* text : {"",    "  ",     "1 +",  "(1",    "1)",        "sin 3", "sin(1, 2)",
                            "2 3", "foo(1)", "1, 2", "x = 3", "1 ? 2 : 3", "\"a\"", "a b",

@@ -208,5 +208,39 @@ TEST(BallOnATurntable, CirclesAtTwoSevenths) {
   EXPECT_LT(fine, middle / 25);
 }
 
+// A point hung by a ball joint from a turntable: J = 1e-9 kg m^2 about the string, which its tension of 10 N
+// at 1.2 m would turn by any angle if its direction were that of the prediction. Newton's method converges
+// with new Jacobians only: 688 steps and 217 rejections without them, of which 107 and 5 do with J = 1e-5.
+TEST(PointOnATurntable, NeedsNoMoreStepsThanABody) {
+  constexpr double kOut = 0.7, kLength = 1.2, kTable = 1.3;
+  const Vector3d begin(kOut, 0, -kLength), hook = kOut * kX, gravity(0, 0, -9.81);
+  Json json = mechanism(4.0, 20, gravity);
+  json["bodies"] = {{"table", block(kNone, 5)}, {"bob", block(begin)}};
+  json["bodies"]["bob"]["inertia"] = {1e-9, 1e-9, 1e-9};
+  json["bodies"]["bob"]["velocity"] = triple({0, kOut * kTable, 0});
+  json["joints"] = {{"axle", joint("revolute", "ground", "table", kNone)},
+                    {"ball", joint("spherical", "table", "bob", hook)}};
+  json["motions"]["drive"] = turns("axle", "1.3*t");
+  const MotionRun result = run(json);
+  EXPECT_LT(result.report.steps, 400);
+  EXPECT_LT(result.report.newton_rejections, 60);
+
+  using Motion = Eigen::Matrix<double, 6, 1>;
+  const auto f = [&](double t, const Motion& y) {
+    const Eigen::AngleAxisd turn(kTable * t, kZ);
+    const Vector3d from = turn * hook, r = y.head<3>() - from, v = y.tail<3>() - kTable * kZ.cross(from);
+    const Vector3d fall = gravity + kTable * kTable * from;  // seen from the hook
+    Motion rate;
+    rate << y.tail<3>(), gravity - (v.squaredNorm() + r.dot(fall)) / r.squaredNorm() * r;
+    return rate;
+  };
+  Motion start;
+  start << begin, 0, kOut * kTable, 0;
+  for (const State& state : result.outputs) {
+    const Motion y = runge_kutta(start, 0.0, state.t, 4000, f);
+    EXPECT_LT((result.position(state, "bob") - y.head<3>()).norm(), 1e-3) << state.t;
+  }
+}
+
 }  // namespace
 }  // namespace mfs::dae::test

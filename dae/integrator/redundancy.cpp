@@ -83,8 +83,7 @@ std::string Redundancy::singular_start() const {
   });
   return "where time began, " + given_.constraint_name(*needed) +
          " followed from others, as it does not later: a singular position leaves open how bodies go on; "
-         "begin "
-         "a little beside it";
+         "begin a little beside it";
 }
 
 // As a mechanism turns, other rows of a joint, which are along ground axes, become those that follow. Near

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "dae/integrator/bdf.hpp"
 #include "dae/integrator/integrator.hpp"
 #include "dae/model/model.hpp"
 #include "dae/model/model_library.hpp"
@@ -140,6 +141,35 @@ TEST_F(DeviceIntegratorCases, AgainByTheSameIntegrator) {
   const State again = integrator.run(0.0, model.q0, model.v0, kEnd, {}, nobody);
   EXPECT_EQ(first.q, again.q);
   EXPECT_EQ(first.lambda, again.lambda);
+}
+
+// What is asked for after many steps of order 1.
+std::vector<double> correction_above(Executor::Place place, std::size_t length) {
+  const Executor executor(place, 2);
+  const auto waves = [&](double frequency) {
+    std::vector<double> values(length);
+    for (std::size_t i = 0; i < length; ++i) values[i] = std::sin(frequency * static_cast<double>(i + 1));
+    return make_array(executor, values);
+  };
+  Bdf bdf(5, false, executor);
+  bdf.start(waves(0.1), waves(0.2), 0.5, 0.5);
+  Array<double> y, dy, above;
+  bdf.predict(0.5, y, dy);
+  bdf.local_error(waves(0.3), waves(0.5));
+  bdf.accept(waves(0.3), waves(0.5));
+  bdf.predict(0.5, y, dy);
+  bdf.correction_above(waves(0.4), above);
+  return above.on_host(executor);
+}
+
+TEST_F(DeviceIntegratorCases, CorrectionOfTheOrderAbove) {
+  for (const std::size_t length : {1, 31, 32, 33, 257, 70000}) {
+    const std::vector<double> actual = correction_above(Executor::Place::device, length),
+                              expected = correction_above(Executor::Place::host, length);
+    ASSERT_EQ(actual.size(), length);
+    for (std::size_t i = 0; i < length; ++i)
+      ASSERT_NEAR(actual[i], expected[i], 1e-13) << length << ", " << i;
+  }
 }
 
 }  // namespace

@@ -123,7 +123,6 @@ class Integrator::Impl {
     check_vector(q0, given_.coordinates(), "q0");
     check_vector(v0, given_.coordinates(), "v0");
     check_times(t0, t_end, outputs);
-    options_ = asked_;
     tolerances_.emplace(asked_, options_);
     since_start_ = {};
     observed_ = 0;

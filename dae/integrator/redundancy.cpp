@@ -66,14 +66,11 @@ void Redundancy::check_start(const StateView& state, const IntegratorOptions& op
   begun_with_ = redundant();
   const auto violated = violation(state, options, left_out_);
   if (!violated) return;
-  try {
-    throw_contradiction(*violated, state.t);
-  } catch (InvalidInput& e) {
-    // Of what follows everywhere accelerations do where positions and velocities do.
-    if (std::string_view(violated->level) == "acceleration")
-      e.append(": the position is singular, and on none of the ways out of it bodies have these velocities");
-    throw;
-  }
+  // Of what follows everywhere accelerations do where positions and velocities do.
+  const bool singular = std::string_view(violated->level) == "acceleration";
+  const char* const note =
+      ": the position is singular, and on none of the ways out of it bodies have these velocities";
+  throw_contradiction(*violated, state.t, singular ? note : "");
 }
 
 std::string Redundancy::singular_start() const {
@@ -210,12 +207,13 @@ std::string Redundancy::others_of(int row, SparseRow shares) const {
   return list.empty() ? "itself" : list;
 }
 
-void Redundancy::throw_contradiction(const Violation& violation, double t) const {
+void Redundancy::throw_contradiction(const Violation& violation, double t, const char* note) const {
   const auto place = std::find(redundant().begin(), redundant().end(), violation.row) - redundant().begin();
   const SparseRow& shares = left_out_.combination(static_cast<std::size_t>(place));
   throw InvalidInput(given_.constraint_name(violation.row),
                      "it contradicts " + others_of(violation.row, shares) + " at t = " + number_text(t) +
-                         ": of its " + violation.level + " " + number_text(violation.value) + " is left");
+                         ": of its " + violation.level + " " + number_text(violation.value) + " is left" +
+                         note);
 }
 
 }  // namespace mfs::dae

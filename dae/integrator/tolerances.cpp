@@ -43,20 +43,15 @@ LocalTolerances::LocalTolerances(const IntegratorOptions& asked, IntegratorOptio
 
 bool LocalTolerances::relax() {
   if (used_.rtol >= asked_.rtol) return false;
-  set(asked_.rtol, kOfPosition * asked_.rtol, asked_.rtol);
+  used_.rtol = used_.atol_velocity = asked_.rtol;
+  used_.atol_position = kOfPosition * asked_.rtol;
   relaxed_steps_ = kRelaxedSteps;
   return true;
 }
 
 void LocalTolerances::tighten() {
-  set(asked_.rtol, asked_.atol_position, asked_.atol_velocity);
+  used_ = asked_;
   set_local_tolerances(used_);
-}
-
-void LocalTolerances::set(double rtol, double atol_position, double atol_velocity) {
-  used_.rtol = rtol;
-  used_.atol_position = atol_position;
-  used_.atol_velocity = atol_velocity;
 }
 
 }  // namespace mfs::dae

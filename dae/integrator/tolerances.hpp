@@ -19,7 +19,7 @@ void set_local_tolerances(IntegratorOptions& options);
 /// search of Newton's method succeeds: for some steps then local errors may be rtol.
 class LocalTolerances {
  public:
-  /// Sets those of `used`, which are the `asked` ones otherwise. Both have to live as long.
+  /// Makes `used` the `asked` ones with tolerances of the local error. Both have to live as long.
   LocalTolerances(const IntegratorOptions& asked, IntegratorOptions& used);
   /// After a search that failed. True: local errors may be larger from now on.
   bool relax();
@@ -29,7 +29,6 @@ class LocalTolerances {
   }
 
  private:
-  void set(double rtol, double atol_position, double atol_velocity);
   void tighten();
 
   const IntegratorOptions& asked_;

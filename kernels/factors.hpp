@@ -82,6 +82,8 @@ template <class Value>
 class ResidentFactors {
  public:
   virtual ~ResidentFactors() = default;
+  /// Throws InvalidInput(name) for an array that kernels cannot reach: of the host, of another device.
+  virtual void require_reachable(const void* array, const char* name) const = 0;
   /// Takes the values, by slot of the pattern, for the next factor(). False if one of them is not finite.
   virtual bool take_values(const Value* values, void* stream) = 0;
   /// Copy `columns` columns of `rows` entries, from the device to the host and back.

@@ -126,8 +126,14 @@ void BlockSolve<Scalar>::solve_part_on_device(const Columns<Scalar>& part, void*
   const Vertex columns = static_cast<Vertex>(part.count);
   SolveOutcome outcome;
   ResidentSolve found = ResidentSolve::refused;
+  const auto require_reachable = [&] {
+    const ResidentFactors<Scalar>& factors = factors_.resident("solve_device");
+    factors.require_reachable(part.b, "b");
+    factors.require_reachable(part.x, "x");
+  };
   if (!host_.serves()) {
     phases_.run("solve", [&] {
+      require_reachable();
       const SolveBlock<Scalar> block{part.b, part.ldb, part.x, part.ldx, columns, pattern_for(part)};
       found = factors_.numeric("solve_device").solve_resident(block, controls_, stream, outcome);
     });
@@ -143,6 +149,7 @@ void BlockSolve<Scalar>::solve_part_on_device(const Columns<Scalar>& part, void*
   std::vector<Scalar> held(static_cast<std::size_t>(n) * columns);
   const Columns<Scalar> on_host{held.data(), held.data(), part.count, n, n, part.transposed};
   phases_.run("solve", [&] {
+    require_reachable();
     factors_.resident("solve_device").download(part.b, part.ldb, n, columns, held.data(), stream);
   });
   check_finite<Scalar>(n, columns, held.data(), n, part.before);

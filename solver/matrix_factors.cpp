@@ -90,11 +90,14 @@ void MatrixFactors<Scalar>::refactor_device(const Scalar* values, void* stream) 
   if (!values) throw InvalidInput("values", "null pointer");
   const Stopwatch watch;
   // Sums of repeated entries, a new matching or tree, and what is wrong with the values are left to the host.
+  const bool takes = analysis_->pattern->slot_of_entry.empty() && !drifted_ && !tree_is_outdated();
   bool taken = false;
-  if (analysis_->pattern->slot_of_entry.empty() && !drifted_ && !tree_is_outdated()) {
+  phases_.run("factor", [&] {
+    on_device.require_reachable(values, "values");
+    if (!takes) return;
     factored_ = false;
-    phases_.run("factor", [&] { taken = on_device.take_values(values, stream); });
-  }
+    taken = on_device.take_values(values, stream);
+  });
   if (taken) {
     refactored_ = true;
     begin_values();

@@ -49,9 +49,10 @@ std::future<void> load_library_once(bool with_lu) {
   const bool product = !begun.exchange(true), lu = with_lu && !begun_lu.exchange(true);
   if (!product && !lu) return {};
   try {
-    return std::async(std::launch::async, [product, lu] {
+    return std::async(std::launch::async, [product, lu, device = current_device()] {
       using S = DeviceScalar<Scalar>;
       try {
+        const OnDevice here(device);
         if (product) make_product<S>();
         if (lu) make_lu<S>();
       } catch (...) {  // the factorization will meet it, too

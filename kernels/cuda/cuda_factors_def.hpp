@@ -105,6 +105,9 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
     mirrors_ = policy.solves_by_transposed(status_->pivots.perturbed);
   }
 
+  void require_reachable(const void* array, const char* name) const override {
+    cuda::require_reachable(array, name);
+  }
   bool take_values(const Value* values, void* stream) override {
     follow(stream);
     stream_.copy_columns(stages_.matrix_values(), 0, values, 0, plan().nnz * sizeof(Value), 1);

@@ -65,7 +65,12 @@ class SpaceLanesIn final : public SpaceLanes<Scalar> {
   }
 
   void solve(const LaneSystems<Scalar>& systems, bool resident, void* stream, LaneOutcome* outcome) override {
-    if (resident) queue_.follow(stream);
+    if (resident) {
+      Space<Exec>::require_reachable(systems.values, "values");
+      Space<Exec>::require_reachable(systems.b, "b");
+      Space<Exec>::require_reachable(systems.x, "x");
+      queue_.follow(stream);
+    }
     for (Offset first = 0; first < systems.count; first += capacity_) {
       LaneSystems<Scalar> part = systems;
       part.count = std::min(capacity_, systems.count - first);

@@ -143,6 +143,9 @@ class PortableFactors final : public Factors<Value>, public ResidentFactors<Valu
 
   ResidentFactors<Value>* resident() override { return kResident ? this : nullptr; }
 
+  void require_reachable(const void* array, const char* name) const override {
+    Space<Exec>::require_reachable(array, name);
+  }
   bool take_values(const Value* values, void* stream) override {
     queue().follow(stream);
     const FrontStore<S, V>& at = stages_.store().fronts;

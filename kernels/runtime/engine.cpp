@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <string>
 #include <thread>
 
 #include <mfs/error.hpp>
@@ -22,6 +23,15 @@ void Engine::check_process(pid_t process) {
     throw StateError(
         "this process was forked from one that had used the solver before: use it in one of them");
 }
+
+#ifdef MFS_CUDA
+void Engine::check_device(int of_kokkos, int current) {
+  if (of_kokkos != current)
+    throw BackendError("Kokkos", 0,
+                       "it was started on device " + std::to_string(of_kokkos) + ", the current one is " +
+                           std::to_string(current));
+}
+#endif
 
 int available_threads() {
   cpu_set_t set;

@@ -41,8 +41,8 @@ class Engine {
   static bool at_work();
 
 #ifdef MFS_CUDA
-  /// Inside run: starts Kokkos' CUDA space on the current device, unless it has been. Throws BackendError
-  /// where a shared one was started on another device.
+  /// Inside run: starts Kokkos' CUDA space on the device that is current in the calling thread, unless it has
+  /// been. Throws BackendError where it was started on another device.
   static void use_cuda();
 #endif
 
@@ -54,6 +54,10 @@ class Engine {
   ~Engine() = default;
   /// Throws StateError in a process other than `process`.
   static void check_process(pid_t process);
+#ifdef MFS_CUDA
+  /// Throws BackendError unless the caller's device is the one that Kokkos has.
+  static void check_device(int of_kokkos, int current);
+#endif
   struct State;
   State* state_;  // lives as long as the engine's threads: as long as the process
 };

@@ -7,9 +7,12 @@
 #include <cstdlib>
 #include <exception>
 #include <mutex>
+#include <string>
 #include <vector>
 
 #include <Kokkos_Core.hpp>
+
+#include <mfs/error.hpp>
 
 #include "kernels/runtime/callers_settings.hpp"
 #include "kernels/runtime/engine.hpp"
@@ -23,6 +26,26 @@ namespace {
 using Settings = Kokkos::InitializationSettings;
 #else
 using Settings = Kokkos::InitArguments;
+#endif
+
+#ifdef MFS_CUDA
+// Of the caller whom Kokkos' team serves: the device that is current in his thread. Kokkos' CUDA space has
+// one device, that of the first caller who needs it.
+int device_of_caller = 0, device_of_kokkos = -1;
+
+int current_device() {
+  int device = 0;
+  if (cudaGetDevice(&device) != cudaSuccess) cudaGetLastError();  // none: who needs one will see
+  return device;
+}
+
+// In the team's thread, which would have the first device.
+void follow_caller() {
+  if (device_of_kokkos >= 0 || current_device() == device_of_caller) return;
+  const cudaError_t code = cudaSetDevice(device_of_caller);
+  if (code != cudaSuccess)
+    throw BackendError("CUDA", code, std::string("cudaSetDevice: ") + cudaGetErrorString(code));
+}
 #endif
 
 void start_kokkos(const Settings& settings) {
@@ -48,6 +71,9 @@ void start_kokkos(const Settings& settings) {
 void prepare_kokkos(Team& team, int wanted) {
   static bool started = false;
   static int kokkos_threads = 0;  // 0: OpenMP space not initialized
+#ifdef MFS_CUDA
+  follow_caller();
+#endif
   if (kokkos_threads == wanted) return;
   team.have_threads(wanted);
   kokkos_threads = 0;
@@ -157,19 +183,17 @@ Engine::Engine() : state_(new State) {}
 
 #ifdef MFS_CUDA
 void Engine::use_cuda() {
-  static bool started = false;
-  if (started) return;
+  if (device_of_kokkos >= 0) return check_device(device_of_kokkos, device_of_caller);
 #if KOKKOS_VERSION >= 30700
-  Kokkos::Cuda::impl_initialize(Kokkos::InitializationSettings().set_disable_warnings(true));
+  Kokkos::Cuda::impl_initialize(
+      Kokkos::InitializationSettings().set_device_id(device_of_caller).set_disable_warnings(true));
 #else
-  int device = 0;  // the caller's: Kokkos would take the first
-  cudaGetDevice(&device);
-  Kokkos::Cuda::impl_initialize(Kokkos::Cuda::SelectDevice(device), 1);
+  Kokkos::Cuda::impl_initialize(Kokkos::Cuda::SelectDevice(device_of_caller), 1);
 #endif
   // Otherwise Kokkos would say at the end of the process that this was forgotten.
   std::atexit([] { Kokkos::Cuda::impl_finalize(); });
   Team::has_device = true;
-  started = true;
+  device_of_kokkos = device_of_caller;
 }
 #endif
 
@@ -190,6 +214,9 @@ void Engine::run(int threads, const std::function<void()>& work, const std::func
       state.give_back(team, needs);
     }
   } lease{*state_, threads, needs};
+#ifdef MFS_CUDA
+  if (needs == Needs::kokkos) device_of_caller = current_device();
+#endif
   lease.team = needs == Needs::kokkos ? state_->take_kokkos() : state_->take_team(threads);
   lease.team->run(threads, work, idle, [&lease] {
     lease.state.leave(lease.threads);

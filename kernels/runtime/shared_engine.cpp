@@ -119,11 +119,7 @@ void Engine::run_here(const std::function<void()>& work) {
 void Engine::use_cuda() {
   int device = 0;
   cudaGetDevice(&device);
-  const int of_kokkos = Kokkos::Cuda().cuda_device();
-  if (of_kokkos != device)
-    throw BackendError("Kokkos", 0,
-                       "it was started on device " + std::to_string(of_kokkos) + ", the current one is " +
-                           std::to_string(device));
+  check_device(Kokkos::Cuda().cuda_device(), device);
 }
 #endif
 

@@ -56,6 +56,8 @@ struct Space<Kokkos::Cuda> {
   static void start() { Engine::use_cuda(); }
   static std::size_t free_memory() { return static_cast<std::size_t>(cuda::free_memory()); }
 
+  static void require_reachable(const void* array, const char* name) { cuda::require_reachable(array, name); }
+
   using Arena = cuda::DeviceArena;
   using HostSide = cuda::PinnedArena;
 

@@ -46,6 +46,9 @@ struct Space {
   /// Bytes free in its memory, as far as it tells.
   static std::size_t free_memory() { return std::numeric_limits<std::size_t>::max(); }
 
+  /// Throws InvalidInput(name) for a caller's array that kernels cannot reach, as far as it tells.
+  static void require_reachable(const void*, const char*) {}
+
   /// Where kernels work.
   using Arena = std::conditional_t<kOnHost<Exec>, HostArena, KokkosArena<Exec>>;
   /// Memory of the host that is copied from and to.

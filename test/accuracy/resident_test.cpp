@@ -46,6 +46,7 @@ class CountingFactors final : public Factors<double>, public ResidentFactors<dou
   Offset bytes() const override { return factors_->bytes(); }
   ResidentFactors<double>* resident() override { return this; }
 
+  void require_reachable(const void*, const char*) const override {}
   bool take_values(const double*, void*) override { return false; }
   void download(const double*, Offset, Offset, Vertex, double*, void*) override { FAIL(); }
   void upload(const double*, Offset, Vertex, double*, Offset, void*) override { FAIL(); }

@@ -179,8 +179,33 @@ TYPED_TEST(DeviceArrays, ThatHoldNoNumbersAreRefused) {
   this->expect_solves_there(solver, a, 2);
 }
 
-// Single precision factors, double precision solutions.
 using DeviceArraysOfDoubles = OnDevice;
+
+// A kernel that read them would end the device's work for the whole process.
+TEST_F(DeviceArraysOfDoubles, OfTheHostAreRefusedUnlessTheyAreLocked) {
+  int reads_any_memory = 0;
+  check(cudaDeviceGetAttribute(&reads_any_memory, cudaDevAttrPageableMemoryAccess, 0), "attribute");
+  if (reads_any_memory) GTEST_SKIP() << "the device reads all memory of the host";
+  const SparseMatrix a = grid_2d(12, 9);
+  std::vector<double> b = right_hand_sides(a, 1, a.n, 3), x(b.size(), 1.0);
+  const DeviceArray<double> there(b), solution(b);
+  for (const Backend backend : {Backend::cuda, Backend::kokkos}) {
+    options_.backend = backend;
+    Solver solver(options_);
+    solver.factor(a.view());
+    expect_invalid([&] { solver.refactor_device(a.values.data()); }, "values");
+    expect_invalid([&] { solver.solve_device(b.data(), solution.get()); }, "b");
+    expect_invalid([&] { solver.solve_device(there.get(), x.data()); }, "x");
+    EXPECT_EQ(x, std::vector<double>(b.size(), 1.0));
+    check(cudaHostRegister(x.data(), x.size() * sizeof(double), cudaHostRegisterDefault), "cudaHostRegister");
+    solver.solve_device(there.get(), x.data());
+    check(cudaHostUnregister(x.data()), "cudaHostUnregister");
+    EXPECT_LE(worst_error(a, b, a.n, x, a.n, 1), kPromised);
+    x.assign(b.size(), 1.0);
+  }
+}
+
+// Single precision factors, double precision solutions.
 TEST_F(DeviceArraysOfDoubles, AreRefinedOnTheDeviceForFactorsOfSinglePrecision) {
   options_.factor.precision = Precision::single;
   for (const SparseMatrix& a : matrices()) {

@@ -74,13 +74,14 @@ int device_count() {
   return code == cudaSuccess ? count : 0;
 }
 
-namespace {
-
 int current_device() {
   int device = 0;
   checked("cudaGetDevice", [&] { return cudaGetDevice(&device); });
   return device;
 }
+
+namespace {
+
 int attribute(cudaDeviceAttr which) {
   int value = 0;
   checked("cudaDeviceGetAttribute", [&] { return cudaDeviceGetAttribute(&value, which, current_device()); });
@@ -93,6 +94,18 @@ cudaDeviceProp properties() {
 }
 
 }  // namespace
+
+void require_reachable(const void* array, const char* name) {
+  cudaPointerAttributes found{};
+  checked("cudaPointerGetAttributes", [&] { return cudaPointerGetAttributes(&found, array); });
+  const int device = current_device();
+  if (found.type == cudaMemoryTypeUnregistered && attribute(cudaDevAttrPageableMemoryAccess) == 0)
+    throw InvalidInput(
+        name, "lies in memory of the host, which device " + std::to_string(device) + " cannot reach");
+  if (found.type == cudaMemoryTypeDevice && found.device != device)
+    throw InvalidInput(name, "lies on device " + std::to_string(found.device) + ", the factors on device " +
+                                 std::to_string(device));
+}
 
 OnDevice::OnDevice(int device) : before_(current_device()) {
   checked("cudaSetDevice", [&] { return cudaSetDevice(device); });

@@ -35,6 +35,10 @@ Offset device_memory();
 int compute_capability();
 /// Speed of single precision in that of double.
 int single_to_double();
+int current_device();
+/// Throws InvalidInput(name) for an array that kernels on the current device cannot reach: in memory of the
+/// host that is not page-locked, or of another device.
+void require_reachable(const void* array, const char* name);
 /// Makes another the current device, as long as this lives.
 class OnDevice {
  public:

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <utility>
 
 #include "kernels/cuda/device_stages_def.hpp"
 #include "kernels/cuda/factors_of_scalars.hpp"
@@ -130,13 +131,14 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   // What is on the way to the host has come when the error has: one wait for the device does for both.
   double backward_error(double bound) override {
     const Columns<V>& x = solve_.x;
-    measure(solve_.b, solve_.transposed, solve_.row_floor, nullptr);
+    measure(solve_.b, solve_.transposed, solve_.row_floor, corrects_again() ? substitution_.v : nullptr);
     write_solution(x, bound);
     if (solve_.on_host) stream_.to_host(solve_.on_host, x.data, bytes_of(x.count));
     return read_error();
   }
   void correct() override {
-    measure(solve_.b, solve_.transposed, solve_.row_floor, substitution_.v);
+    if (!corrects_again()) measure(solve_.b, solve_.transposed, solve_.row_floor, substitution_.v);
+    ++corrections_;
     substitute(solve_.b.count, solve_.transposed != nullptr, true);
   }
   void bring_solution(Value* x) override { send_solution(x, solve_.b.count); }
@@ -338,9 +340,14 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   void begin(const Columns<const V>& b, const Columns<V>& x, Value* on_host,
              const TransposedPattern* transposed, double row_floor) {
     solve_ = {b, x, on_host, transposed, row_floor};
+    usual_corrections_ = std::exchange(corrections_, 0);
     enter(b, transposed != nullptr);
     substitute(b.count, transposed != nullptr, false);
   }
+
+  // As the last solve did: what is left of b is then kept when the error is found, for the correction to
+  // come.
+  bool corrects_again() const { return corrections_ < usual_corrections_; }
 
   // x_ to the host, whatever its error, by way of b_.
   void send_solution(Value* to, Vertex columns) {
@@ -564,6 +571,7 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   double* device_error_;  // and what the rows of each column count at least
   typename DeviceStages<S, V>::Vectors substitution_{};
   Solve solve_;
+  int corrections_ = 0, usual_corrections_ = 0;  // of the present solve, of the one before
   mutable PivotsOnHost<Scalar> pivots_;
 };
 

@@ -1,7 +1,8 @@
 // How far a search of Newton's method has come, whoever makes its corrections.
 //
 // A correction ends the search when what is left of it, by the rate at which corrections have shrunk so far,
-// is a part of what the user's tolerances allow, and the constraints hold to their own tolerances. When
+// is a part of what the user's tolerances allow (and of the default ones, where these are looser: stiff
+// forces take what is left for a vibration), and the constraints hold to their own tolerances. When
 // corrections shrink too slowly a new Jacobian is asked for; when they do not shrink, although the first
 // Jacobian was new, one for each further correction (what turns a body that is next to a point, as one hung
 // by a sphere, changes altogether by a correction). When they do not shrink then, the search has failed.
@@ -49,6 +50,7 @@ class NewtonProgress {
   bool began_fresh_ = false;
   int by_newest_ = -1;  ///< corrections since each is by a Jacobian of its own; -1: none is
   bool wants_jacobian_ = false, new_ = false, slow_when_new_ = false;
+  double tolerance_ = 0.0;  ///< what may be left of the correction, in units of the local error allowed
   double last_correction_ = 0.0, rate_ = 0.0, left_over_ = kUnknownRate;
   /// What constraints may be left at: no more than the local error may be, or it would be lost in this noise.
   std::array<double, 3> bounds_{};

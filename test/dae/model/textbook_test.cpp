@@ -133,6 +133,38 @@ TEST(Peaucellier, PointRunsAlongALine) {
   }
 }
 
+// All four axes meet in O: arcs of 30, 80 and 70 degrees on a sphere between two axes at 90, of which the
+// first turns once around. The end of the third is where it is as far from both as they ask for.
+TEST(SphericalFourBar, ClosesOnTheSphere) {
+  const double first = M_PI / 6, second = M_PI * 80 / 180, third = M_PI * 70 / 180, start = 0.5;
+  const auto input = [&](double angle) {
+    return Vector3d(sin(first) * cos(angle), sin(first) * sin(angle), cos(first));
+  };
+  const auto output = [&](double angle) {
+    const Vector3d b = input(angle), normal = b.cross(kX);
+    const double cosine = b.dot(kX), sine2 = 1.0 - cosine * cosine;
+    const double of_b = (cos(second) - cosine * cos(third)) / sine2;
+    const double of_x = (cos(third) - cosine * cos(second)) / sine2;
+    const Vector3d in_plane = of_b * b + of_x * kX;
+    return Vector3d(in_plane + std::sqrt((1.0 - in_plane.squaredNorm()) / sine2) * normal);
+  };
+  const Vector3d b = input(start), c = output(start);
+  Json json = mechanism(1.0, 50, kDown);
+  json["bodies"] = {{"input", rod(0.9 * kZ, b)}, {"coupler", rod(b, c)}, {"output", rod(0.9 * kX, c)}};
+  json["joints"] = {{"O1", joint("revolute", "ground", "input", kZ, kZ)},
+                    {"B", joint("revolute", "input", "coupler", b, b)},
+                    {"C", joint("revolute", "coupler", "output", c, c)},
+                    {"O2", joint("revolute", "ground", "output", kX, kX)}};
+  json["motions"]["drive"] = turns("O1", "2*pi*t");
+  const MotionRun result = run(json, 1e-6);
+  EXPECT_THAT(result.report.redundant, SizeIs(3));
+  for (const State& state : result.outputs) {
+    const double angle = start + 2 * M_PI * state.t;
+    const Vector3d middle = 0.5 * (input(angle) + output(angle));
+    EXPECT_LT((result.position(state, "coupler") - middle).norm(), 1e-8) << state.t;
+  }
+}
+
 // Shafts at an angle b: tan(out) = cos b tan(in), with the fork of the driving one across both at in = 0.
 TEST(HookesJoint, TurnsUnevenly) {
   constexpr double kBend = M_PI / 6;

@@ -70,6 +70,7 @@ bool device_found() {
 }
 void require_device() {
   if (!device_found()) throw BackendError("CUDA", 0, "no CUDA device was found");
+  Engine::check_device();
 }
 
 std::vector<DeviceFacts> devices() {

@@ -14,7 +14,8 @@
 namespace mfs::cuda {
 
 bool device_found();
-/// Throws BackendError where this build has no CUDA backend, or this process no device.
+/// Throws BackendError where this build has no CUDA backend, this process no device, or factors on another
+/// than is current.
 void require_device();
 /// What the devices of this machine are, and what the kernels for double precision make of them.
 struct DeviceFacts {

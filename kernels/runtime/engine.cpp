@@ -25,11 +25,10 @@ void Engine::check_process(pid_t process) {
 }
 
 #ifdef MFS_CUDA
-void Engine::check_device(int of_kokkos, int current) {
-  if (of_kokkos != current)
-    throw BackendError("Kokkos", 0,
-                       "it was started on device " + std::to_string(of_kokkos) + ", the current one is " +
-                           std::to_string(current));
+void Engine::refuse_device(int of_kokkos, int current) {
+  throw BackendError("Kokkos", 0,
+                     "it was started on device " + std::to_string(of_kokkos) + ", the current one is " +
+                         std::to_string(current));
 }
 #endif
 

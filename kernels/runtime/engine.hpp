@@ -41,9 +41,11 @@ class Engine {
   static bool at_work();
 
 #ifdef MFS_CUDA
-  /// Inside run: starts Kokkos' CUDA space on the device that is current in the calling thread, unless it has
-  /// been. Throws BackendError where it was started on another device.
+  /// Inside run: starts Kokkos' CUDA space, unless it has been, on the device that is current in the calling
+  /// thread.
   static void use_cuda();
+  /// Throws BackendError where that space was started on another device than is current in this thread.
+  static void check_device();
 #endif
 
   Engine(const Engine&) = delete;
@@ -55,8 +57,7 @@ class Engine {
   /// Throws StateError in a process other than `process`.
   static void check_process(pid_t process);
 #ifdef MFS_CUDA
-  /// Throws BackendError unless the caller's device is the one that Kokkos has.
-  static void check_device(int of_kokkos, int current);
+  [[noreturn]] static void refuse_device(int of_kokkos, int current);
 #endif
   struct State;
   State* state_;  // lives as long as the engine's threads: as long as the process

@@ -2,6 +2,7 @@
 #include <omp.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <condition_variable>
 #include <cstdint>
 #include <cstdlib>
@@ -29,9 +30,10 @@ using Settings = Kokkos::InitArguments;
 #endif
 
 #ifdef MFS_CUDA
-// Of the caller whom Kokkos' team serves: the device that is current in his thread. Kokkos' CUDA space has
-// one device, that of the first caller who needs it.
-int device_of_caller = 0, device_of_kokkos = -1;
+// Of the caller whom Kokkos' team serves: the device that is current in his thread.
+int device_of_caller = 0;
+// Kokkos' CUDA space has one, that of the first caller who needs it; -1 before.
+std::atomic<int> device_of_kokkos{-1};
 
 int current_device() {
   int device = 0;
@@ -183,7 +185,7 @@ Engine::Engine() : state_(new State) {}
 
 #ifdef MFS_CUDA
 void Engine::use_cuda() {
-  if (device_of_kokkos >= 0) return check_device(device_of_kokkos, device_of_caller);
+  if (device_of_kokkos >= 0) return;
 #if KOKKOS_VERSION >= 30700
   Kokkos::Cuda::impl_initialize(
       Kokkos::InitializationSettings().set_device_id(device_of_caller).set_disable_warnings(true));
@@ -194,6 +196,11 @@ void Engine::use_cuda() {
   std::atexit([] { Kokkos::Cuda::impl_finalize(); });
   Team::has_device = true;
   device_of_kokkos = device_of_caller;
+}
+
+void Engine::check_device() {
+  const int used = device_of_kokkos;
+  if (used >= 0 && current_device() != used) refuse_device(used, current_device());
 }
 #endif
 

@@ -117,9 +117,15 @@ void Engine::run_here(const std::function<void()>& work) {
 
 #ifdef MFS_CUDA
 void Engine::use_cuda() {
+  check_device();
+}
+
+void Engine::check_device() {
+  if (!Kokkos::is_initialized()) return;
   int device = 0;
   cudaGetDevice(&device);
-  check_device(Kokkos::Cuda().cuda_device(), device);
+  const int of_kokkos = Kokkos::Cuda().cuda_device();
+  if (of_kokkos != device) refuse_device(of_kokkos, device);
 }
 #endif
 

@@ -22,6 +22,18 @@ std::size_t free_bytes() {
   return free;
 }
 
+/// A circulant. Where its diagonal is 0, the matching of one that is strong is of no use.
+SparseMatrix circulant(double diagonal) {
+  const std::int64_t n = 400;
+  std::vector<Entry> entries;
+  for (std::int64_t i = 0; i < n; ++i) {
+    entries.push_back({i, i, diagonal});
+    entries.push_back({i, (i * 7 + 3) % n, 1.0});
+    entries.push_back({i, (i * 11 + 5) % n, 0.5});
+  }
+  return from_entries_summed(n, entries);
+}
+
 using OtherDevices = OnDevice;
 
 TEST_F(OtherDevices, TheOneOfTheFirstCallerServesAll) {
@@ -45,22 +57,31 @@ TEST_F(OtherDevices, TheOneOfTheFirstCallerServesAll) {
     EXPECT_LE(worst_error(a, b, a.n, x, a.n, 2), kPromised);
   }
 
-  // A thread begins with the first device; the factors stay where they are.
+  // A thread begins with the first device; the factors stay where they are, also where they are made anew.
+  Solver changed(options_);
+  changed.factor(circulant(4).view());
+  const SparseMatrix weak = circulant(0);
   std::thread([&] {
     solver.refactor(a.values.data());
     solver.solve(b.data(), by_another.data(), 2);
+    const std::vector<double> right = right_hand_sides(weak, 1, weak.n, 5);
+    std::vector<double> found(right.size());
+    changed.refactor(weak.values.data());
+    changed.solve(right.data(), found.data());
+    EXPECT_LE(worst_error(weak, right, weak.n, found, weak.n, 1), kPromised);
   }).join();
   EXPECT_EQ(by_another, x);
+  EXPECT_EQ(changed.report().rung, Rung::reanalysis) << "the test needs factors that are made anew";
 
   make_current(other);
   const DeviceArray<double> values(a.values), there(b), solution(b);
   expect_invalid([&] { solver.refactor_device(values.get()); }, "values");
   expect_invalid([&] { solver.solve_device(there.get(), solution.get()); }, "b");
-  Solver second(options_);
-  const auto error = failure_of<BackendError>([&] { second.factor(a.view()); });
+  const auto error = failure_of<BackendError>([&] { Solver refused(options_); });
   ASSERT_TRUE(error);
   EXPECT_THAT(error->what(), testing::HasSubstr("device " + std::to_string(mine)));
   make_current(mine);
+  Solver second(options_);
   second.factor(a.view());
   second.solve(b.data(), by_another.data(), 2);
   EXPECT_EQ(by_another, x);

@@ -9,7 +9,11 @@ namespace mfs::test {
 
 namespace {
 
+#if LDBL_MANT_DIG == 113  // as on aarch64
+using Quad = long double;
+#else
 __extension__ using Quad = __float128;
+#endif
 using Matrix = std::vector<std::vector<Quad>>;
 using Vector = std::vector<Quad>;
 

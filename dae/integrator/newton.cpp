@@ -202,7 +202,7 @@ class NewtonTest : public NOX::StatusTest::Generic {
                                           NOX::StatusTest::CheckType /*type*/) override {
     const auto& residual = dynamic_cast<const NOX::Thyra::Vector&>(solver.getSolutionGroup().getF());
     const double* const h = ExecutorVector::of(residual.getThyraVector()).data();
-    const NewtonNorms norms = newton_norms(executor_, equations_, h, model_.state(), *weights_, y_);
+    const NewtonNorms norms = newton_norms(executor_, equations_, h, model_.state(), *weights_, before_);
     const auto verdict = progress_.judge(norms, solver.getNumIterations());
     if (progress_.wants_jacobian()) model_.want_jacobian();
     return status_ = verdict == NewtonProgress::Verdict::go_on       ? NOX::StatusTest::Unconverged
@@ -219,7 +219,7 @@ class NewtonTest : public NOX::StatusTest::Generic {
   StepModel& model_;
   const Executor& executor_;
   const Array<double>* weights_ = nullptr;
-  Array<double> y_;  ///< [q, v] before the last correction
+  Array<double> before_;  ///< [q, v, F] before the last correction
   NOX::StatusTest::StatusType status_ = NOX::StatusTest::Unevaluated;
   NewtonProgress progress_;
 };

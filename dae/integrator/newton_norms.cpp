@@ -9,14 +9,16 @@ namespace mfs::dae {
 namespace {
 
 constexpr int kLevels = StepEquations::kLevels;
-/// The largest |H_i| of all rows, that of the constraints of each level, the sum of weighted squares.
-constexpr std::size_t kNumbers = 1 + kLevels + 1;
+/// The largest |H_i| of all rows and that of the constraints of each level; then sums: of weighted squares,
+/// of -F_i dq_i, of M_i and of M_i over the squared weight of v_i.
+constexpr std::size_t kLargest = 1 + kLevels, kSquares = kLargest, kWork = kSquares + 1, kMass = kWork + 1,
+                      kWeightedMass = kMass + 1, kNumbers = kWeightedMass + 1;
 
 struct Largest {
   MFS_HOST_DEVICE Numbers<kNumbers> operator()(Numbers<kNumbers> a, const Numbers<kNumbers>& b) const {
-    for (std::size_t k = 0; k + 1 < kNumbers; ++k)
+    for (std::size_t k = 0; k < kLargest; ++k)
       if (b.of[k] > a.of[k]) a.of[k] = b.of[k];
-    a.of[kNumbers - 1] += b.of[kNumbers - 1];
+    for (std::size_t k = kLargest; k < kNumbers; ++k) a.of[k] += b.of[k];
     return a;
   }
 };
@@ -26,7 +28,8 @@ struct Look {
   const double* h;
   std::size_t rows, first_constraint, m;
   const double *q, *v, *weights;
-  double* y;
+  const double *inertia, *ringing;
+  double* before;
   std::size_t n;
   MFS_HOST_DEVICE Numbers<kNumbers> operator()(std::size_t i) const {
     Numbers<kNumbers> numbers{};
@@ -37,9 +40,16 @@ struct Look {
       if (i >= first_constraint && i < end) numbers.of[1 + (i - first_constraint) / m] = size;
     } else {
       const std::size_t k = i - rows;
-      const double value = k < n ? q[k] : v[k - n], change = (value - y[k]) / weights[k];
-      y[k] = value;
-      numbers.of[kNumbers - 1] = change * change;
+      const double value = k < n ? q[k] : v[k - n], change = (value - before[k]) / weights[k];
+      if (k < n) {
+        numbers.of[kWork] = -ringing[k] * before[2 * n + k] * (value - before[k]);
+        before[2 * n + k] = h[k];
+      } else {
+        numbers.of[kMass] = inertia[k - n];
+        numbers.of[kWeightedMass] = inertia[k - n] / (weights[k] * weights[k]);
+      }
+      before[k] = value;
+      numbers.of[kSquares] = change * change;
     }
     return numbers;
   }
@@ -48,11 +58,11 @@ struct Look {
 }  // namespace
 
 NewtonNorms newton_norms(const Executor& executor, const StepEquations& equations, const double* h,
-                         const StepState& state, const Array<double>& weights, Array<double>& y) {
+                         const StepState& state, const Array<double>& weights, Array<double>& before) {
   const std::size_t n = state.q.size(), rows = static_cast<std::size_t>(equations.size());
-  if (y.size() != 2 * n) {
-    y.resize(executor, 2 * n);
-    fill(executor, 2 * n, 0.0, y.data());
+  if (before.size() != 3 * n) {
+    before.resize(executor, 3 * n);
+    fill(executor, 3 * n, 0.0, before.data());
   }
   const Look look{h,
                   rows,
@@ -61,13 +71,17 @@ NewtonNorms newton_norms(const Executor& executor, const StepEquations& equation
                   state.q.data(),
                   state.v.data(),
                   weights.data(),
-                  y.data(),
+                  equations.inertia().data(),
+                  equations.ringing().data(),
+                  before.data(),
                   n};
   const Numbers<kNumbers> found = fold(executor, rows + 2 * n, Numbers<kNumbers>{}, look, Largest{});
-  const double sum = found.of[kNumbers - 1];
+  const double sum = found.of[kSquares], mass = found.of[kMass];
+  const double energy = std::abs(found.of[kWork]) * found.of[kWeightedMass];
   return {found.of[0],
           {found.of[1], found.of[2], found.of[3]},
-          n == 0 ? 0.0 : std::sqrt(sum / static_cast<double>(2 * n))};
+          n == 0 ? 0.0 : std::sqrt(sum / static_cast<double>(2 * n)),
+          mass > 0.0 ? std::sqrt(energy) / mass : 0.0};
 }
 
 }  // namespace mfs::dae

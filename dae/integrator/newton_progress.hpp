@@ -2,7 +2,9 @@
 //
 // A correction ends the search when what is left of it, by the rate at which corrections have shrunk so far,
 // is a part of what the user's tolerances allow (and of the default ones, where these are looser: stiff
-// forces take what is left for a vibration), and the constraints hold to their own tolerances. When
+// forces take what is left for a vibration), what the forces that are left can make a body vibrate by is as
+// small (lengths do not show it: 1e-7 m along a bar of steel are 1e-3 m/s), and the constraints hold to their
+// own tolerances. When
 // corrections shrink too slowly a new Jacobian is asked for; when they do not shrink, although the first
 // Jacobian was new, one for each further correction (what turns a body that is next to a point, as one hung
 // by a sphere, changes altogether by a correction). When they do not shrink then, the search has failed.
@@ -42,6 +44,7 @@ class NewtonProgress {
  private:
   bool rate_is_good();
   bool constraints_hold() const;
+  bool vibration_is_small() const;
 
   const IntegratorOptions& options_;
   const double small_;
@@ -51,7 +54,7 @@ class NewtonProgress {
   int by_newest_ = -1;  ///< corrections since each is by a Jacobian of its own; -1: none is
   bool wants_jacobian_ = false, new_ = false, slow_when_new_ = false;
   double tolerance_ = 0.0;  ///< what may be left of the correction, in units of the local error allowed
-  double last_correction_ = 0.0, rate_ = 0.0, left_over_ = kUnknownRate;
+  double last_correction_ = 0.0, last_residual_ = 0.0, rate_ = 0.0, left_over_ = kUnknownRate;
   /// What constraints may be left at: no more than the local error may be, or it would be lost in this noise.
   std::array<double, 3> bounds_{};
 

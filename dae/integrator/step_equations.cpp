@@ -211,7 +211,8 @@ StepEquations::StepEquations(const ConstrainedSystem& system, Unknowns unknowns,
   direction_tangent_[Block::position_q].resize(tangent_[Block::position_q].size());
   for (std::size_t b = 0; b < kForceByAVQ.size(); ++b)
     diagonal_[b] = find_diagonal(system.tangent_pattern()[kForceByAVQ[b]]);
-  diagonal_sum_.resize(projection_.role.size());
+  for (auto& diagonal : diagonals_) diagonal.resize(projection_.role.size());
+  find_ringing();
   place_remotes();
   place_numbers();
 }
@@ -455,17 +456,39 @@ void StepEquations::residual(const double* x, const StepState& state, const Step
 
 /// Of the derivatives of F that go to the columns of a, in the mean.
 double StepEquations::typical_diagonal(const StepRelation& relation) const {
-  const ByAVQ factors{1.0, relation.v_by_a, relation.q_by_a()};
-  parallel_for(diagonal_sum_.size(), executor_.threads(), [&](std::size_t i) {
-    diagonal_sum_[i] = 0.0;
-    for (std::size_t b = 0; b < kForceByAVQ.size(); ++b)
-      if (diagonal_[b][i] >= 0) diagonal_sum_[i] += factors[b] * tangent_[kForceByAVQ[b]][diagonal_[b][i]];
-  });
-  for (const Remote& remote : remotes_) remote.tangent->add_diagonal(factors, diagonal_sum_);
+  const double v_by_a = relation.v_by_a, q_by_a = relation.q_by_a();
   const double sum = parallel_fold(
-      diagonal_sum_.size(), executor_.threads(), 0.0,
-      [&](std::size_t i) { return std::abs(diagonal_sum_[i]); }, std::plus<>());
+      diagonals_[0].size(), executor_.threads(), 0.0,
+      [&](std::size_t i) {
+        return std::abs(diagonals_[0][i] + v_by_a * diagonals_[1][i] + q_by_a * diagonals_[2][i]);
+      },
+      std::plus<>());
   return sum > 0.0 ? sum / n_ : 1.0;
+}
+
+/// Of the last Jacobian.
+void StepEquations::find_ringing() const {
+  const std::size_t n = diagonals_[0].size();
+  std::vector<double> ringing(n);
+  parallel_for(n, executor_.threads(), [&](std::size_t i) {
+    const double elastic = std::abs(diagonals_[0][i] * diagonals_[2][i]);
+    const double viscous = diagonals_[1][i] * diagonals_[1][i];
+    ringing[i] = viscous > elastic ? std::pow(elastic / viscous, 2) : 1.0;
+  });
+  inertia_.assign(executor_, diagonals_[0]);
+  ringing_.assign(executor_, ringing);
+}
+
+void StepEquations::find_diagonals() const {
+  for (std::size_t b = 0; b < kForceByAVQ.size(); ++b) {
+    const std::vector<double>& values = tangent_[kForceByAVQ[b]];
+    parallel_for(diagonals_[b].size(), executor_.threads(), [&](std::size_t i) {
+      diagonals_[b][i] = diagonal_[b][i] >= 0 ? values[diagonal_[b][i]] : 0.0;
+    });
+    ByAVQ alone{};
+    alone[b] = 1.0;
+    for (const Remote& remote : remotes_) remote.tangent->add_diagonal(alone, diagonals_[b]);
+  }
 }
 
 void StepEquations::jacobian(const StepState& state, const StepRelation& relation, double* values) const {
@@ -486,6 +509,8 @@ void StepEquations::initial_jacobian(double* values) const {
 
 void StepEquations::compose(const StepRelation& relation, double* values) const {
   augmentation_.compute(tangent_[Block::position_q]);
+  find_diagonals();
+  find_ringing();
   scales_ = {typical_diagonal(relation), relation.v_by_a, relation.q_by_v};
   std::vector<Composition::Values> terms;
   for (const Numbers& numbers : numbers_)

@@ -60,6 +60,13 @@ class StepEquations {
 
   /// Phi_q of the last Jacobian.
   const std::vector<double>& constraint_gradient() const { return tangent_[Block::position_q]; }
+  /// M_i of every coordinate (n), by the last Jacobian.
+  const Array<double>& inertia() const { return inertia_; }
+  /// The share of a coordinate's elastic energy that becomes motion once steps are short (n), by the last
+  /// Jacobian: 1 where damping is small, (K_i M_i / D_i^2)^2 where the coordinate alone would creep. (It
+  /// creeps at a velocity that is less by sqrt(K M) / D, and no longer than a step; which is why the square
+  /// is taken of what that leaves of the energy.)
+  const Array<double>& ringing() const { return ringing_; }
   /// Sets B to what it is at q of `state`, whose multipliers do not matter. Throws InvalidInput where it is
   /// no number.
   void set_directions(const StateView& state) const;
@@ -132,6 +139,8 @@ class StepEquations {
   void add_relations(std::vector<Composition::Term>& terms);
   void place_remotes();
   double typical_diagonal(const StepRelation& relation) const;
+  void find_diagonals() const;
+  void find_ringing() const;
   void compose(const StepRelation& relation, double* values) const;
 
   const ConstrainedSystem& system_;
@@ -168,7 +177,7 @@ class StepEquations {
   Composition composition_;
   std::unique_ptr<RemoteMatrix> remote_matrix_;
   std::array<std::vector<int>, 3> diagonal_;  ///< where dF/da, dF/dv and dF/dq have their diagonal entries
-  mutable std::vector<double> diagonal_sum_;  ///< of F's derivatives by a, v and q, times the rates of a step
+  mutable std::array<std::vector<double>, 3> diagonals_;  ///< M_i, D_i, K_i: these entries
   mutable Scales scales_;
   // For the passes over vectors.
   Array<int> kept_there_, kept_place_;  ///< which are kept; the place of each among those, or -1
@@ -179,6 +188,7 @@ class StepEquations {
   mutable Tangent direction_tangent_;              ///< Phi_q alone
   mutable Array<double> no_multipliers_;
   mutable Array<double> changed_a_;
+  mutable Array<double> inertia_, ringing_;
   Array<int> gradient_start_, gradient_column_;  ///< of Phi_q's entries: the column of x
   mutable Array<double> gradient_;               ///< Phi_q of the last Jacobian
 };

@@ -165,7 +165,8 @@ void refine_meshes(Json& json, int refine) {
 
 std::vector<double> output_times(const MultibodyModel& model) {
   std::vector<double> times;
-  for (int i = 0; i <= model.outputs; ++i) times.push_back(model.end * i / model.outputs);
+  for (int i = 0; i < model.outputs; ++i) times.push_back(model.end * i / model.outputs);
+  times.push_back(model.end);  // not end * outputs / outputs, which rounding may make more
   return times;
 }
 

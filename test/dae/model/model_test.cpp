@@ -48,6 +48,16 @@ TEST(Model, IsPutTogether) {
   EXPECT_EQ(model.system->constraints(), 3 + 2 * 3 * 9 + 5 + 3 + 1);
 }
 
+// 0.1 * 3 / 3 is more than 0.1, 0.11 * 49 / 49 less.
+TEST(Model, TheLastOutputIsAtTheEnd) {
+  Json json = small_model();
+  for (const auto& [end, outputs] : {std::pair{0.1, 3}, {0.2, 3}, {0.11, 49}, {0.5, 5}}) {
+    json["end"] = end;
+    json["outputs"] = outputs;
+    EXPECT_EQ(mfs::dae::output_times(mfs::dae::make_model(json, "", 1)).back(), end);
+  }
+}
+
 TEST(Model, BodiesArePlacedAndMove) {
   const MultibodyModel model = mfs::dae::make_model(small_model(), "", 1);
   const auto& bar = model.flexible_bodies[0];

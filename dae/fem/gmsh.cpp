@@ -1,6 +1,7 @@
 #include "dae/fem/gmsh.hpp"
 
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <mfs/error.hpp>
 #include <set>
@@ -302,6 +303,7 @@ Mesh read_gmsh(std::istream& file, const std::string& name) {
 Mesh read_gmsh(const std::string& path) {
   std::ifstream file(path);
   if (!file) throw InvalidInput(path, "the file cannot be read");
+  if (std::filesystem::is_directory(path)) throw InvalidInput(path, "cannot be read: it is a folder");
   return read_gmsh(file, path);
 }
 

@@ -1,5 +1,8 @@
 // mfs-dae: flexible multibody dynamics on the command line. This file is the command line; commands.hpp is
 // what it leads to.
+#include <cmath>
+#include <string>
+
 #include <CLI/CLI.hpp>
 
 #include "dae/program/commands.hpp"
@@ -49,11 +52,19 @@ CLI::App* add_about(CLI::App& app, Command& command, const char* name, const cha
   return about;
 }
 
+/// What is wrong with `text` as a time, or nothing. CLI11's own check takes nan, and names the largest number
+/// there is with its 309 digits.
+std::string time_of_motion(const std::string& text) {
+  double t = -1.0;
+  const bool good = CLI::detail::lexical_cast(text, t) && std::isfinite(t) && t >= 0.0;
+  return good ? "" : text + " is no time: must be 0 or later";
+}
+
 void add_statics(CLI::App& app, Command& command) {
   const auto add_at = [&](CLI::App& about) {
     about.add_option("--at", command.at, "of the motion at this time instead of the static equilibrium")
         ->type_name("T")
-        ->check(CLI::NonNegativeNumber);
+        ->check(CLI::Validator(time_of_motion, ""));
   };
   add_about(app, command, "static", "Find the static equilibrium; tables and ParaView files go to DIR")
       ->get_option("-o")
@@ -75,8 +86,9 @@ void add_run(CLI::App& app, Command& command) {
   run->add_option("-o", command.folder, "folder of the results, made if need be")
       ->type_name("DIR")
       ->required();
-  mfs::program::add_backend(*run, command.backend,
-                            "of the linear solver and of flexible bodies: serial, openmp (default), cuda or kokkos");
+  mfs::program::add_backend(
+      *run, command.backend,
+      "of the linear solver and of flexible bodies: serial, openmp (default), cuda or kokkos");
   mfs::program::add_threads(*run, command.threads);
   add_refine(*run, command);
   add_set(*run, command);

@@ -73,6 +73,7 @@ const Mistake kMistakes[] = {
     {"/bodies/bar/colour", "1", "bodies.bar.colour", "is not known here"},
     {"/bodies/bar/mesh", "", "bodies.bar.mesh", "is missing"},
     {"/bodies/bar/mesh", "{\"gmsh\": \"none.msh\"}", "bodies.bar", "nowhere/none.msh"},
+    {"/bodies/bar/mesh", "{\"gmsh\": \"/\"}", "bodies.bar", "/: cannot be read: it is a folder"},
     {"/bodies/bar/mesh/generator", "\"ball\"", "bodies.bar.mesh.generator", "'ball' is none of: "},
     {"/bodies/bar/mesh/element", "\"hex9\"", "bodies.bar.mesh.element", "'hex9' is none of: "},
     {"/bodies/bar/mesh/refine", "0", "bodies.bar.mesh.refine", "must be an integer from 1 to 100"},

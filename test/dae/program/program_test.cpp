@@ -485,6 +485,9 @@ TEST_F(DaeProgram, WritesTheMatricesOfAState) {
 TEST_F(DaeProgram, UsageIsCode2) {
   EXPECT_THAT(complaint({}, 2), HasSubstr("subcommand"));
   EXPECT_THAT(complaint({"run", "a.json"}, 2), HasSubstr("-o is required"));
+  for (const char* t : {"-1", "nan", "inf", "soon"})
+    EXPECT_THAT(complaint({"modes", "a.json", "--at", t}, 2),
+                HasSubstr(std::string("--at: ") + t + " is no time"));
   EXPECT_THAT(complaint({"run", "a.json", "-o", path("out"), "--backend", "abacus"}, 2), HasSubstr("abacus"));
   EXPECT_THAT(complaint({"run", "a.json", "-o", path("out"), "--threads", "0"}, 2), HasSubstr("--threads"));
   EXPECT_THAT(complaint({"models", "--refine", "0"}, 2), HasSubstr("--refine"));

@@ -457,7 +457,7 @@ class AccuracyLadder final : public Factorization<Value> {
       scaling.column[i] = std::ilogb(matrix_.column_scale[i]);
     }
     balance(*pattern_, exponents_of(matrix_.values, pattern_->nnz(), 1), scaling);
-    return {powers_of_two(scaling.row), powers_of_two(scaling.column)};
+    return {powers_of_two(scaling.row, 1), powers_of_two(scaling.column, 1)};
   }
 
   RowAccess<Value> matrix_rows(const TransposedPattern* transposed) const {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <limits>
 #include <string>
 
 #include <mfs/error.hpp>
@@ -23,13 +24,15 @@ constexpr int kFarBelowOne = -20;  // exponent of a matched entry only where sca
 
 /// True where some diagonal entry is missing, zero, or small beside the largest of its row and of its column.
 bool diagonal_is_weak(const Pattern& pattern, const RawVector<Exponent>& exponents,
-                      const PowerScaling& scaling, const LargestEntries& largest) {
+                      const PowerScaling& scaling, const LargestEntries& largest, int threads) {
+  bool weak = false;
+#pragma omp parallel for num_threads(threads) schedule(static) reduction(|| : weak)
   for (Vertex i = 0; i < pattern.n; ++i) {
+    if (weak) continue;
     const std::int32_t diagonal = scaled_exponent(pattern, exponents, scaling, i, i);
-    if (diagonal == kZeroEntry) return true;
-    if (diagonal < std::min(largest.row[i], largest.column[i]) + kWeakExponent) return true;
+    weak = diagonal == kZeroEntry || diagonal < std::min(largest.row[i], largest.column[i]) + kWeakExponent;
   }
-  return false;
+  return weak;
 }
 
 /// One cursor per row walks through its entries as the rows before it ask for theirs: linear time. Each share
@@ -66,25 +69,28 @@ constexpr double kMostExponent = 1020.0;
 
 /// Adds the scales that duals stand for to those that the matching started from. Where a sum is beyond what a
 /// double can hold, all rows get a factor that all columns lose, if that helps.
-void add_duals(const ProductMatching& matching, PowerScaling& scaling) {
-  const auto sums = [](const std::vector<std::int32_t>& exponents, const std::vector<std::int64_t>& duals) {
-    std::vector<double> sum(exponents.begin(), exponents.end());
-    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += static_cast<double>(duals[i]) / kCostOfTwo;
-    return sum;
+void add_duals(const ProductMatching& matching, int threads, PowerScaling& scaling) {
+  const auto n = static_cast<Vertex>(scaling.row.size());
+  const auto sum = [](std::int32_t exponent, std::int64_t dual) {
+    return exponent + static_cast<double>(dual) / kCostOfTwo;
   };
-  const std::vector<double> row = sums(scaling.row, matching.row_dual),
-                            column = sums(scaling.column, matching.column_dual);
-  const auto [least_row, most_row] = std::minmax_element(row.begin(), row.end());
-  const auto [least_column, most_column] = std::minmax_element(column.begin(), column.end());
-  const double low = std::max(-kMostExponent - *least_row, *most_column - kMostExponent),
-               high = std::min(kMostExponent - *most_row, *least_column + kMostExponent);
+  double low = std::numeric_limits<double>::lowest(), high = std::numeric_limits<double>::max();
+#pragma omp parallel for num_threads(threads) schedule(static) reduction(max : low) reduction(min : high)
+  for (Vertex i = 0; i < n; ++i) {
+    const double row = sum(scaling.row[i], matching.row_dual[i]),
+                 column = sum(scaling.column[i], matching.column_dual[i]);
+    low = std::max({low, -kMostExponent - row, column - kMostExponent});
+    high = std::min({high, kMostExponent - row, column + kMostExponent});
+  }
   const double shift = std::round(low <= high ? std::clamp(0.0, low, high) : 0.5 * (low + high));
   const auto rounded = [](double exponent) {
     return static_cast<std::int32_t>(std::lround(std::clamp(exponent, -kMostExponent, kMostExponent)));
   };
-  std::transform(row.begin(), row.end(), scaling.row.begin(), [&](double r) { return rounded(r + shift); });
-  std::transform(column.begin(), column.end(), scaling.column.begin(),
-                 [&](double c) { return rounded(c - shift); });
+#pragma omp parallel for num_threads(threads) schedule(static)
+  for (Vertex i = 0; i < n; ++i) {
+    scaling.row[i] = rounded(sum(scaling.row[i], matching.row_dual[i]) + shift);
+    scaling.column[i] = rounded(sum(scaling.column[i], matching.column_dual[i]) - shift);
+  }
 }
 
 /// The geometric mean of row and column scale for both, where no entry grows above 2^kLargestEntry by it: a
@@ -92,6 +98,7 @@ void add_duals(const ProductMatching& matching, PowerScaling& scaling) {
 void symmetrise(const Pattern& pattern, const RawVector<Exponent>& exponents, int threads,
                 PowerScaling& scaling) {
   PowerScaling mean(pattern.n);
+#pragma omp parallel for num_threads(threads) schedule(static)
   for (Vertex i = 0; i < pattern.n; ++i) {
     mean.row[i] = mean.column[i] =
         static_cast<std::int32_t>(std::floor(0.5 * (scaling.row[i] + scaling.column[i])));
@@ -119,7 +126,7 @@ std::vector<Vertex> matched_rows(const Pattern& pattern, const Scalar* values,
       pattern, matching_costs(pattern, values, exponents, scaling, threads), threads);
   if (matching.unmatched > 0) throw_structurally_singular(matching);
   if (values != nullptr) {
-    add_duals(matching, scaling);
+    add_duals(matching, threads, scaling);
     equilibrate(pattern, exponents, threads, scaling);  // changes something only where scales were clamped
   }
   return std::move(matching.row_of_column);
@@ -127,11 +134,12 @@ std::vector<Vertex> matched_rows(const Pattern& pattern, const Scalar* values,
 
 /// True where clamped scales leave a matched entry far below 1.
 bool clamped_far(const Pattern& pattern, const RawVector<Exponent>& exponents, const PowerScaling& scaling,
-                 const std::vector<Vertex>& row_of_column) {
-  for (Vertex j = 0; j < pattern.n; ++j) {
-    if (scaled_exponent(pattern, exponents, scaling, row_of_column[j], j) < kFarBelowOne) return true;
-  }
-  return false;
+                 const std::vector<Vertex>& row_of_column, int threads) {
+  bool far = false;
+#pragma omp parallel for num_threads(threads) schedule(static) reduction(|| : far)
+  for (Vertex j = 0; j < pattern.n; ++j)
+    far = far || scaled_exponent(pattern, exponents, scaling, row_of_column[j], j) < kFarBelowOne;
+  return far;
 }
 
 bool is_identity(const std::vector<Vertex>& permutation) {
@@ -154,15 +162,15 @@ MatchedScaling match_and_scale(const Pattern& pattern, const Scalar* slot_values
                                             : largest_entries(pattern, exponents, scaling, threads);
 
   MatchedScaling result;
-  const bool wanted =
-      options.matching == Matching::always ||
-      (options.matching == Matching::automatic && diagonal_is_weak(pattern, exponents, scaling, largest));
+  const bool wanted = options.matching == Matching::always ||
+                      (options.matching == Matching::automatic &&
+                       diagonal_is_weak(pattern, exponents, scaling, largest, threads));
   if (wanted) {
     result.matched = true;
     std::vector<Vertex> rows = matched_rows(pattern, slot_values, exponents, threads, scaling);
-    result.beyond_range = has_values && clamped_far(pattern, exponents, scaling, rows);
+    result.beyond_range = has_values && clamped_far(pattern, exponents, scaling, rows, threads);
     if (pattern_is_nearly_symmetric(pattern, threads)) {
-      Pairs pairs = pair_unknowns(pattern, exponents, scaling, rows);
+      Pairs pairs = pair_unknowns(pattern, exponents, scaling, rows, threads);
       result.pair = std::move(pairs.pair);
       result.weak = std::move(pairs.weak);
     }
@@ -174,8 +182,8 @@ MatchedScaling match_and_scale(const Pattern& pattern, const Scalar* slot_values
     }
   }
   const bool scaled = has_values && options.scaling;
-  result.row_scale = scaled ? powers_of_two(scaling.row) : std::vector<double>(pattern.n, 1.0);
-  result.column_scale = scaled ? powers_of_two(scaling.column) : std::vector<double>(pattern.n, 1.0);
+  result.row_scale = scaled ? powers_of_two(scaling.row, threads) : std::vector<double>(pattern.n, 1.0);
+  result.column_scale = scaled ? powers_of_two(scaling.column, threads) : std::vector<double>(pattern.n, 1.0);
   return result;
 }
 

@@ -31,8 +31,8 @@ struct Pairs {
 
 /// The pairs for the matching `row_of_column` of a matrix scaled so that matched entries are
 /// about 1. Empty where pairs would be poor (values far from symmetric): then rows should be permuted
-/// instead.
+/// instead. The same for any number of threads.
 Pairs pair_unknowns(const Pattern& pattern, const RawVector<Exponent>& exponents, const PowerScaling& scaling,
-                    const std::vector<Vertex>& row_of_column);
+                    const std::vector<Vertex>& row_of_column, int threads);
 
 }  // namespace mfs

@@ -23,12 +23,12 @@ class Matcher {
         costs_(costs),
         threads_(threads),
         dead_(pattern.n, false),
-        distance_(pattern.n, kFar),
-        reached_from_(pattern.n) {
+        distance_(static_cast<std::size_t>(pattern.n)),
+        reached_from_(static_cast<std::size_t>(pattern.n)) {
     matching_.row_of_column.assign(pattern.n, -1);
     matching_.column_of_row.assign(pattern.n, -1);
-    matching_.row_dual.assign(pattern.n, 0);
-    matching_.column_dual.assign(pattern.n, kFar);
+    matching_.row_dual.resize(static_cast<std::size_t>(pattern.n));
+    matching_.column_dual.resize(static_cast<std::size_t>(pattern.n));
   }
 
   ProductMatching run() {
@@ -62,17 +62,26 @@ class Matcher {
 
   /// The largest feasible column duals, then the largest row duals: every row gets a tight entry.
   void start_duals() {
-#pragma omp parallel for num_threads(threads_) schedule(static)
-    for (Vertex i = 0; i < pattern_.n; ++i)
-      for_entries(i, [&](Offset k, Vertex j) {
-        improve<Distance>(matching_.column_dual[j], costs_[k], std::less<>());
-      });
-    for (Distance& dual : matching_.column_dual) dual = dual == kFar ? 0 : dual;
-#pragma omp parallel for num_threads(threads_) schedule(static)
-    for (Vertex i = 0; i < pattern_.n; ++i) {
-      Distance least = kFar;
-      for_entries(i, [&](Offset k, Vertex) { least = std::min(least, slack(i, k)); });
-      matching_.row_dual[i] = least == kFar ? 0 : least;
+#pragma omp parallel num_threads(threads_)
+    {
+#pragma omp for schedule(static)
+      for (Vertex j = 0; j < pattern_.n; ++j) matching_.column_dual[j] = distance_[j] = kFar;
+#pragma omp for schedule(static)
+      for (Vertex i = 0; i < pattern_.n; ++i)
+        for_entries(i, [&](Offset k, Vertex j) {
+          improve<Distance>(matching_.column_dual[j], costs_[k], std::less<>());
+        });
+#pragma omp for schedule(static)
+      for (Vertex j = 0; j < pattern_.n; ++j) {
+        if (matching_.column_dual[j] == kFar) matching_.column_dual[j] = 0;
+        matching_.row_dual[j] = 0;
+      }
+#pragma omp for schedule(static)
+      for (Vertex i = 0; i < pattern_.n; ++i) {
+        Distance least = kFar;
+        for_entries(i, [&](Offset k, Vertex) { least = std::min(least, slack(i, k)); });
+        matching_.row_dual[i] = least == kFar ? 0 : least;
+      }
     }
   }
 
@@ -257,8 +266,8 @@ class Matcher {
   const int threads_;
   ProductMatching matching_;
   std::vector<bool> dead_;
-  std::vector<Distance> distance_;    // by column, kFar where not reached
-  std::vector<Vertex> reached_from_;  // column -> row
+  RawVector<Distance> distance_;    // by column, kFar where not reached
+  RawVector<Vertex> reached_from_;  // column -> row
   std::vector<Vertex> reached_, nearest_, settled_;
   std::vector<std::pair<Distance, Vertex>> heap_;  // (-distance, column): the nearest on top
   Vertex target_ = -1;

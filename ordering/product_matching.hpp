@@ -33,10 +33,10 @@ RawVector<Cost> matching_costs(const Pattern& pattern, const Scalar* values,
                                int threads);
 
 struct ProductMatching {
-  std::vector<Vertex> row_of_column;                // n: -1 where the column is unmatched
-  std::vector<Vertex> column_of_row;                // n
-  std::vector<std::int64_t> row_dual, column_dual;  // n each, in steps of cost
-  Vertex unmatched = 0;                             // rows, and as many columns; 0: a full matching
+  std::vector<Vertex> row_of_column;              // n: -1 where the column is unmatched
+  std::vector<Vertex> column_of_row;              // n
+  RawVector<std::int64_t> row_dual, column_dual;  // n each, in steps of cost
+  Vertex unmatched = 0;                           // rows, and as many columns; 0: a full matching
 };
 
 /// `costs` [pattern.nnz()], by slot. Where no full matching exists the result is a largest one (its duals

@@ -57,16 +57,45 @@ double subtract_means(const Pattern& pattern, const RawVector<Exponent>& exponen
   return most;
 }
 
-/// Moves the scales against half of the excess; tells whether any scale changed.
-bool shift_half(const std::vector<std::int32_t>& largest, std::vector<std::int32_t>& scale) {
+/// Moves a scale against half of the excess; tells whether it changed.
+bool shift_half(std::int32_t largest, std::int32_t& scale) {
+  if (largest == kZeroEntry) return false;
+  const std::int32_t before = scale;
+  scale = std::clamp(before - largest / 2, -kLargestScale, kLargestScale);
+  return scale != before;
+}
+bool shift_half(const LargestEntries& largest, int threads, PowerScaling& scaling) {
+  const auto n = static_cast<Vertex>(scaling.row.size());
   bool changed = false;
-  for (std::size_t i = 0; i < scale.size(); ++i) {
-    if (largest[i] == kZeroEntry) continue;
-    const std::int32_t shifted = std::clamp(scale[i] - largest[i] / 2, -kLargestScale, kLargestScale);
-    changed |= shifted != scale[i];
-    scale[i] = shifted;
+#pragma omp parallel for num_threads(threads) schedule(static) reduction(|| : changed)
+  for (Vertex i = 0; i < n; ++i) {
+    const bool row = shift_half(largest.row[i], scaling.row[i]);
+    const bool column = shift_half(largest.column[i], scaling.column[i]);
+    changed = changed || row || column;
   }
   return changed;
+}
+
+/// Writes over what `largest` has.
+void find_largest_entries(const Pattern& pattern, const RawVector<Exponent>& exponents,
+                          const PowerScaling& scaling, int threads, LargestEntries& largest) {
+#pragma omp parallel num_threads(threads)
+  {
+#pragma omp for schedule(static)
+    for (Vertex j = 0; j < pattern.n; ++j) largest.column[j] = kZeroEntry;
+#pragma omp for schedule(static)
+    for (Vertex i = 0; i < pattern.n; ++i) {
+      std::int32_t row_largest = kZeroEntry;
+      for (Offset k = pattern.offsets[i]; k < pattern.offsets[i + 1]; ++k) {
+        if (exponents[k] == kZeroEntry) continue;
+        const Vertex j = pattern.columns[k];
+        const std::int32_t scaled = exponents[k] + scaling.row[i] + scaling.column[j];
+        row_largest = std::max(row_largest, scaled);
+        improve(largest.column[j], scaled, std::greater<>());
+      }
+      largest.row[i] = row_largest;
+    }
+  }
 }
 
 }  // namespace
@@ -79,30 +108,20 @@ RawVector<Exponent> exponents_of(const Scalar* values, Offset count, int threads
   return exponents;
 }
 
-std::vector<double> powers_of_two(const std::vector<std::int32_t>& exponents) {
+std::vector<double> powers_of_two(const std::vector<std::int32_t>& exponents, int threads) {
   std::vector<double> scales(exponents.size());
-  std::transform(exponents.begin(), exponents.end(), scales.begin(),
-                 [](int e) { return std::ldexp(1.0, e); });
+  const auto count = static_cast<Vertex>(exponents.size());
+#pragma omp parallel for num_threads(threads) schedule(static)
+  for (Vertex i = 0; i < count; ++i) scales[i] = std::ldexp(1.0, exponents[i]);
   return scales;
 }
 
 LargestEntries largest_entries(const Pattern& pattern, const RawVector<Exponent>& exponents,
                                const PowerScaling& scaling, int threads) {
   LargestEntries largest;
-  largest.row.assign(pattern.n, kZeroEntry);
-  largest.column.assign(pattern.n, kZeroEntry);
-#pragma omp parallel for num_threads(threads) schedule(static)
-  for (Vertex i = 0; i < pattern.n; ++i) {
-    std::int32_t row_largest = kZeroEntry;
-    for (Offset k = pattern.offsets[i]; k < pattern.offsets[i + 1]; ++k) {
-      if (exponents[k] == kZeroEntry) continue;
-      const Vertex j = pattern.columns[k];
-      const std::int32_t scaled = exponents[k] + scaling.row[i] + scaling.column[j];
-      row_largest = std::max(row_largest, scaled);
-      improve(largest.column[j], scaled, std::greater<>());
-    }
-    largest.row[i] = row_largest;
-  }
+  largest.row.resize(static_cast<std::size_t>(pattern.n));
+  largest.column.resize(static_cast<std::size_t>(pattern.n));
+  find_largest_entries(pattern, exponents, scaling, threads, largest);
   return largest;
 }
 
@@ -110,10 +129,8 @@ LargestEntries equilibrate(const Pattern& pattern, const RawVector<Exponent>& ex
                            PowerScaling& scaling) {
   LargestEntries largest = largest_entries(pattern, exponents, scaling, threads);
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
-    const bool rows_changed = shift_half(largest.row, scaling.row);
-    const bool columns_changed = shift_half(largest.column, scaling.column);
-    if (!rows_changed && !columns_changed) break;
-    largest = largest_entries(pattern, exponents, scaling, threads);
+    if (!shift_half(largest, threads, scaling)) break;
+    find_largest_entries(pattern, exponents, scaling, threads, largest);
   }
   return largest;
 }

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "ordering/raw_vector.hpp"
 #include "ordering/types.hpp"
 
 namespace mfs {
@@ -26,11 +27,11 @@ struct PowerScaling {
 };
 
 /// 2^exponents[i]
-std::vector<double> powers_of_two(const std::vector<std::int32_t>& exponents);
+std::vector<double> powers_of_two(const std::vector<std::int32_t>& exponents, int threads);
 
 /// Exponent of the largest scaled entry of each row and column; kZeroEntry where there is no nonzero.
 struct LargestEntries {
-  std::vector<std::int32_t> row, column;
+  RawVector<std::int32_t> row, column;
 };
 LargestEntries largest_entries(const Pattern& pattern, const RawVector<Exponent>& exponents,
                                const PowerScaling& scaling, int threads);

@@ -64,7 +64,7 @@ std::vector<std::int32_t> by_size_of_equations(const Pattern& pattern, const Sca
   const ProductMatching matching = maximum_product_matching(pattern, costs, threads);
   std::vector<std::int32_t> result(static_cast<std::size_t>(pattern.n), kZeroEntry);
   if (matching.unmatched > 0) return result;
-  const std::vector<Distance>& dual = transposed ? matching.column_dual : matching.row_dual;
+  const RawVector<Distance>& dual = transposed ? matching.column_dual : matching.row_dual;
   std::vector<Distance> size(result.size(), kNothing);
   for (Vertex i = 0; i < pattern.n; ++i) {
     const double entry = std::abs(b[i]);

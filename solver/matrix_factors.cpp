@@ -248,7 +248,8 @@ void MatrixFactors<Scalar>::rescale(const Scalar* b, bool transposed) {
   phases_.run("factor", [&] {
     const PowerScaling scaling = scaling_by_size(*analysis_->pattern, numeric_->factors().matrix().values, b,
                                                  transposed, phases_.threads_at_work());
-    use_scales(powers_of_two(scaling.row), powers_of_two(scaling.column));
+    use_scales(powers_of_two(scaling.row, phases_.threads_at_work()),
+               powers_of_two(scaling.column, phases_.threads_at_work()));
   });
   rescaled_ = true;
   factor_values();

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <limits>
 #include <thread>
+#include <utility>
 
 #include "perf/device_array.hpp"
 #include "test/failure/fresh_solver.hpp"
@@ -202,6 +203,51 @@ TEST_F(DeviceArraysOfDoubles, OfTheHostAreRefusedUnlessTheyAreLocked) {
     check(cudaHostUnregister(x.data()), "cudaHostUnregister");
     EXPECT_LE(worst_error(a, b, a.n, x, a.n, 1), kPromised);
     x.assign(b.size(), 1.0);
+  }
+}
+
+using Allocate = cudaError_t (*)(void**, std::size_t);
+using Free = cudaError_t (*)(void*);
+
+/// A copy of the numbers in memory of another kind than cudaMalloc's.
+class OtherArray {
+ public:
+  OtherArray(const std::vector<double>& from, Allocate allocate, Free free) : free_(free) {
+    const std::size_t bytes = from.size() * sizeof(double);
+    check(allocate(&numbers_, bytes), "allocation");
+    check(cudaMemcpy(numbers_, from.data(), bytes, cudaMemcpyDefault), "cudaMemcpy");
+  }
+  ~OtherArray() { free_(numbers_); }
+  OtherArray(const OtherArray&) = delete;
+  OtherArray& operator=(const OtherArray&) = delete;
+  double* get() const { return static_cast<double*>(numbers_); }
+
+ private:
+  Free free_;
+  void* numbers_ = nullptr;
+};
+
+// Libraries of Python and C++ allocate so.
+TEST_F(DeviceArraysOfDoubles, MayBeOfManagedMemoryAndOfPools) {
+  const SparseMatrix a = grid_2d(12, 9);
+  const std::vector<double> b = right_hand_sides(a, 2, a.n, 3);
+  const Allocate managed = [](void**to, std::size_t bytes) { return cudaMallocManaged(to, bytes); },
+                 pooled = [](void**to, std::size_t bytes) { return cudaMallocAsync(to, bytes, nullptr); };
+  const Free free_managed = [](void*array) { return cudaFree(array); },
+             free_pooled = [](void*array) { return cudaFreeAsync(array, nullptr); };
+  for (const Backend backend : {Backend::cuda, Backend::kokkos}) {
+    options_.backend = backend;
+    for (const auto& [allocate, free] : {std::pair{managed, free_managed}, std::pair{pooled, free_pooled}}) {
+      Solver solver(options_);
+      solver.factor(a.view());
+      const OtherArray values(a.values, allocate, free), there(b, allocate, free), x(b, allocate, free);
+      solver.refactor_device(values.get());
+      solver.solve_device(there.get(), x.get(), 2);
+      std::vector<double> found(b.size());
+      check(cudaMemcpy(found.data(), x.get(), found.size() * sizeof(double), cudaMemcpyDefault),
+            "cudaMemcpy");
+      EXPECT_LE(worst_error(a, b, a.n, found, a.n, 2), kPromised);
+    }
   }
 }
 

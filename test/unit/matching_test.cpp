@@ -152,7 +152,7 @@ std::vector<Vertex> pairs_of_ring(const std::vector<int>& edges, const std::vect
   }
   const Matrix<double> a = matrix_of(n, entries);
   const Pattern p = check_pattern(a.view(), 1);
-  return pair_unknowns(p, exponents_of(a.values.data(), p.nnz(), 1), PowerScaling(n), row_of_column).pair;
+  return pair_unknowns(p, exponents_of(a.values.data(), p.nnz(), 1), PowerScaling(n), row_of_column, 1).pair;
 }
 
 TEST(Pairing, AnEvenCycleIsCutIntoItsBetterPairs) {

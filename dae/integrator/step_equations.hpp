@@ -63,9 +63,9 @@ class StepEquations {
   /// M_i of every coordinate (n), by the last Jacobian.
   const Array<double>& inertia() const { return inertia_; }
   /// The share of a coordinate's elastic energy that becomes motion once steps are short (n), by the last
-  /// Jacobian: 1 where damping is small, (K_i M_i / D_i^2)^2 where the coordinate alone would creep. (It
-  /// creeps at a velocity that is less by sqrt(K M) / D, and no longer than a step; which is why the square
-  /// is taken of what that leaves of the energy.)
+  /// Jacobian: 1 where damping is small, (K_i M_i / D_i^2)^2 where the coordinate alone would creep. Creeping
+  /// takes K M / D^2 of the energy, for a part of a step; that this counts for as much again was measured
+  /// (docs/experiments/integrator-rotation.md).
   const Array<double>& ringing() const { return ringing_; }
   /// Sets B to what it is at q of `state`, whose multipliers do not matter. Throws InvalidInput where it is
   /// no number.

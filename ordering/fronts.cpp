@@ -1,6 +1,7 @@
 #include "ordering/fronts.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <numeric>
 #include <tuple>
@@ -180,6 +181,67 @@ void amalgamate(FrontTree& fronts) {
   apply_merges(target, fronts);
 }
 
+/// A front that is made for a low tree has at most so many rows, so that its zeros cost less than a depth.
+constexpr Offset kLowRows = 160;
+
+/// Fronts on the longest path in a low tree, as a part of those in a tree in which each front has two
+/// children. Below 1, fronts of a few pivots are merged in even trees as well.
+constexpr double kLowPart = 0.9;
+
+std::vector<Vertex> depths_of(const FrontTree& fronts) {
+  std::vector<Vertex> depth(static_cast<std::size_t>(fronts.size()), 0);
+  for (Vertex f = fronts.size() - 1; f >= 0; --f) {
+    if (fronts.parent[f] >= 0) depth[f] = depth[fronts.parent[f]] + 1;
+  }
+  return depth;
+}
+
+/// Merges the highest children of fronts on paths of more than `limit` fronts into them, from the leaves up,
+/// each front once. False where there are none that may be.
+bool shorten_paths(Vertex limit, FrontTree& fronts) {
+  const Lists children = lists_by_key(fronts.parent, fronts.size());
+  const std::vector<Vertex> depth = depths_of(fronts);
+  std::vector<Vertex> target(static_cast<std::size_t>(fronts.size())), height(target.size(), 1);
+  std::iota(target.begin(), target.end(), 0);
+  std::vector<char> merged(target.size(), 0);
+  bool any = false;
+  for (Vertex parent = 0; parent < fronts.size(); ++parent) {
+    const Vertex *const begin = children.item.data() + children.begin[parent], *const end =
+                                                                                   children.item.data() +
+                                                                                   children.begin[parent + 1];
+    if (begin == end) continue;
+    Vertex highest = 0;
+    for (const Vertex* child = begin; child != end; ++child) highest = std::max(highest, height[*child]);
+    height[parent] = highest + 1;
+    if (depth[parent] + height[parent] <= limit) continue;
+    Offset pivots = fronts.pivots[parent];
+    bool may = true;
+    for (const Vertex* child = begin; child != end; ++child) {
+      if (height[*child] < highest) continue;
+      pivots += fronts.pivots[*child];
+      may = may && !merged[*child];
+    }
+    if (!may || pivots > kLowPivots || pivots + fronts.border[parent] > kLowRows) continue;
+    for (const Vertex* child = begin; child != end; ++child) {
+      if (height[*child] == highest) target[*child] = parent;
+    }
+    fronts.pivots[parent] = pivots;
+    height[parent] = highest;
+    merged[parent] = 1;
+    any = true;
+  }
+  apply_merges(target, fronts);
+  return any;
+}
+
+/// Pairs before threes, so that fronts grow evenly along a path.
+void lower_tree(FrontTree& fronts) {
+  const double even = std::log2(fronts.size() + 1.0);
+  const auto limit = static_cast<Vertex>(kLowPart * even) + 1;
+  while (shorten_paths(limit, fronts)) {
+  }
+}
+
 /// A hash of the border of a front without children: of the set of vertices in other fronts that its own
 /// touch.
 std::uint64_t border_hash(const Graph& graph, const EliminationTree& tree,
@@ -296,10 +358,11 @@ SeparatorTree breadth_first(const NodeList& nodes) {
 }
 
 NodeList fronts_of_order(const Graph& graph, const Partition& partition, const std::vector<Vertex>& order,
-                         int threads) {
+                         int threads, TreeHeight height) {
   const EliminationTree tree = elimination_tree(graph, order, threads);
   FrontTree fronts = fundamental_supernodes(graph, tree);
   amalgamate(fronts);
+  if (height == TreeHeight::low) lower_tree(fronts);
   bundle_crowds(graph, tree, fronts);
   return unknowns_of(fronts, tree, partition);
 }

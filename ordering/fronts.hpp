@@ -4,6 +4,7 @@
 //   amalgamation             a child is merged into its parent where that costs few explicit zeros (Ashcraft
 //                            and Grimes 1989; the limits are those of CHOLMOD), or less time than its
 //                            contribution block
+//   a low tree               fronts on long paths are merged, too, where each depth takes time of its own
 //   bundles                  many tiny siblings with the same border share a front
 //   breadth first            deepest depth first, siblings together
 #pragma once
@@ -26,8 +27,15 @@ struct NodeList {
 /// Renumbers the nodes breadth first: deepest depth first, siblings together, roots last.
 SeparatorTree breadth_first(const NodeList& nodes);
 
+/// What executors ask of a tree. Where they do one depth after the other, as devices do, each takes some
+/// microseconds, however little is done in it: a low tree has fewer depths, and some more zeros.
+enum class TreeHeight { any, low };
+
+/// Fronts that are merged for a low tree have at most so many pivots together.
+constexpr Offset kLowPivots = 32;
+
 /// The fronts of the vertices of `graph` eliminated in `order`, with the unknowns of `partition` in them.
 NodeList fronts_of_order(const Graph& graph, const Partition& partition, const std::vector<Vertex>& order,
-                         int threads);
+                         int threads, TreeHeight height = TreeHeight::any);
 
 }  // namespace mfs

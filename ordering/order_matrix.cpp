@@ -1,6 +1,7 @@
 #include "ordering/order_matrix.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <limits>
 #include <numeric>
@@ -45,8 +46,7 @@ struct OrderedGraph {
 /// Orders what is in `compressed` of all of them.
 using OrderGraphs = std::function<void(const std::vector<OrderedGraph*>&, const OrderingProgress&)>;
 
-double elimination_flops(const Graph& graph, const std::vector<Vertex>& order, int threads) {
-  const EliminationTree tree = elimination_tree(graph, order, threads);
+double elimination_flops(const Graph& graph, const EliminationTree& tree) {
   double flops = 0;
   for (std::size_t p = 0; p < tree.order.size(); ++p) {
     const double weight = graph.weight[tree.order[p]], count = tree.count[p];
@@ -75,20 +75,28 @@ bool tries_minimum_degree(const Graph& graph, const AnalysisOptions& options) {
 /// (docs/experiments/ordering.md).
 constexpr double kFewFlops = 500;
 
-/// Empty where that makes more.
-std::vector<Vertex> cheap_order(const Graph& graph, const AnalysisOptions& options, int threads) {
+/// Minimum degree goes through a long body from one end to the other, and no merges make a low tree of that.
+bool is_high(const Graph& graph, const EliminationTree& tree) {
+  return height_of(graph, tree) > static_cast<double>(kLowPivots) * std::log2(graph.n + 1.0);
+}
+
+/// Empty where that makes more, or a high tree where a low one is asked for.
+std::vector<Vertex> cheap_order(const Graph& graph, const AnalysisOptions& options, TreeHeight height,
+                                int threads) {
   if (!tries_minimum_degree(graph, options)) return {};
   std::vector<Vertex> order = minimum_degree_order(graph, options);
+  const EliminationTree tree = elimination_tree(graph, order, threads);
   const double unknowns = std::accumulate(graph.weight.begin(), graph.weight.end(), 0.0);
-  if (elimination_flops(graph, order, threads) > kFewFlops * unknowns) order.clear();
+  const bool cheap = elimination_flops(graph, tree) <= kFewFlops * unknowns;
+  if (!cheap || (height == TreeHeight::low && is_high(graph, tree))) order.clear();
   return order;
 }
 
-void order_for_fronts(const std::vector<OrderedGraph*>& all, const AnalysisOptions& options, int threads,
-                      const OrderingProgress& progress) {
+void order_for_fronts(const std::vector<OrderedGraph*>& all, const AnalysisOptions& options,
+                      TreeHeight height, int threads, const OrderingProgress& progress) {
   std::vector<OrderedGraph*> left;
   for (OrderedGraph* const one : all) {
-    one->order = cheap_order(one->compressed.graph, options, threads);
+    one->order = cheap_order(one->compressed.graph, options, height, threads);
     one->by_degree = !one->order.empty();
     if (!one->by_degree) left.push_back(one);
   }
@@ -144,14 +152,15 @@ OrderedGraph order_compressed(const Pattern& pattern, const MatchedScaling& matc
     order_graphs({&paired}, {});
   }
   const auto flops_of = [&](const OrderedGraph& ordered) {
-    return elimination_flops(ordered.compressed.graph, ordered.order, threads);
+    const Graph& graph = ordered.compressed.graph;
+    return elimination_flops(graph, elimination_tree(graph, ordered.order, threads));
   };
   return flops_of(paired) < flops_of(parted) ? paired : parted;
 }
 
-SeparatorTree tree_of(const OrderedGraph& ordered, int threads) {
-  return breadth_first(
-      fronts_of_order(ordered.compressed.graph, ordered.compressed.partition, ordered.order, threads));
+SeparatorTree tree_of(const OrderedGraph& ordered, int threads, TreeHeight height = TreeHeight::any) {
+  return breadth_first(fronts_of_order(ordered.compressed.graph, ordered.compressed.partition, ordered.order,
+                                       threads, height));
 }
 
 /// The order of minimum degree, with the levels of the lowest tree that has its fill.
@@ -221,17 +230,17 @@ bool brings_order(const AnalysisOptions& options) {
 
 SeparatorTree order_matrix(const Pattern& pattern, const MatchedScaling& matched,
                            const AnalysisOptions& options, int threads, const OrderingProgress& progress,
-                           const ListCost* list) {
+                           const ListCost* list, TreeHeight height) {
   check_options(options);
   if (brings_tree(options)) return tree_of_caller(paired_graph(pattern, matched, threads), options);
   if (!options.permutation.empty())
     return tree_of_permutation(paired_graph(pattern, matched, threads), options, threads);
 
   const OrderGraphs usually = [&](const std::vector<OrderedGraph*>& all, const OrderingProgress& of_all) {
-    order_for_fronts(all, options, threads, of_all);
+    order_for_fronts(all, options, height, threads, of_all);
   };
   const OrderedGraph usual = order_compressed(pattern, matched, threads, usually, progress);
-  SeparatorTree tree = tree_of(usual, threads);
+  SeparatorTree tree = tree_of(usual, threads, height);
   if (!list || !tries_list(pattern, usual, options, *list)) return tree;
   return cheaper_for(*list, std::move(tree), pattern, matched, options, threads);
 }

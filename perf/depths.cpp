@@ -79,7 +79,7 @@ void measure(const std::string& name) {
   const mfs::cases::FamilyMatrix a =
       mfs::cases::make_family(name.substr(0, colon), std::stoll(name.substr(colon + 1)));
   const mfs::CsrView<double> view{a.n, a.n, a.offsets.data(), a.column_indices.data(), a.values.data()};
-  const mfs::Analysis analysis = mfs::analyze_matrix(view, mfs::AnalysisOptions(), mfs::kAssemblyTurns,
+  const mfs::Analysis analysis = mfs::analyze_matrix(view, mfs::AnalysisOptions(), mfs::kDeviceNeeds,
                                                      mfs::available_threads(), [](const char*, double) {});
   const mfs::cuda::Stream stream;
   mfs::cuda::DeviceStages<double, double> stages(*analysis.plan, *analysis.pattern, stream);

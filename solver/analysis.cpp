@@ -29,29 +29,30 @@ int ordering_threads(Vertex n, int threads) {
 
 template <class Scalar>
 void reanalyze(Analysis& analysis, const Scalar* slot_values, const AnalysisOptions& options,
-               const AssemblyTurns& turns, int threads, const PhaseProgress& progress, const ListCost* list) {
+               const PlanNeeds& needs, int threads, const PhaseProgress& progress, const ListCost* list) {
   const Stopwatch order_watch;
   const Pattern& pattern = *analysis.pattern;
   const int awake = ordering_threads(pattern.n, threads);
   MatchedScaling matched = match_and_scale(pattern, slot_values, options, awake);
   progress("ordering", 0.0);
   SeparatorTree tree = order_matrix(
-      pattern, matched, options, awake, [&](double fraction) { progress("ordering", fraction); }, list);
+      pattern, matched, options, awake, [&](double fraction) { progress("ordering", fraction); }, list,
+      list ? TreeHeight::any : needs.height);
   const double time_order = order_watch.seconds();
 
   const Stopwatch symbolic_watch;
   progress("symbolic", 0.0);
   if (!brings_order(options)) tree = align_nodes(tree, matched.pair);
   analysis.plan = std::make_shared<SymbolicPlan>(
-      make_symbolic_plan(pattern, matched.row_order, tree, options.max_block_size, awake, turns));
+      make_symbolic_plan(pattern, matched.row_order, tree, options.max_block_size, awake, needs.turns));
   analysis.matched = std::move(matched);
   analysis.time_order = time_order;
   analysis.time_symbolic = symbolic_watch.seconds();
 }
 
 template <class Scalar>
-Analysis analyze_matrix(const CsrView<Scalar>& matrix, const AnalysisOptions& options,
-                        const AssemblyTurns& turns, int threads, const PhaseProgress& progress,
+Analysis analyze_matrix(const CsrView<Scalar>& matrix, const AnalysisOptions& options, const PlanNeeds& needs,
+                        int threads, const PhaseProgress& progress,
                         const std::function<void(const Pattern&)>& checked, const ListCost* list) {
   Analysis analysis;
   const Stopwatch check_watch;
@@ -70,16 +71,16 @@ Analysis analyze_matrix(const CsrView<Scalar>& matrix, const AnalysisOptions& op
   }
   checked(*analysis.pattern);
   const double time_check = check_watch.seconds();
-  reanalyze(analysis, slot_values, options, turns, threads, progress, list);
+  reanalyze(analysis, slot_values, options, needs, threads, progress, list);
   analysis.time_order += time_check;
   return analysis;
 }
 
-#define MFS_INSTANTIATE(S)                                                                                  \
-  template Analysis analyze_matrix<S>(const CsrView<S>&, const AnalysisOptions&, const AssemblyTurns&, int, \
-                                      const PhaseProgress&, const std::function<void(const Pattern&)>&,     \
-                                      const ListCost*);                                                     \
-  template void reanalyze<S>(Analysis&, const S*, const AnalysisOptions&, const AssemblyTurns&, int,        \
+#define MFS_INSTANTIATE(S)                                                                              \
+  template Analysis analyze_matrix<S>(const CsrView<S>&, const AnalysisOptions&, const PlanNeeds&, int, \
+                                      const PhaseProgress&, const std::function<void(const Pattern&)>&, \
+                                      const ListCost*);                                                 \
+  template void reanalyze<S>(Analysis&, const S*, const AnalysisOptions&, const PlanNeeds&, int,        \
                              const PhaseProgress&, const ListCost*);
 MFS_INSTANTIATE(float)
 MFS_INSTANTIATE(double)

@@ -8,6 +8,7 @@
 #include <mfs/csr_view.hpp>
 
 #include "ordering/order_matrix.hpp"
+#include "plan/device_plan.hpp"
 #include "plan/symbolic_plan.hpp"
 
 namespace mfs {
@@ -31,15 +32,22 @@ struct Analysis {
   }
 };
 
+/// What a backend asks of its trees and plans.
+struct PlanNeeds {
+  TreeHeight height = TreeHeight::any;
+  AssemblyTurns turns{};
+};
+constexpr PlanNeeds kDeviceNeeds{TreeHeight::low, kAssemblyTurns};
+
 /// Receives the name of a phase and the fraction of it that is done.
 using PhaseProgress = std::function<void(const char*, double)>;
 
-/// Check of the input, matching and scaling, ordering, symbolic plan, for a backend that assembles in such
-/// turns; `list`: as order_matrix has it. `checked` is called once the input is known to be good. Throws as
-/// BasicSolver::analyze does.
+/// Check of the input, matching and scaling, ordering, symbolic plan, for a backend with such needs; `list`:
+/// as order_matrix has it, for executors without depths. `checked` is called once the input is known to be
+/// good. Throws as BasicSolver::analyze does.
 template <class Scalar>
 Analysis analyze_matrix(
-    const CsrView<Scalar>& matrix, const AnalysisOptions& options, const AssemblyTurns& turns, int threads,
+    const CsrView<Scalar>& matrix, const AnalysisOptions& options, const PlanNeeds& needs, int threads,
     const PhaseProgress& progress, const std::function<void(const Pattern&)>& checked = [](const Pattern&) {},
     const ListCost* list = nullptr);
 
@@ -47,7 +55,7 @@ Analysis analyze_matrix(
 /// stays.
 template <class Scalar>
 void reanalyze(Analysis& analysis, const Scalar* slot_values, const AnalysisOptions& options,
-               const AssemblyTurns& turns, int threads, const PhaseProgress& progress,
+               const PlanNeeds& needs, int threads, const PhaseProgress& progress,
                const ListCost* list = nullptr);
 
 }  // namespace mfs

@@ -13,7 +13,6 @@
 #include "kernels/panels/panel_factors.hpp"
 #include "kernels/portable/portable_factors.hpp"
 #include "kernels/runtime/scalars.hpp"
-#include "plan/device_plan.hpp"
 #include "solver/memory_limit.hpp"
 #include "solver/option_checks.hpp"
 
@@ -182,7 +181,7 @@ class CudaBackend final : public BackendFor<Scalar> {
   }
   Precision automatic_precision() const override { return mfs::automatic_precision(cuda::speed_of_single()); }
   bool uses_kokkos() const override { return true; }
-  AssemblyTurns assembly_turns() const override { return kAssemblyTurns; }
+  PlanNeeds plan_needs() const override { return kDeviceNeeds; }
   std::size_t available_memory() const override { return cuda::available_device_memory(); }
   std::future<void> load_beside(bool single_precision, const Pattern& pattern) const override {
     return cuda::load_library<Scalar>(single_precision, pattern);
@@ -223,9 +222,7 @@ class PortableBackend final : public BackendFor<Scalar> {
   Precision automatic_precision() const override {
     return portable::on_host() ? Precision::full : mfs::automatic_precision(cuda::speed_of_single());
   }
-  AssemblyTurns assembly_turns() const override {
-    return portable::on_host() ? AssemblyTurns() : kAssemblyTurns;
-  }
+  PlanNeeds plan_needs() const override { return portable::on_host() ? PlanNeeds() : kDeviceNeeds; }
   std::size_t available_memory() const override {
     return portable::on_host() ? available_host_memory() : portable::free_memory();
   }

@@ -11,6 +11,7 @@
 #include <mfs/version.hpp>
 
 #include "accuracy/factorization.hpp"
+#include "solver/analysis.hpp"
 
 namespace mfs {
 
@@ -30,8 +31,7 @@ class BackendRules {
   virtual bool uses_kokkos() const { return false; }
   /// What Precision::automatic is.
   virtual Precision automatic_precision() const { return Precision::full; }
-  /// How its plans assemble contribution blocks.
-  virtual AssemblyTurns assembly_turns() const { return {}; }
+  virtual PlanNeeds plan_needs() const { return {}; }
   /// Bytes left where its factors lie; inside Engine::run.
   virtual std::size_t available_memory() const;
 };

@@ -45,7 +45,7 @@ void MatrixFactors<Scalar>::analyze(const CsrView<Scalar>& a, const ListCost* li
     loading = backend_.load_beside(report_.single_precision, pattern);
   };
   phases_.run_analysis("matching", [&] {
-    Analysis analysis = analyze_matrix(a, options_.analysis, backend_.assembly_turns(),
+    Analysis analysis = analyze_matrix(a, options_.analysis, backend_.plan_needs(),
                                        phases_.analysis_threads(), progress(), begin_loading, list);
     plan_numeric(analysis);
     analysis_ = std::move(analysis);
@@ -501,7 +501,7 @@ bool MatrixFactors<Scalar>::delay_failed_pivots(Vertex levels, double allowed_fl
     if (delayed.tree.order == analysis_->plan->column_of) return;
     plan = std::make_shared<SymbolicPlan>(make_symbolic_plan(
         *analysis_->pattern, delayed.row_order, delayed.tree, options_.analysis.max_block_size,
-        phases_.threads_at_work(), backend_.assembly_turns()));
+        phases_.threads_at_work(), backend_.plan_needs().turns));
     if (plan->flops.total() > allowed_flops) return;
     try {
       planned = planned_for(plan, analysis_->pattern);
@@ -568,7 +568,7 @@ void MatrixFactors<Scalar>::rematch() {
   forget_tiny_pivots();
   ++rematches_;
   phases_.run_analysis("ordering", [&] {
-    reanalyze(*analysis_, numeric_->factors().matrix().values, options_.analysis, backend_.assembly_turns(),
+    reanalyze(*analysis_, numeric_->factors().matrix().values, options_.analysis, backend_.plan_needs(),
               phases_.analysis_threads(), progress());
   });
   ++report_.reanalyses;

@@ -20,8 +20,7 @@ namespace mfs::test {
 class DeviceCode {
  public:
   explicit DeviceCode(const SparseMatrix& a)
-      : analysis_(
-            analyze_matrix(a.view(), AnalysisOptions(), kAssemblyTurns, 1, [](const char*, double) {})) {
+      : analysis_(analyze_matrix(a.view(), AnalysisOptions(), kDeviceNeeds, 1, [](const char*, double) {})) {
     make(a);
   }
   /// Makes the plan anew with the pivots that the last factorization perturbed some levels up the tree.

@@ -20,10 +20,11 @@ std::vector<Vertex> natural(Vertex n) {
   return order;
 }
 
-SeparatorTree fronts(Vertex n, const Entries& entries, const std::vector<Vertex>& order) {
+SeparatorTree fronts(Vertex n, const Entries& entries, const std::vector<Vertex>& order,
+                     TreeHeight height = TreeHeight::any) {
   const Partition partition = trivial_partition(n);
   return breadth_first(
-      fronts_of_order(build_graph(pattern_of(n, entries), {}, partition, 1), partition, order, 1));
+      fronts_of_order(build_graph(pattern_of(n, entries), {}, partition, 1), partition, order, 1, height));
 }
 
 TEST(EliminationTree, OfAPath) {
@@ -163,6 +164,63 @@ TEST(Fronts, LargeSiblingsStayByThemselves) {
   EXPECT_THAT(sizes({1024, 2048, 100}), ElementsAre(0, 2048, 3172));  // the smaller is no large child
   EXPECT_THAT(sizes({1023, 2048, 100}), ElementsAre(0, 1023, 3171));  // less than half as large
   EXPECT_THAT(sizes({2048, 100}), ElementsAre(0, 2148));
+}
+
+std::vector<Vertex> fronts_of_unknowns(const SeparatorTree& tree) {
+  std::vector<Vertex> front(tree.order.size());
+  for (Vertex f = 0; f < tree.num_nodes(); ++f) {
+    for (Vertex p = tree.node_begin[f]; p < tree.node_begin[f + 1]; ++p) front[tree.order[p]] = f;
+  }
+  return front;
+}
+
+// All of a path's fronts lie on its one long path.
+TEST(LowTree, OfAPathHasFrontsAsLargeAsTheyMayBe) {
+  const Vertex n = 4096;
+  const SeparatorTree low = fronts(n, path(n), natural(n), TreeHeight::low);
+  expect_valid_tree(low, plain_graph(n, path(n)));
+  EXPECT_LE(depths_of(low), 2 * n / kLowPivots);  // pairs are merged as long as both fit
+  for (Vertex f = 0; f < low.num_nodes(); ++f)
+    EXPECT_LE(low.node_begin[f + 1] - low.node_begin[f], kLowPivots);
+}
+
+TEST(LowTree, OfAnEvenTreeIsHardlyLower) {
+  const Vertex n = 4095;
+  std::vector<std::pair<Vertex, Vertex>> edges;  // to the parent: 1 + 2 + 4 + ... unknowns
+  for (Vertex v = 0; v + 1 < n; ++v) edges.emplace_back(v, n - 1 - (n - 2 - v) / 2);
+  const Entries entries = symmetric(n, edges);
+  const SeparatorTree low = fronts(n, entries, natural(n), TreeHeight::low),
+                      any = fronts(n, entries, natural(n));
+  expect_valid_tree(low, plain_graph(n, entries));
+  EXPECT_LE(depths_of(low), depths_of(any));
+  EXPECT_GE(depths_of(low) + 2, depths_of(any));
+}
+
+TEST(LowTree, OfRandomGraphsConsistsOfWholeFrontsAndIsNoHigher) {
+  bool lower = false;
+  for (unsigned seed = 0; seed < 300; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937 generator(seed);
+    const Vertex n = 1 + static_cast<Vertex>(generator() % 300);
+    const Entries entries = random_entries(generator, n, 1.0 + 0.1 * (seed % 10), 1.0, true);
+    std::vector<Vertex> order = natural(n);
+    if (seed % 2) std::shuffle(order.begin(), order.end(), generator);
+    const SeparatorTree any = fronts(n, entries, order), low = fronts(n, entries, order, TreeHeight::low);
+    expect_valid_tree(low, plain_graph(n, entries));
+    EXPECT_LE(depths_of(low), depths_of(any));
+    lower = lower || depths_of(low) < depths_of(any);
+    const std::vector<Vertex> in = fronts_of_unknowns(low);
+    std::vector<Vertex> parts(static_cast<std::size_t>(low.num_nodes()), 0);
+    for (Vertex f = 0; f < any.num_nodes(); ++f) {
+      for (Vertex p = any.node_begin[f]; p < any.node_begin[f + 1]; ++p)
+        EXPECT_EQ(in[any.order[p]], in[any.order[any.node_begin[f]]]);
+      ++parts[in[any.order[any.node_begin[f]]]];
+    }
+    for (Vertex f = 0; f < low.num_nodes(); ++f) {
+      if (parts[f] > 1) EXPECT_LE(low.node_begin[f + 1] - low.node_begin[f], kLowPivots);
+    }
+  }
+  EXPECT_TRUE(lower);
 }
 
 TEST(Fronts, SmallChildrenAreMergedIntoTheirParent) {

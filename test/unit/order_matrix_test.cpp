@@ -243,6 +243,15 @@ TEST(OrderMatrix, GraphsOfMuchFillAreDissectedAndSoAreThoseThatAreSmallOrLargeOr
   EXPECT_FALSE(is_by_degree(1024, path(1024), own_leaves));
 }
 
+TEST(OrderMatrix, LongGraphsOfLittleFillAreDissectedForALowTree) {
+  const auto depths = [](Vertex n, const Entries& entries, TreeHeight height) {
+    return depths_of(order_matrix(pattern_of(n, entries), {}, {}, 1, {}, nullptr, height));
+  };
+  EXPECT_GT(depths(4000, path(4000), TreeHeight::any), 100);
+  EXPECT_LE(depths(4000, path(4000), TreeHeight::low), 10);
+  EXPECT_LE(depths(1600, star(1600), TreeHeight::low), 3);
+}
+
 /// Products of the elimination, and columns on the longest path of its tree.
 struct PlainList {
   Offset products = 0, entries = 0;

@@ -113,6 +113,17 @@ inline Entries chain_of_bodies(Vertex bodies) {
   return entries;
 }
 
+/// Fronts on the longest path.
+inline Vertex depths_of(const SeparatorTree& tree) {
+  Vertex most = 0;
+  for (Vertex f = 0; f < tree.num_nodes(); ++f) {
+    Vertex fronts = 0;
+    for (Vertex at = f; at >= 0; at = tree.parent[at]) ++fronts;
+    most = std::max(most, fronts);
+  }
+  return most;
+}
+
 /// About `density` off-diagonal entries per row; the diagonal is there with probability `diagonal`.
 inline Entries random_entries(std::mt19937& generator, Vertex n, double density, double diagonal,
                               bool mirrored) {

@@ -35,7 +35,7 @@ struct AnalysisOptions {
   std::int32_t max_block_size = 1024;
   /// Sub-graphs of at most this many unknowns are ordered by CAMD instead of being dissected. With the
   /// default so are whole graphs of 1000 to 20 000 vertices with few neighbours, where CAMD makes few
-  /// operations, and those of a BatchSolver where it makes clearly fewer.
+  /// operations (and no long tree, for a device), and those of a BatchSolver where it makes clearly fewer.
   std::int32_t leaf_size = 120;
   /// Trials for the separator of each sub-graph with a sixth of all unknowns or more; smaller ones have one
   /// trial. Trials run in parallel, with the seeds `seed`, `seed` + 1, ...

@@ -201,32 +201,31 @@ std::vector<Vertex> depths_of(const FrontTree& fronts) {
 bool shorten_paths(Vertex limit, FrontTree& fronts) {
   const Lists children = lists_by_key(fronts.parent, fronts.size());
   const std::vector<Vertex> depth = depths_of(fronts);
-  std::vector<Vertex> target(static_cast<std::size_t>(fronts.size())), height(target.size(), 1);
+  std::vector<Vertex> target(static_cast<std::size_t>(fronts.size())), height(target.size());
   std::iota(target.begin(), target.end(), 0);
   std::vector<char> merged(target.size(), 0);
+  std::vector<Vertex> highest;
   bool any = false;
   for (Vertex parent = 0; parent < fronts.size(); ++parent) {
-    const Vertex *const begin = children.item.data() + children.begin[parent], *const end =
-                                                                                   children.item.data() +
-                                                                                   children.begin[parent + 1];
-    if (begin == end) continue;
-    Vertex highest = 0;
-    for (const Vertex* child = begin; child != end; ++child) highest = std::max(highest, height[*child]);
-    height[parent] = highest + 1;
-    if (depth[parent] + height[parent] <= limit) continue;
+    Vertex most = 0;
+    for (Vertex c = children.begin[parent]; c < children.begin[parent + 1]; ++c) {
+      const Vertex child = children.item[c];
+      if (height[child] > most) highest.clear();
+      most = std::max(most, height[child]);
+      if (height[child] == most) highest.push_back(child);
+    }
+    height[parent] = most + 1;
+    if (most == 0 || depth[parent] + height[parent] <= limit) continue;
     Offset pivots = fronts.pivots[parent];
     bool may = true;
-    for (const Vertex* child = begin; child != end; ++child) {
-      if (height[*child] < highest) continue;
-      pivots += fronts.pivots[*child];
-      may = may && !merged[*child];
+    for (const Vertex child : highest) {
+      pivots += fronts.pivots[child];
+      may = may && !merged[child];
     }
     if (!may || pivots > kLowPivots || pivots + fronts.border[parent] > kLowRows) continue;
-    for (const Vertex* child = begin; child != end; ++child) {
-      if (height[*child] == highest) target[*child] = parent;
-    }
+    for (const Vertex child : highest) target[child] = parent;
     fronts.pivots[parent] = pivots;
-    height[parent] = highest;
+    height[parent] = most;
     merged[parent] = 1;
     any = true;
   }

@@ -83,8 +83,14 @@ Offset SegmentPlaces::place(Vertex first_staying, const Ahead& ahead, Offset spa
   return made_.region_entries;
 }
 
-SegmentPlan SegmentPlaces::finish() {
+const SegmentPlan& SegmentPlaces::schedule() {
   list_leaving();
+  for (Vertex t = 0; t < count(); ++t) made_.segments[t].leaves_first = leaves_first(t);
+  return made_;
+}
+
+SegmentPlan SegmentPlaces::finish() {
+  schedule();
   find_orders();
   place_fronts();
   if (outside_ == Outside::memory) {
@@ -92,12 +98,6 @@ SegmentPlan SegmentPlaces::finish() {
     made_.upper_side = blocks_of(Side::upper);
   }
   return made_;
-}
-
-Offset SegmentPlaces::blocks_out() const {
-  Offset sum = 0;
-  for (const Contributions& blocks : contributions_) sum += blocks.leave ? blocks.made.entries : 0;
-  return sum;
 }
 
 void SegmentPlaces::list_segments(const SegmentOrder& order) {
@@ -166,6 +166,9 @@ void SegmentPlaces::group_contributions() {
     group_of_[f] = static_cast<Offset>(at->second);
     contributions_[at->second].made.entries += contribution_entries(f);
   }
+  contributions_of_.resize(made_.segments.size());
+  for (std::size_t i = 0; i < contributions_.size(); ++i)
+    contributions_of_[contributions_[i].made.from].push_back(i);
 }
 
 void SegmentPlaces::place_in_factorization(const Ahead& ahead) {
@@ -202,9 +205,7 @@ void SegmentPlaces::place_in_factorization(const Ahead& ahead) {
 // What segment t makes: where it lies.
 std::vector<Block> SegmentPlaces::made_by(Vertex t) const {
   std::vector<Block> blocks;
-  for (const Contributions& group : contributions_) {
-    if (group.made.from == t) blocks.push_back(group.made);
-  }
+  for (const std::size_t i : contributions_of_[t]) blocks.push_back(contributions_[i].made);
   for (std::size_t i = 0; i < made_.border_columns.size(); ++i) {
     const BorderColumns& columns = made_.border_columns[i];
     if (columns.segment == t) blocks.push_back({upper_entries(columns), t, t, upper_place_[i]});
@@ -246,7 +247,6 @@ void SegmentPlaces::place_in_solve(Vertex back) {
 }
 
 void SegmentPlaces::find_orders() {
-  for (Vertex t = 0; t < count(); ++t) made_.segments[t].leaves_first = leaves_first(t);
   const auto meet = [&](Vertex a, Vertex b) {
     const Segment &one = made_.segments[a], &other = made_.segments[b];
     return other.comes() &&
@@ -306,6 +306,7 @@ void SegmentPlaces::add_lower_part(Vertex f, Side side, Offset begin,
 }
 
 void SegmentPlaces::list_leaving() {
+  made_.leaving.clear();
   place_contributions_on_host();
   for (std::size_t i = 0; i < contributions_.size(); ++i) {
     const Contributions& group = contributions_[i];

@@ -61,10 +61,10 @@ class SegmentPlaces {
   /// Where segments from `first_staying` on stay. Returns the entries of the region that it takes.
   Offset place(Vertex first_staying, const Ahead& ahead, Offset spare);
 
+  /// As it was placed last: what leaves, and what a segment waits for; not where its fronts lie.
+  const SegmentPlan& schedule();
   /// The plan as it was placed last.
   SegmentPlan finish();
-  Offset host_entries() const { return made_.host_entries; }
-  Offset blocks_out() const;
 
  private:
   Offset lower_entries(Vertex f) const {
@@ -113,11 +113,12 @@ class SegmentPlaces {
   const Offset region_;
   const Vertex small_rows_;
   const Outside outside_;
-  std::vector<Contributions> contributions_;  // one for each pair of segments, by the first
-  std::vector<Offset> on_host_;               // of them: where they lie there, -1 if they do not leave
-  std::vector<Offset> group_of_;              // of fronts: the (first) one in contributions_, -1 for none
-  std::vector<Offset> upper_place_;           // of SegmentPlan::border_columns: where these columns of U lie
-  Vertex stay_ = 0;                           // the first segment that stays
+  std::vector<Contributions> contributions_;                // one for each pair of segments, by the first
+  std::vector<std::vector<std::size_t>> contributions_of_;  // of segments: those of contributions_ they make
+  std::vector<Offset> on_host_;      // of them: where they lie there, -1 if they do not leave
+  std::vector<Offset> group_of_;     // of fronts: the (first) one in contributions_, -1 for none
+  std::vector<Offset> upper_place_;  // of SegmentPlan::border_columns: where these columns of U lie
+  Vertex stay_ = 0;                  // the first segment that stays
 };
 
 }  // namespace mfs

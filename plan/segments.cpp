@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "ordering/first_error.hpp"
+#include "plan/segment_clock.hpp"
 #include "plan/segment_order.hpp"
 #include "plan/segment_places.hpp"
 
@@ -14,11 +15,9 @@ namespace mfs {
 namespace {
 
 /// No segment takes more than one of these parts of the region, if it has two fronts.
-constexpr Offset kParts[] = {12, 40};
+constexpr Offset kParts[] = {8, 12, 20, 40};
 constexpr Vertex kMostLevel = 10;
 constexpr std::size_t kMostSegments = 1000;  // else places would take long to find
-/// What a level costs beside what it keeps on the device, as a part of the factors.
-constexpr double kLevelCost = 0.03;
 
 /// Those orders of levels [begin, end) that are worth a look.
 std::vector<SegmentOrder> orders_of(const SymbolicPlan& plan, Offset region, Vertex begin, Vertex end) {
@@ -42,25 +41,24 @@ void for_all(std::size_t count, const Work& work) {
 }
 
 /// From the one that overlaps most on.
-constexpr Ahead kAhead[] = {{2, 3, 2}, {1, 2, 1}, {1, 1, 1}, {1, 1, 0}, {0, 1, 0}};
+constexpr Ahead kAhead[] = {{4, 3, 4}, {2, 3, 2}, {1, 2, 1}, {1, 1, 1}, {1, 1, 0}, {0, 1, 0}};
 constexpr Ahead kLeastAhead = {0, 1, 0};
+/// Of those that fit, so many are compared.
+constexpr int kMostCompared = 2;
 
 /// How segments of one order fit into a region with the most of them staying.
 struct Fit {
   Vertex first_staying = 0;
   Ahead ahead{};
 };
-std::optional<Fit> fit_into(SegmentPlaces& places, Offset region, Offset spare) {
-  for (const Ahead& ahead : kAhead) {
-    if (places.place(places.count(), ahead, spare) > region) continue;
-    Vertex fits = places.count(), fails = places.first_that_may_stay() - 1;
-    while (fits - fails > 1) {
-      const Vertex middle = fails + (fits - fails) / 2;
-      (places.place(middle, ahead, spare) <= region ? fits : fails) = middle;
-    }
-    return Fit{fits, ahead};
+std::optional<Fit> fit_into(SegmentPlaces& places, const Ahead& ahead, Offset region, Offset spare) {
+  if (places.place(places.count(), ahead, spare) > region) return {};
+  Vertex fits = places.count(), fails = places.first_that_may_stay() - 1;
+  while (fits - fails > 1) {
+    const Vertex middle = fails + (fits - fails) / 2;
+    (places.place(middle, ahead, spare) <= region ? fits : fails) = middle;
   }
-  return {};
+  return Fit{fits, ahead};
 }
 
 }  // namespace
@@ -144,61 +142,90 @@ struct Found {
   SegmentOrder order;
   Way way{};
   Fit fit;
-  double cost = std::numeric_limits<double>::max();
+  double seconds = std::numeric_limits<double>::max();  // of a refactorization and a solve
 };
 
-/// Entries that leave, twice where no kernel runs beside; contribution blocks are read over the link, too,
-/// which none runs beside.
-double cost_of(const SegmentPlaces& places, const Ahead& ahead) {
-  const Offset times = ahead.out > 0 ? 1 : 2;
-  return static_cast<double>(times * places.host_entries() + 2 * places.blocks_out());
-}
+// Finds the best plan for one region, way by way.
+class Search {
+ public:
+  Search(const SymbolicPlan& plan, Offset region, Offset spare, Vertex small_rows, Outside outside)
+      : plan_(plan),
+        region_(region),
+        spare_(spare),
+        small_rows_(small_rows),
+        outside_(outside),
+        clock_(plan, outside) {}
 
-/// Makes `least` the best of one way if that costs less. Some levels at a time: more of them can only pay by
-/// what they keep on the device.
-void improve(const SymbolicPlan& plan, Offset region, Offset spare, const Way& way, Vertex small_rows,
-             Outside outside, Found& least) {
-  constexpr Vertex kLevelsAtOnce = 4;
-  const auto level_cost = [&](Vertex level) {
-    return level * kLevelCost * static_cast<double>(plan.factor_entries);
-  };
-  if (!have_room(plan, region, way)) return;
-  for (Vertex level = 0; level <= kMostLevel && level_cost(level) < least.cost; level += kLevelsAtOnce) {
-    std::vector<SegmentOrder> orders = orders_of(plan, region, level, level + kLevelsAtOnce);
-    std::vector<Found> found(orders.size());
-    for_all(orders.size(), [&](std::size_t i) {
-      SegmentPlaces places(plan, orders[i], way, region, small_rows, outside);
-      const std::optional<Fit> fit = fit_into(places, region, spare);
-      if (!fit) return;
-      places.place(fit->first_staying, fit->ahead, spare);
-      const double cost = cost_of(places, fit->ahead) + level_cost(orders[i].level);
-      found[i] = {std::move(orders[i]), way, *fit, cost};
-    });
-    for (Found& one : found) {
-      if (one.cost < least.cost) least = std::move(one);
+  bool found() const { return !least_.order.step.empty(); }
+  /// Whether what was found sends segments to the host while others are made.
+  bool overlaps() const { return least_.fit.ahead.out > 0; }
+  SegmentPlan finish() const {
+    SegmentPlaces places(plan_, least_.order, least_.way, region_, small_rows_, outside_);
+    places.place(least_.fit.first_staying, least_.fit.ahead, spare_);
+    return places.finish();
+  }
+
+  /// Some levels at a time, as long as they bring anything.
+  void try_way(const Way& way) {
+    constexpr Vertex kLevelsAtOnce = 4;
+    if (!have_room(plan_, region_, way)) return;
+    for (Vertex level = 0; level <= kMostLevel; level += kLevelsAtOnce) {
+      std::vector<SegmentOrder> orders = orders_of(plan_, region_, level, level + kLevelsAtOnce);
+      std::vector<Found> best(orders.size());
+      for_all(orders.size(), [&](std::size_t i) { best[i] = best_of(std::move(orders[i]), way); });
+      const double before = least_.seconds;
+      for (Found& one : best) {
+        if (one.seconds < least_.seconds) least_ = std::move(one);
+      }
+      if (found() && least_.seconds == before) return;
     }
   }
-}
+
+ private:
+  Found best_of(SegmentOrder order, const Way& way) const {
+    Found best;
+    best.way = way;
+    SegmentPlaces places(plan_, order, way, region_, small_rows_, outside_);
+    int compared = 0;
+    for (const Ahead& ahead : kAhead) {
+      const std::optional<Fit> fit = fit_into(places, ahead, region_, spare_);
+      if (!fit) continue;
+      places.place(fit->first_staying, ahead, spare_);
+      const SegmentPlan& schedule = places.schedule();
+      const double seconds = clock_.refactor_seconds(schedule) + clock_.solve_seconds(schedule);
+      if (seconds < best.seconds) {
+        best.fit = *fit;
+        best.seconds = seconds;
+      }
+      if (++compared == kMostCompared) break;
+    }
+    if (compared > 0) best.order = std::move(order);
+    return best;
+  }
+
+  const SymbolicPlan& plan_;
+  const Offset region_, spare_;
+  const Vertex small_rows_;
+  const Outside outside_;
+  const SegmentClock clock_;
+  Found least_;
+};
 
 }  // namespace
 
 SegmentPlan make_segments(const SymbolicPlan& plan, Offset region, Offset spare, Vertex small_rows,
                           Outside outside) {
-  Found least;
-  const auto none = [&] { return least.order.step.empty(); };
+  Search search(plan, region, spare, small_rows, outside);
   int turns = kTurns;
   for (int turn = 0; turn < turns; ++turn) {
-    const bool first = none();
+    const bool first = !search.found();
     for (const auto& [when, way] : kWays) {
       if (when != turn || (outside == Outside::file && reads_outside(way))) continue;
-      improve(plan, region, spare, way, small_rows, outside, least);
+      search.try_way(way);
     }
-    if (first && !none()) turns = std::min(kTurns, turn + (least.fit.ahead.out > 0 ? 1 : 2));
+    if (first && search.found()) turns = std::min(kTurns, turn + (search.overlaps() ? 1 : 2));
   }
-  if (none()) return {};
-  SegmentPlaces places(plan, least.order, least.way, region, small_rows, outside);
-  places.place(least.fit.first_staying, least.fit.ahead, spare);
-  return places.finish();
+  return search.found() ? search.finish() : SegmentPlan();
 }
 
 Offset least_region(const SymbolicPlan& plan, Offset spare, Vertex small_rows, Outside outside) {

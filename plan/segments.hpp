@@ -125,9 +125,9 @@ struct SegmentPlan {
 /// it must come back first. Then factors alone leave, and no front is divided.
 enum class Outside { memory, file };
 
-/// For at most `region` entries of which `spare` are free in a solve. Of the plans that fit, one that leaves
-/// most on the device, the fewer levels the better; contribution blocks leave, and fronts of more than
-/// `small_rows` rows are divided, only if that must be. Empty where none fits.
+/// For at most `region` entries of which `spare` are free in a solve. Of the plans that fit, one by which a
+/// refactorization and a solve take least time, as plan/segment_clock.hpp foresees it; contribution blocks
+/// leave, and fronts of more than `small_rows` rows are divided, only if that must be. Empty where none fits.
 SegmentPlan make_segments(const SymbolicPlan& plan, Offset region, Offset spare, Vertex small_rows,
                           Outside outside = Outside::memory);
 /// The least region for which make_segments finds a plan, to a few percent.

@@ -25,6 +25,8 @@ constexpr double kTurned = 3e-4;
 /// A correction, in units of the local error allowed, beside which what accelerations have left for the next
 /// ones is no slower rate.
 constexpr double kSmall = 1e-2;
+/// An error of velocities is one of stiff forces where the matrix leaves less than this part of it.
+constexpr double kFilters = 0.75;
 /// Of one coordinate: those of the frame of a rigid interface are in the constraints of all its nodes.
 constexpr int kMostConstraints = 100;
 /// Smaller matrices are not worth waking threads.
@@ -133,6 +135,31 @@ class CondensedNewton::Impl {
     if (progress_.was_slow_when_new()) ++slow_steps_;
     if (outcome.converged) std::swap(state, state_);
     return outcome;
+  }
+
+  // By M and Phi_q of the last Jacobian, as the matrix is.
+  bool filter_error(Array<double>& e) {
+    if (relation_ == nullptr || n_ == m_) return false;
+    const double v_by_a = relation_->v_by_a;
+    try {
+      if (!factored_ || q_by_a_ != relation_->q_by_a()) compose_and_factor(*relation_);
+      std::fill(right_side_.begin(), right_side_.end(), 0.0);
+      add_product(system_.tangent_pattern()[Block::force_a], tangent_[Block::force_a], 1.0 / v_by_a, e.data(),
+                  right_side_.data());
+      std::fill(of_kappa_.begin(), of_kappa_.end(), 0.0);
+      add_product(gradient_, tangent_[Block::position_q], 1.0, e.data(), of_kappa_.data());
+      for (std::size_t i = 0; i < m_; ++i) right_side_[n_ + i] = scale_ / v_by_a * of_kappa_[i];
+      solve_linear();
+    } catch (...) {  // the step is rejected, as it would be without this
+      return false;
+    }
+    for (std::size_t i = 0; i < n_; ++i) change_[i] = v_by_a / scale_ * solution_[m_ + i];
+    const double* const of_velocities = weights_ + n_;
+    if (!(weighted_square(change_.data(), of_velocities) <
+          kFilters * kFilters * weighted_square(e.data(), of_velocities)))
+      return false;
+    std::copy(change_.begin(), change_.end(), e.data());
+    return true;
   }
 
   const ConstrainedSystem& system_;
@@ -289,6 +316,12 @@ class CondensedNewton::Impl {
     add_product(gradient_, tangent_[Block::position_q], 1.0, a, solution_.data());
     for (std::size_t i = 0; i < m_; ++i) state.lambda.data()[i] -= solution_[i];
     for (std::size_t i = 0; i < n_; ++i) state.a.data()[i] -= (a[i] /= scale_);
+  }
+
+  double weighted_square(const double* x, const double* weights) const {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < n_; ++i) sum += (x[i] / weights[i]) * (x[i] / weights[i]);
+    return sum;
   }
 
   bool search(const Array<double>& lambda, bool fresh, double rate, NewtonOutcome& outcome) {
@@ -448,6 +481,9 @@ void CondensedNewton::find_accelerations(StepState& state, double h) {
 NewtonOutcome CondensedNewton::solve(const StepRelation& relation, const Array<double>& lambda,
                                      const Array<double>& weights, StepState& state) {
   return impl_->solve(relation, lambda, weights, state);
+}
+bool CondensedNewton::filter_error(Array<double>& e) {
+  return impl_->filter_error(e);
 }
 int CondensedNewton::size() const {
   return impl_->composition().pattern().rows;

@@ -45,6 +45,10 @@ class CondensedNewton {
   NewtonOutcome solve(const StepRelation& relation, const Array<double>& lambda, const Array<double>& weights,
                       StepState& state);
 
+  /// As that of Newton. Where the matrix leaves most of `e`, forces are not stiff, and `e` is as it was:
+  /// false.
+  bool filter_error(Array<double>& e);
+
   /// Brings a state that is nearly there to the constraints on positions and velocities, along their
   /// directions, and sets a and lambda. Throws what the system and the solver throw; the state is of no use
   /// then.

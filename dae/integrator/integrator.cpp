@@ -555,7 +555,9 @@ class Integrator::Impl {
   std::int64_t judged_jacobians_ = 0;    ///< at how many of them the constraints left out were looked at
   Array<double> weights_, scale_there_;  ///< of [q, v]; of the coordinates
   Array<double> lambda_;                 ///< where Newton's method starts
-  const ErrorFilter filter_ = [this](Array<double>& e) { return newton_ && newton_->filter_error(next_, e); };
+  const ErrorFilter filter_ = [this](Array<double>& e) {
+    return condensed_ ? condensed_->filter_error(e) : newton_->filter_error(next_, e);
+  };
   double step_ = 0.0;  ///< wanted next
 };
 

@@ -41,13 +41,14 @@ int parse_and_run(const char* name, int argc, char** argv, const std::function<v
 
 // The program begins once more where OpenBLAS should have found the kind of this processor in the environment
 // when it was loaded. Goes on where that cannot be, or where the process was begun by another file than the
-// program (the dynamic loader, an emulator).
+// program (the dynamic loader, an emulator), which has neither the program's name nor that of the command.
 void begin_again_for_blas(const char* name, char** argv) {
   const std::string kernels = better_blas_kernels();
   if (kernels.empty()) return;
   std::error_code error;
   const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
-  if (error || self.filename() != name) return;
+  const std::filesystem::path command = argv[0] ? argv[0] : name;
+  if (error || (self.filename() != name && self.filename() != command.filename())) return;
   if (setenv("OPENBLAS_CORETYPE", kernels.c_str(), 0) == 0) execv(self.c_str(), argv);
 }
 

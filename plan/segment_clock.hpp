@@ -27,6 +27,12 @@ class SegmentClock {
   double refactor_seconds(const SegmentPlan& segments) const;
   /// Of the copies of one solve, s.
   double solve_seconds(const SegmentPlan& segments) const;
+  /// Of both.
+  double seconds(const SegmentPlan& segments) const {
+    return refactor_seconds(segments) + solve_seconds(segments);
+  }
+  /// How much longer both take, s, where the matrix is in the memory of the host.
+  double seconds_of_matrix() const;
 
  private:
   double busy_seconds(const SegmentPlan& segments, const Segment& segment) const;

@@ -191,8 +191,7 @@ class Search {
       const std::optional<Fit> fit = fit_into(places, ahead, region_, spare_);
       if (!fit) continue;
       places.place(fit->first_staying, ahead, spare_);
-      const SegmentPlan& schedule = places.schedule();
-      const double seconds = clock_.refactor_seconds(schedule) + clock_.solve_seconds(schedule);
+      const double seconds = clock_.seconds(places.schedule());
       if (seconds < best.seconds) {
         best.fit = *fit;
         best.seconds = seconds;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "kernels/cuda/cuda_factors_def.hpp"
+#include "plan/segment_clock.hpp"
 
 namespace mfs::cuda {
 
@@ -80,23 +81,30 @@ class FactorPlanner {
     if (room_.limit == 0) available -= std::max(kLeast, available / kShare);  // the driver loads more later
     placed_ = nullptr;
     lists_ = nullptr;
-    bool on_host = false;  // the matrix
-    const auto segments_for = [&](Vertex columns) {
+    const auto segments_for = [&](Vertex columns, bool on_host) {
       const Offset entries = std::max<Offset>(available - beside(columns, on_host), 0) / kEntry;
       const Offset region = entries / kAlignment * kAlignment, spare = spare_for(columns);
       const bool too_many = columns > kFewColumns && spare > region / kPart;
       return too_many ? SegmentPlan() : make_segments(*plan_, region, spare, small_rows_);
     };
-    SegmentPlan segments = segments_for(kSolveColumns);
-    if (segments.empty()) segments = segments_for(kFewColumns);
-    if (segments.empty()) {
-      on_host = true;
-      segments = segments_for(kFewColumns);
+    const auto segments_beside = [&](bool on_host) {
+      SegmentPlan segments = segments_for(kSolveColumns, on_host);
+      return segments.empty() ? segments_for(kFewColumns, on_host) : segments;
+    };
+    bool on_host = false;  // the matrix
+    SegmentPlan segments = segments_beside(on_host);
+    // The room of the matrix is worth a look where contribution blocks would leave.
+    if (segments.empty() || segments.blocks_out() > 0) {
+      const SegmentClock clock(*plan_, Outside::memory);
+      SegmentPlan roomier = segments_beside(true);
+      on_host = !roomier.empty() && (segments.empty() || clock.seconds(roomier) + clock.seconds_of_matrix() <
+                                                             clock.seconds(segments));
+      if (on_host) segments = std::move(roomier);
     }
     if (segments.empty()) {
       bytes_ = {};
       bytes_.other = least_region(*plan_, spare_for(kFewColumns), small_rows_) * kEntry +
-                     beside(kFewColumns, on_host) + counted_context();
+                     beside(kFewColumns, true) + counted_context();
       return;
     }
     auto placed = std::make_shared<SymbolicPlan>(placed_by(segments, *plan_));

@@ -77,6 +77,7 @@ class FactorPlanner {
   // becomes null, and bytes_ what would do.
   void divide(Offset available) {
     constexpr Offset kLeast = Offset(256) << 20, kShare = 64;
+    constexpr double kClearly = 0.9;
     constexpr Offset kPart = 2;  // of the region, which vectors of many columns may have in a solve
     if (room_.limit == 0) available -= std::max(kLeast, available / kShare);  // the driver loads more later
     placed_ = nullptr;
@@ -93,12 +94,13 @@ class FactorPlanner {
     };
     bool on_host = false;  // the matrix
     SegmentPlan segments = segments_beside(on_host);
-    // The room of the matrix is worth a look where contribution blocks would leave.
+    // The room of the matrix is worth a look where contribution blocks would leave. The clock errs by a
+    // tenth.
     if (segments.empty() || segments.blocks_out() > 0) {
       const SegmentClock clock(*plan_, Outside::memory);
       SegmentPlan roomier = segments_beside(true);
       on_host = !roomier.empty() && (segments.empty() || clock.seconds(roomier) + clock.seconds_of_matrix() <
-                                                             clock.seconds(segments));
+                                                             kClearly * clock.seconds(segments));
       if (on_host) segments = std::move(roomier);
     }
     if (segments.empty()) {

@@ -77,8 +77,8 @@ class FactorPlanner {
   // becomes null, and bytes_ what would do.
   void divide(Offset available) {
     constexpr Offset kLeast = Offset(256) << 20, kShare = 64;
-    constexpr double kClearly = 0.9;
-    constexpr Offset kPart = 2;  // of the region, which vectors of many columns may have in a solve
+    constexpr double kClearly = 0.9;  // the clock errs by a tenth
+    constexpr Offset kPart = 2;       // of the region, which vectors of many columns may have in a solve
     if (room_.limit == 0) available -= std::max(kLeast, available / kShare);  // the driver loads more later
     placed_ = nullptr;
     lists_ = nullptr;
@@ -94,8 +94,7 @@ class FactorPlanner {
     };
     bool on_host = false;  // the matrix
     SegmentPlan segments = segments_beside(on_host);
-    // The room of the matrix is worth a look where contribution blocks would leave. The clock errs by a
-    // tenth.
+    // The room of the matrix is worth a look where contribution blocks would leave.
     if (segments.empty() || segments.blocks_out() > 0) {
       const SegmentClock clock(*plan_, Outside::memory);
       SegmentPlan roomier = segments_beside(true);

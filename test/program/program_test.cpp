@@ -1,8 +1,6 @@
 // The program mfs from outside: exit codes, standard output and error, JSON, files.
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <string>
 #include <vector>
 
@@ -343,13 +341,11 @@ TEST_F(Program, WorksWithTheBestKernelsOfOpenBlas) {
 }
 TEST_F(Program, WorksWithThemByAnotherNameToo) {
   if (std::getenv("OPENBLAS_CORETYPE")) GTEST_SKIP() << "the environment has chosen";
-  const std::string copy = file("renamed", ""), out = file("info.txt", "");
-  std::filesystem::copy_file(MFS_PROGRAM, copy, std::filesystem::copy_options::overwrite_existing);
-  std::filesystem::permissions(copy, std::filesystem::perms::owner_all);
-  ASSERT_EQ(std::system(("'" + copy + "' info >'" + out + "'").c_str()), 0);
-  std::ifstream written(out);
-  const std::string said{std::istreambuf_iterator<char>(written), {}};
-  EXPECT_THAT(said, AllOf(StartsWith("mfs "), Not(HasSubstr("would be faster"))));
+  Streams streams;
+  streams.program = path("renamed");
+  std::filesystem::copy_file(MFS_PROGRAM, streams.program);
+  EXPECT_THAT(run_program({"info"}, streams).out,
+              AllOf(StartsWith("mfs "), Not(HasSubstr("would be faster"))));
 }
 
 #ifndef __SANITIZE_ADDRESS__

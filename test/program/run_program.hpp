@@ -49,7 +49,7 @@ inline void limit_program(const Streams& streams) {
 
 inline void exec_program(const std::vector<std::string>& arguments,
                          const std::string& program = MFS_PROGRAM) {
-  std::vector<char*> argv{const_cast<char*>("mfs")};
+  std::vector<char*> argv{const_cast<char*>(program.c_str())};
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
   execv(program.c_str(), argv.data());

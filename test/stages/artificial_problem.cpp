@@ -185,6 +185,19 @@ std::vector<FrontShape> mixed_tree() {
   };
 }
 
+std::vector<FrontShape> binary_tree(Vertex levels, Vertex pivots, Vertex border) {
+  std::vector<FrontShape> shapes;
+  Vertex first = 0;
+  for (Vertex depth = levels - 1; depth >= 0; --depth) {
+    const Vertex count = Vertex(1) << depth;
+    for (Vertex i = 0; i < count; ++i)
+      shapes.push_back({pivots + depth, depth > 0 ? std::min(border, pivots * depth) : 0,
+                        depth > 0 ? first + count + i / 2 : -1});
+    first += count;
+  }
+  return shapes;
+}
+
 std::vector<FrontShape> broom() {
   std::vector<FrontShape> shapes;
   for (Vertex k = 0; k < 200; ++k) shapes.push_back({1, k % 5, 200});

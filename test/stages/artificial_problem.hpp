@@ -70,6 +70,8 @@ SeparatorTree one_unknown_per_front(const Pattern& pattern);
 std::vector<FrontShape> leaf_and_root(Vertex pivots, Vertex border);
 /// A tree of five depths with fronts of all kinds, borders that pass by their parent, and two roots.
 std::vector<FrontShape> mixed_tree();
+/// 2^levels - 1 fronts; those of a depth have as many pivots, and borders in their ancestors.
+std::vector<FrontShape> binary_tree(Vertex levels, Vertex pivots, Vertex border);
 /// One root with 200 children of one unknown each, some of them without a border.
 std::vector<FrontShape> broom();
 /// Three generations with contribution blocks so large that those of one do not fit beside those of the next

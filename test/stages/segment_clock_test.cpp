@@ -1,9 +1,7 @@
 // What is foreseen of segments: sums that can be told by hand, and that the plan taken is the least of some.
 #include "plan/segment_clock.hpp"
 
-#include <algorithm>
 #include <limits>
-#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -88,23 +86,9 @@ TEST_F(ClockOfThree, ASolveBringsBackWhatHasLeft) {
   EXPECT_DOUBLE_EQ(clock_.solve_seconds(twice), 2 * clock_.solve_seconds(some));
 }
 
-/// 2^levels - 1 fronts.
-std::vector<FrontShape> binary_tree(Vertex levels) {
-  std::vector<FrontShape> shapes;
-  Vertex first = 0;
-  for (Vertex depth = levels - 1; depth >= 0; --depth) {
-    const Vertex count = Vertex(1) << depth;
-    for (Vertex i = 0; i < count; ++i)
-      shapes.push_back(
-          {60, depth > 0 ? std::min(150, 60 * depth) : 0, depth > 0 ? first + count + i / 2 : -1});
-    first += count;
-  }
-  return shapes;
-}
-
 // Beside orders and distances of its own choice.
 TEST(SegmentClock, IsLeastForThePlanThatIsTaken) {
-  const StageProblem<double> problem = artificial_problem(binary_tree(7), {43, 0.05});
+  const StageProblem<double> problem = artificial_problem(binary_tree(7, 60, 150), {43, 0.05});
   const SymbolicPlan& plan = *problem.plan;
   const SegmentClock clock(plan, Outside::memory);
   for (const double part : {0.45, 0.55, 0.65, 0.8, 0.95}) {
@@ -118,7 +102,7 @@ TEST(SegmentClock, IsLeastForThePlanThatIsTaken) {
         for (Vertex stay = places.count(); stay > 0; --stay) {
           if (places.place(stay, {2, 3, 2}, 0) > region) continue;
           ++fit;
-          EXPECT_LE(taken, 1.02 * clock.seconds(places.finish()));
+          EXPECT_LE(taken, 1.02 * clock.seconds(places.schedule()));
         }
       }
     }

@@ -17,20 +17,6 @@ constexpr Vertex kTurnRows = 10;
 constexpr Vertex kUndivided = std::numeric_limits<Vertex>::max();  // rows of the fronts that stay whole
 constexpr double kTolerance = 4000 * std::numeric_limits<double>::epsilon();
 
-/// 2^levels - 1 fronts; those of a depth have as many pivots, and borders in their ancestors.
-std::vector<FrontShape> binary_tree(Vertex levels, Vertex pivots, Vertex border) {
-  std::vector<FrontShape> shapes;
-  Vertex first = 0;
-  for (Vertex depth = levels - 1; depth >= 0; --depth) {
-    const Vertex count = Vertex(1) << depth;
-    for (Vertex i = 0; i < count; ++i)
-      shapes.push_back({pivots + depth, depth > 0 ? std::min(border, pivots * depth) : 0,
-                        depth > 0 ? first + count + i / 2 : -1});
-    first += count;
-  }
-  return shapes;
-}
-
 std::vector<StageProblem<double>> problems() {
   std::vector<StageProblem<double>> made;
   std::uint64_t seed = 20;

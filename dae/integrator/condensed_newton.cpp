@@ -63,7 +63,7 @@ class CondensedNewton::Impl {
         values_(matrix_.pattern().entries()),
         terms_(8),
         solver_(solver_options(system.coordinates() + system.constraints())),
-        progress_(options, kSmall),
+        progress_(options, executor, kSmall),
         residual_(make_residual(system)),
         tangent_(make_tangent(system)),
         right_side_(n_ + m_),
@@ -88,13 +88,11 @@ class CondensedNewton::Impl {
     const StateView there = view(state);
     // The first matrix is what ordering, matching and scales are made for (newton.cpp).
     evaluate_jacobian(there);
-    compose_and_factor(some_step);
-    try {
-      set_accelerations(state);
-    } catch (SingularMatrix& e) {
-      if (e.column() >= 0) e.append(" (initial conditions: " + name(static_cast<int>(e.column())) + ")");
-      throw;
-    }
+    naming_start([this](int unknown) { return name(unknown); },
+                 [&] {
+                   compose_and_factor(some_step);
+                   set_accelerations(state);
+                 });
   }
 
   void make_consistent(StepState& state) {

@@ -66,17 +66,14 @@ class SaddlePoint {
         std::fill(&gradient[rows.row_start[j]], &gradient[rows.row_start[j + 1]], 0.0);
     matrix_.compose({{k_.data()}, {gradient.data()}, {gradient.data()}, {one_.data()}}, values_.data());
     const Pattern& pattern = matrix_.pattern();
-    try {
+    const auto name = [this](int i) {
+      return i < n_ ? system_.coordinate_name(i) : system_.constraint_name(i - n_);
+    };
+    naming_start(name, [&] {
       solver_.factor(
           {pattern.rows, pattern.columns, pattern.row_start.data(), pattern.column.data(), values_.data()});
       solver_.solve(right_side.data(), right_side.data());
-    } catch (SingularMatrix& e) {
-      const auto i = static_cast<int>(e.column());
-      if (i >= 0)
-        e.append(" (initial conditions: " +
-                 (i < n_ ? system_.coordinate_name(i) : system_.constraint_name(i - n_)) + ")");
-      throw;
-    }
+    });
     return right_side;
   }
 
@@ -197,12 +194,14 @@ class StartFinder {
   [[noreturn]] void throw_not_met(double left) const {
     const auto worst = std::max_element(given_.begin(), given_.end(),
                                         [](double a, double b) { return std::abs(a) < std::abs(b); });
+    const auto row = static_cast<int>(worst - given_.begin());
+    const double off = *worst * system_.constraint_unit(row);
     char text[200];
     std::snprintf(text, sizeof text,
                   "where time begins it is %.6g off, and bodies can be moved only until %.6g of that is "
                   "left, so that the others hold",
-                  *worst, left * *worst);
-    throw InvalidInput(system_.constraint_name(static_cast<int>(worst - given_.begin())), text);
+                  off, left * off);
+    throw InvalidInput(system_.constraint_name(row), text);
   }
 
   const ConstrainedSystem& system_;

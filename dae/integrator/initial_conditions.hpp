@@ -8,6 +8,8 @@
 // = 0. Newton then finds a0 and lambda0 by the equations of motion.
 #pragma once
 
+#include <mfs/error.hpp>
+
 #include "dae/integrator/integrator.hpp"
 #include "dae/mechanics/constrained_system.hpp"
 
@@ -23,6 +25,24 @@ State consistent_motion(const ConstrainedSystem& system, const IntegratorOptions
 
 /// The largest |x_i|; infinite where one is not a number.
 double largest_size(const std::vector<double>& x);
+
+/// Does `work` with a matrix of the start; what is singular or no number there is named by `name(column)`.
+template <class Name, class Work>
+void naming_start(const Name& name, const Work& work) {
+  const auto append = [&](auto& error) {
+    if (error.column() >= 0)
+      error.append(" (initial conditions: " + name(static_cast<int>(error.column())) + ")");
+  };
+  try {
+    work();
+  } catch (SingularMatrix& e) {
+    append(e);
+    throw;
+  } catch (InvalidInput& e) {
+    append(e);
+    throw;
+  }
+}
 
 /// Values of Phi_q at t and q.
 std::vector<double> constraint_gradient(const ConstrainedSystem& system, double t,

@@ -14,6 +14,11 @@
 namespace mfs::dae {
 namespace {
 
+/// At 1e-13 steps stay near 1e-11 of the time to integrate.
+constexpr double kLeastRtol = 1e-12;
+/// Weeks of small mechanisms.
+constexpr double kMostSteps = 1e10;
+
 void check(bool good, const char* option, const std::string& what) {
   if (!good) throw InvalidInput(option, what);
 }
@@ -22,6 +27,8 @@ void check(bool good, const char* option, const std::string& what) {
 
 void check_options(const IntegratorOptions& o) {
   check(o.rtol >= 0.0 && std::isfinite(o.rtol), "rtol", "must be zero or positive");
+  check(o.rtol == 0.0 || o.rtol >= kLeastRtol || o.fixed_step > 0.0, "rtol",
+        "must be zero or at least 1e-12: rounding is all that steps would see with less");
   for (const auto& [name, value] :
        {std::pair<const char*, double>{"atol_position", o.atol_position}, {"atol_velocity", o.atol_velocity}})
     check(value >= 0.0 && (value > 0.0 || o.rtol > 0.0), name, "must be positive, or 0 with a positive rtol");
@@ -40,6 +47,13 @@ void check_options(const IntegratorOptions& o) {
   check(o.krylov_steps >= 0, "krylov_steps", "must be zero or positive");
   check(o.threads >= 0, "threads", "must be zero or positive");
   check(o.analysis_threads >= 0, "analysis_threads", "must be zero or positive");
+}
+
+void check_step_number(const IntegratorOptions& o, double time) {
+  for (const auto& [name, step] :
+       {std::pair<const char*, double>{"max_step", o.max_step}, {"fixed_step", o.fixed_step}})
+    check(step == 0.0 || time / step <= kMostSteps, name,
+          "would make at least " + number_text(time / step) + " steps");
 }
 
 void check_vector(const std::vector<double>& values, int n, const char* name) {

@@ -8,6 +8,8 @@
 namespace mfs::dae {
 
 void check_options(const IntegratorOptions& options);
+/// Steps that are so short that `time` would never be over.
+void check_step_number(const IntegratorOptions& options, double time);
 /// One finite value for each of n coordinates.
 void check_vector(const std::vector<double>& values, int n, const char* name);
 /// Finite and in their order.

@@ -21,6 +21,7 @@
 #include "dae/integrator/partition.hpp"
 #include "dae/integrator/projection.hpp"
 #include "dae/integrator/redundancy.hpp"
+#include "dae/integrator/scaled_system.hpp"
 #include "dae/integrator/step_equations.hpp"
 #include "dae/integrator/step_state.hpp"
 #include "dae/integrator/tolerances.hpp"
@@ -49,18 +50,12 @@ constexpr double kLeastRestart = 1.0 / 16;
 constexpr double kEvenedOut = 8.0;
 /// By how much the last of them may be longer than the error control asks for.
 constexpr double kStretch = 1.05;
+/// Of so many steps this part is tried again, and so many more are needed, only where a force jumps wherever
+/// the motion goes.
+constexpr int kLooksBack = 2000;
+constexpr double kTriedAgain = 0.25, kMostLeft = 1e7;
 /// How far ahead of a step that became too small its cause may be, in shortest steps.
 constexpr double kMoment = 64.0;
-
-std::string reason(const std::exception_ptr& thrown) {
-  try {
-    std::rethrow_exception(thrown);
-  } catch (const std::exception& e) {
-    return e.what();
-  } catch (...) {
-    return "an unknown exception";
-  }
-}
 
 /// What no shorter step can cure.
 void rethrow_if_final(const std::exception_ptr& thrown) {
@@ -120,15 +115,13 @@ class Integrator::Impl {
 
   State run(double t0, std::vector<double> q0, std::vector<double> v0, double t_end,
             const std::vector<double>& outputs, Observer& observer) {
-    check_vector(q0, given_.coordinates(), "q0");
-    check_vector(v0, given_.coordinates(), "v0");
-    check_times(t0, t_end, outputs);
     tolerances_.emplace(asked_, options_);
     since_start_ = {};
     observed_ = 0;
     report_ = {};
     needs_whole_matrix_ = false;
     condensed_failures_ = 0;
+    tried_again_ = 0, looked_at_ = t0;
     t_end_ = t_end;
     const auto* turning = dynamic_cast<const TurningBodies*>(&given_);
     bodies_ = turning != nullptr ? turning->turning_bodies() : std::vector<PointRange>();
@@ -389,7 +382,7 @@ class Integrator::Impl {
         if (relaxed) set_weights();
         if (!singular && !relaxed) h *= kNewtonRejection;
         wanted = h;
-        give_up_below(h, outcome.thrown ? reason(outcome.thrown) : "Newton's method does not converge");
+        give_up_below(h, outcome.failure());
         if (search_failures == 2 && redundancy_->filters()) {
           choose_redundant();
           make_equations();
@@ -406,6 +399,7 @@ class Integrator::Impl {
     line.t = state_.t;
     line.factorizations = static_cast<int>(report_.factorizations - factorizations);
     report_.newton_iterations += line.newton_iterations;
+    give_up_where_steps_stay_short(line);
     line.wall = elapsed() - began;
     report_.time_total = elapsed();
     tell([&] { observer.step(line, [&]() -> const State& { return whole_state(); }); });
@@ -423,6 +417,22 @@ class Integrator::Impl {
     if (h >= smallest_step()) return;
     throw Error("the step became too small (" + number_text(h) + " s) at t = " + number_text(state_.t) +
                 " s with order " + std::to_string(formula_->order()) + ": " + why + obstacle());
+  }
+
+  /// As with friction -sign(rate), which holds the motion where its force jumps.
+  void give_up_where_steps_stay_short(const StepReport& line) {
+    tried_again_ += line.rejections;
+    if (line.number % kLooksBack != 0) return;
+    const double left = kLooksBack * (t_end_ - line.t) / (line.t - looked_at_);
+    const bool often = std::exchange(tried_again_, 0) >= kTriedAgain * kLooksBack;
+    looked_at_ = line.t;
+    if (!often || left <= kMostLeft) return;
+    throw Error(
+        number_text(left) + " more steps would be needed: the last " + std::to_string(kLooksBack) +
+        " until t = " + number_text(line.t) +
+        " s were short, and many were tried again: a force jumps or turns about by the motion itself, on " +
+        least_foreseen(given_, state_.v.on_host(*executor_), relation_.v.on_host(*executor_),
+                       weights_.on_host(*executor_)));
   }
 
   /// What a model does that no step gets past, with names.
@@ -549,6 +559,8 @@ class Integrator::Impl {
   StepState next_;  ///< what a step arrives at
   PastStates past_;
   int most_past_ = 1;
+  int tried_again_ = 0;  ///< steps, since time was looked_at_
+  double looked_at_ = 0.0;
   double last_step_ = 0.0;  ///< that led to state_, and the order of the formula in it
   int last_order_ = 1;
   StepRelation relation_;
@@ -562,13 +574,23 @@ class Integrator::Impl {
 };
 
 Integrator::Integrator(const ConstrainedSystem& system, IntegratorOptions options)
-    : impl_(std::make_unique<Impl>(system, std::move(options))) {}
+    : system_(&system), options_(options), impl_(std::make_unique<Impl>(system, std::move(options))) {}
 Integrator::~Integrator() = default;
 Integrator::Integrator(Integrator&&) noexcept = default;
 
 State Integrator::run(double t0, std::vector<double> q0, std::vector<double> v0, double t_end,
                       const std::vector<double>& outputs, Observer& observer) {
-  return impl_->run(t0, std::move(q0), std::move(v0), t_end, outputs, observer);
+  check_vector(q0, system_->coordinates(), "q0");
+  check_vector(v0, system_->coordinates(), "v0");
+  check_times(t0, t_end, outputs);
+  check_step_number(options_, t_end - t0);
+  if (!ScaledSystem::is_needed(*system_))
+    return impl_->run(t0, std::move(q0), std::move(v0), t_end, outputs, observer);
+  scaled_ = std::make_unique<ScaledSystem>(*system_, t0, q0);
+  impl_ = std::make_unique<Impl>(*scaled_, options_);
+  State start = scaled_->scaled({t0, std::move(q0), std::move(v0), {}, {}});
+  UnscalingObserver unscaling(*scaled_, observer);
+  return scaled_->unscaled(impl_->run(t0, std::move(start.q), std::move(start.v), t_end, outputs, unscaling));
 }
 
 const IntegrationReport& Integrator::report() const {

@@ -132,6 +132,8 @@ class Observer {
   virtual void output(const State&) {}
 };
 
+class ScaledSystem;
+
 class Integrator {
  public:
   /// `system` has to live as long. Throws InvalidInput for options out of range.
@@ -155,6 +157,9 @@ class Integrator {
 
  private:
   class Impl;
+  const ConstrainedSystem* system_;
+  IntegratorOptions options_;
+  std::unique_ptr<ScaledSystem> scaled_;  ///< where the system has scales other than 1, of the last run
   std::unique_ptr<Impl> impl_;
 };
 

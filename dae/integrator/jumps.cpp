@@ -78,6 +78,18 @@ std::string find_jump(const ConstrainedSystem& system, const State& state, doubl
   return changed_force(system, before.force, after.force);
 }
 
+std::string least_foreseen(const ConstrainedSystem& system, const std::vector<double>& v,
+                           const std::vector<double>& predicted, const std::vector<double>& weights) {
+  int worst = 0;
+  double most = 0.0;
+  for (int i = 0; i < system.coordinates(); ++i)
+    if (const double off = std::abs(v[i] - predicted[i]) / weights[v.size() + i]; off > most) {
+      most = off;
+      worst = i;
+    }
+  return system.coordinate_name(worst);
+}
+
 std::string find_pole(const ConstrainedSystem& system, const State& state, double moment,
                       const IntegratorOptions& options) {
   if (!accelerates(state, moment, options)) return {};
@@ -89,8 +101,9 @@ std::string find_pole(const ConstrainedSystem& system, const State& state, doubl
     if (!text.empty()) return text;
     const auto larger = [](double x, double y) { return std::abs(x) < std::abs(y); };
     const auto largest = std::max_element(before.begin(), before.end(), larger);
-    return "the force on " + system.coordinate_name(static_cast<int>(largest - before.begin())) +
-           " has become " + number_text(*largest);
+    const auto i = static_cast<int>(largest - before.begin());
+    return "the force on " + system.coordinate_name(i) + " has become " +
+           number_text(*largest * system.force_unit(i));
   } catch (const InvalidInput& e) {
     return e.what();
   }

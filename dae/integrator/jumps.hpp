@@ -18,4 +18,8 @@ std::string find_jump(const ConstrainedSystem& system, const State& state, doubl
 std::string find_pole(const ConstrainedSystem& system, const State& state, double moment,
                       const IntegratorOptions& options);
 
+/// The coordinate whose velocity is farthest from what was predicted, in the weights of [q, v].
+std::string least_foreseen(const ConstrainedSystem& system, const std::vector<double>& v,
+                           const std::vector<double>& predicted, const std::vector<double>& weights);
+
 }  // namespace mfs::dae

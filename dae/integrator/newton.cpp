@@ -19,6 +19,7 @@
 #include <mfs/error.hpp>
 
 #include "dae/integrator/executor_vector.hpp"
+#include "dae/integrator/initial_conditions.hpp"
 #include "dae/integrator/kept_factors.hpp"
 #include "dae/integrator/newton_norms.hpp"
 #include "dae/integrator/newton_progress.hpp"
@@ -190,7 +191,7 @@ class NewtonTest : public NOX::StatusTest::Generic {
  public:
   NewtonTest(const StepEquations& equations, StepModel& model, const IntegratorOptions& options,
              const Executor& executor)
-      : equations_(equations), model_(model), executor_(executor), progress_(options, kRounding) {}
+      : equations_(equations), model_(model), executor_(executor), progress_(options, executor, kRounding) {}
 
   /// Before a search; as NewtonProgress::start.
   void start(const Array<double>& weights, const StepRelation& relation, bool fresh, double rate) {
@@ -267,20 +268,20 @@ class Newton::Impl {
     model_->evaluate_jacobian(state, some_step);
     report_.time_assembly += watch.seconds();
     const auto op = model_->get_W_factory()->createOp();
-    Thyra::initializeOp<double>(*model_->get_W_factory(), model_->create_W_op(), op.ptr());
+    const auto factor = [&] {
+      Thyra::initializeOp<double>(*model_->get_W_factory(), model_->create_W_op(), op.ptr());
+    };
+    const auto name = [this](int unknown) { return equations_.unknown_name(unknown); };
+    naming_start(name, factor);
     const StepRelation no_time;
     relation_ = &no_time;
     model_->evaluate_initial();
     solves_.right_side = [&](const double*, double* b) { equations_.initial_right_side(state, b); };
     const auto x = model_->make_vector(), nothing = model_->make_vector();
-    try {
-      Thyra::initializeOp<double>(*model_->get_W_factory(), model_->create_W_op(), op.ptr());
+    naming_start(name, [&] {
+      factor();
       Thyra::solve<double>(*op, Thyra::NOTRANS, *nothing, x.ptr());
-    } catch (SingularMatrix& e) {
-      if (e.column() >= 0)
-        e.append(" (initial conditions: " + equations_.unknown_name(static_cast<int>(e.column())) + ")");
-      throw;
-    }
+    });
     equations_.change_accelerations(x->data(), state);
     account();
   }
@@ -396,6 +397,17 @@ class Newton::Impl {
   RCP<NOX::Solver::Generic> solver_;
   RCP<ExecutorVector> filtered_;  ///< an error, as a correction of x
 };
+
+std::string NewtonOutcome::failure() const {
+  if (!thrown) return "Newton's method does not converge";
+  try {
+    std::rethrow_exception(thrown);
+  } catch (const std::exception& e) {
+    return e.what();
+  } catch (...) {
+    return "an unknown exception";
+  }
+}
 
 Newton::Newton(const StepEquations& equations, const IntegratorOptions& options, const Executor& executor,
                IntegrationReport& report)

@@ -8,6 +8,7 @@
 #include <array>
 #include <exception>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "dae/integrator/formula.hpp"
@@ -23,6 +24,9 @@ struct NewtonOutcome {
   int iterations = 0;                 ///< of all searches
   double residual = 0.0;              ///< largest |H_i|
   std::array<double, 3> violation{};  ///< largest constraint residuals, by level
+
+  /// Why it has not converged.
+  std::string failure() const;
 };
 
 class Newton {

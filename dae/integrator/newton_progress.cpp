@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+
+#include "dae/vectors/operations.hpp"
 
 namespace mfs::dae {
 namespace {
@@ -22,6 +25,8 @@ constexpr double kLoosestRelative = 1e-4, kLoosestPosition = 1e-6;
 constexpr double kVibration = 0.5;
 /// The least that is assumed to be left by a kept matrix after the first correction.
 constexpr double kLeastLeftOver = 0.1;
+/// What rounding may leave of a constraint, in roundings of the norm of what it is made of.
+constexpr double kRoundings = 64.0;
 
 }  // namespace
 
@@ -32,6 +37,7 @@ void NewtonProgress::start(const StepRelation& relation, bool fresh, double rate
   bounds_ = {std::min(options_.constraint_position, kTolerance * options_.atol_position),
              std::min(options_.constraint_velocity, of_velocity),
              std::min(options_.constraint_acceleration, of_velocity / relation.v_by_a)};
+  relation_ = &relation;
   // What was seen in an earlier step says less the older the matrix gets.
   left_over_ = fresh ? kUnknownRate : std::max({2.0 * left_over_, rate / (1.0 - rate), kLeastLeftOver});
   since_jacobian_ = 0;
@@ -55,9 +61,9 @@ NewtonProgress::Verdict NewtonProgress::judge(const NewtonNorms& norms, int corr
     if (by_newest_ >= 0 || !began_fresh_) return Verdict::failed;
     by_newest_ = 0;
   }
-  if (left_over_ * norms.correction <= tolerance_ && constraints_hold() && vibration_is_small())
-    return Verdict::converged;
-  if (corrections >= options_.newton_iterations) return Verdict::failed;
+  if (has_converged(bounds_)) return Verdict::converged;
+  if (corrections >= options_.newton_iterations)
+    return has_converged(bounds_of_rounding()) ? Verdict::converged : Verdict::failed;
   const bool slow = since_jacobian_ > 1 && rate_ > kSlow;
   slow_when_new_ = slow_when_new_ || (slow && new_);
   if (!options_.keep_factors || slow || by_newest_ >= 0) {
@@ -84,10 +90,25 @@ bool NewtonProgress::vibration_is_small() const {
   return std::min(left_over_, left) * norms_.vibration <= kVibration * tolerance_;
 }
 
-bool NewtonProgress::constraints_hold() const {
-  for (std::size_t level = 0; level < bounds_.size(); ++level)
-    if (norms_.violation[level] > bounds_[level]) return false;
-  return true;
+bool NewtonProgress::has_converged(const std::array<double, 3>& bounds) const {
+  for (std::size_t level = 0; level < bounds.size(); ++level)
+    if (norms_.violation[level] > bounds[level]) return false;
+  return left_over_ * norms_.correction <= tolerance_ && vibration_is_small();
+}
+
+/// Bounds that are not less than rounding: with v in m/h 1e-4 m/h^2 is less than 1e-16 of what v and the step
+/// make of a.
+std::array<double, 3> NewtonProgress::bounds_of_rounding() const {
+  const auto rounding = [this](const Array<double>& x) {
+    return kRoundings * std::numeric_limits<double>::epsilon() * norm(executor_, x.size(), x.data());
+  };
+  const double of_v = rounding(relation_->v);
+  const std::array<double, 3> least{rounding(relation_->q), of_v,
+                                    rounding(relation_->a) + of_v / relation_->v_by_a};
+  std::array<double, 3> bounds = bounds_;
+  for (std::size_t level = 0; level < bounds.size(); ++level)
+    bounds[level] = std::max(bounds[level], least[level]);
+  return bounds;
 }
 
 }  // namespace mfs::dae

@@ -4,7 +4,7 @@
 // is a part of what the user's tolerances allow (and of the default ones, where these are looser: stiff
 // forces take what is left for a vibration), what the forces that are left can make a body vibrate by is as
 // small (lengths do not show it: 1e-7 m along a bar of steel are 1e-3 m/s), and the constraints hold to their
-// own tolerances. When
+// own tolerances, or, in a search that would fail otherwise, to what rounding leaves of them. When
 // corrections shrink too slowly a new Jacobian is asked for; when they do not shrink, although the first
 // Jacobian was new, one for each further correction (what turns a body that is next to a point, as one hung
 // by a sphere, changes altogether by a correction). When they do not shrink then, the search has failed.
@@ -25,12 +25,13 @@ class NewtonProgress {
  public:
   enum class Verdict { go_on, converged, failed };
 
-  /// `options` has to live as long. Corrections below `small`, in units of the local error allowed, say
-  /// nothing about the rate at which they shrink.
-  NewtonProgress(const IntegratorOptions& options, double small) : options_(options), small_(small) {}
+  /// `options` and `executor`, that of the vectors, have to live as long. Corrections below `small`, in units
+  /// of the local error allowed, say nothing about the rate at which they shrink.
+  NewtonProgress(const IntegratorOptions& options, const Executor& executor, double small)
+      : options_(options), executor_(executor), small_(small) {}
 
   /// Before a search. `fresh`: with a new Jacobian; otherwise corrections by the kept one are expected to
-  /// shrink by `rate`, if not more slowly.
+  /// shrink by `rate`, if not more slowly. `relation` has to live as long as the search.
   void start(const StepRelation& relation, bool fresh, double rate);
   /// After so many corrections, the first time after none.
   Verdict judge(const NewtonNorms& norms, int corrections);
@@ -43,11 +44,14 @@ class NewtonProgress {
 
  private:
   bool rate_is_good();
-  bool constraints_hold() const;
+  bool has_converged(const std::array<double, 3>& bounds) const;
   bool vibration_is_small() const;
+  std::array<double, 3> bounds_of_rounding() const;
 
   const IntegratorOptions& options_;
+  const Executor& executor_;
   const double small_;
+  const StepRelation* relation_ = nullptr;
   NewtonNorms norms_;
   int since_jacobian_ = 0;  ///< corrections by the present Jacobian, in this search
   bool began_fresh_ = false;

@@ -212,7 +212,8 @@ void Redundancy::throw_contradiction(const Violation& violation, double t, const
   const SparseRow& shares = left_out_.combination(static_cast<std::size_t>(place));
   throw InvalidInput(given_.constraint_name(violation.row),
                      "it contradicts " + others_of(violation.row, shares) + " at t = " + number_text(t) +
-                         ": of its " + violation.level + " " + number_text(violation.value) + " is left" +
+                         ": of its " + violation.level + " " +
+                         number_text(violation.value * given_.constraint_unit(violation.row)) + " is left" +
                          note);
 }
 

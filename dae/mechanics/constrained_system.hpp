@@ -209,9 +209,12 @@ class ConstrainedSystem {
   virtual bool is_normalization(int /*row*/) const { return false; }
   /// Whether the constraint is on velocities alone.
   virtual bool is_nonholonomic(int /*row*/) const { return false; }
-  /// What a coordinate measures, for error weights and for scaling pivots: a typical size, in its own unit (1
-  /// m, 1 for an Euler parameter).
+  /// A typical size of a coordinate, in its own unit: what the integrator measures it in. A power of two.
   virtual double coordinate_scale(int) const { return 1.0; }
+  /// What a value of a constraint is multiplied by for a message, where it is not in the unit of whoever reads
+  /// that (scaled_system.hpp), and one of F.
+  virtual double constraint_unit(int /*row*/) const { return 1.0; }
+  virtual double force_unit(int /*coordinate*/) const { return 1.0; }
   /// Whether a constraint of its own makes the coordinate a function of the others: where initial values are
   /// corrected, its change then is no change of where bodies are.
   virtual bool is_measure(int /*coordinate*/) const { return false; }

@@ -22,7 +22,10 @@ class Expression {
   /// log log10 sqrt abs sign min max if, pi. Throws InvalidInput("`text`") that says what is wrong and where.
   explicit Expression(const std::string& text);
 
-  const std::string& text() const { return text_; }
+  /// As messages have it: the beginning of a long one.
+  std::string text() const {
+    return text_.size() <= kMostShown ? text_ : text_.substr(0, kMostShown) + "...";
+  }
   /// Names that stand for numbers, in the order in which they are first used. They are made of letters,
   /// digits, _ and dots.
   const std::vector<std::string>& variables() const { return variables_; }
@@ -37,6 +40,7 @@ class Expression {
 
  private:
   friend class ExpressionReader;
+  static constexpr std::size_t kMostShown = 200;
   enum class Op {
     constant,
     variable,

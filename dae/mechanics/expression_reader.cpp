@@ -51,7 +51,7 @@ class ExpressionReader final : public mu::ParserBase {
   static thread_local ExpressionReader* active;
 
   [[noreturn]] void refuse(const std::string& what) const {
-    throw InvalidInput("expression '" + expression_.text_ + "'", what);
+    throw InvalidInput("expression '" + expression_.text() + "'", what);
   }
 
   static int number(Number x) { return static_cast<int>(x); }

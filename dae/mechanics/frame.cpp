@@ -36,7 +36,7 @@ Frame add_frame(MultibodyBuilder& builder, const std::string& name, const Placem
   const Eigen::Vector3d &r = placement.position, &v = placement.velocity;
   const CoordinateRange range = builder.add_coordinates(
       name, {r[0], r[1], r[2], p[0], p[1], p[2], p[3]},
-      {v[0], v[1], v[2], rate[0], rate[1], rate[2], rate[3]}, 1.0, {"x", "y", "z", "e0", "e1", "e2", "e3"});
+      {v[0], v[1], v[2], rate[0], rate[1], rate[2], rate[3]}, {"x", "y", "z", "e0", "e1", "e2", "e3"}, 3);
   const int e0 = range.first + 3;
   builder.add(std::make_shared<ConstraintElement<UnitLength, 4>>(
       owner + ", Euler parameters", std::array<int, 4>{e0, e0 + 1, e0 + 2, e0 + 3}, UnitLength{}));

@@ -83,7 +83,7 @@ int add_with(MultibodyBuilder& builder, const std::string& name, const std::vect
   } else {
     formulas.positions(0.0, q.data(), &w);  // with the coordinate 0
   }
-  coordinates[N] = builder.add_measure_coordinate(name, w.c0, w.c1);
+  coordinates[N] = builder.add_measure_coordinate(name, w.c0, w.c1, measure != Measure::angle);
   builder.add(std::make_shared<ConstraintElement<MeasureFormulas, N + 1>>(name, coordinates, formulas));
   return coordinates[N];
 }
@@ -102,7 +102,7 @@ int add_measure(MultibodyBuilder& builder, const std::string& name, const Attach
 
 int add_coordinate_measure(MultibodyBuilder& builder, const std::string& name, int coordinate) {
   const double q = builder.initial_q()[coordinate], v = builder.initial_v()[coordinate];
-  const int own = builder.add_measure_coordinate(name, q, v);
+  const int own = builder.add_measure_coordinate(name, q, v, true);
   add_coordinate_motion(
       builder, name, {own},
       StateFunction(Expression("x"), {{StateFunction::Argument::Kind::coordinate, 0.0, coordinate}}),

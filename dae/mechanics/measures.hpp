@@ -27,7 +27,7 @@ enum class Measure {
 int add_measure(MultibodyBuilder& builder, const std::string& name, const Attachment& a, const Attachment& b,
                 Measure measure);
 
-/// The same for coordinate `coordinate` of the system itself.
+/// The same for coordinate `coordinate` of the system itself, a length.
 int add_coordinate_measure(MultibodyBuilder& builder, const std::string& name, int coordinate);
 
 }  // namespace mfs::dae

@@ -13,6 +13,23 @@
 namespace mfs::dae {
 namespace {
 
+/// Sizes from 2^-6 to 2^6 are taken as they are given.
+constexpr double kOrdinary = 6.0;
+
+/// Of points x y z: the longest edge of their box.
+double extent(const std::vector<double>& points) {
+  double longest = 0.0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    double least = points[axis], most = least;
+    for (std::size_t i = axis; i < points.size(); i += 3) {
+      least = std::min(least, points[i]);
+      most = std::max(most, points[i]);
+    }
+    longest = std::max(longest, most - least);
+  }
+  return longest;
+}
+
 /// Throws InvalidInput unless the coordinates of each element exist and differ.
 void check_coordinates(const ElementGroup& group, int n) {
   std::vector<int> sorted(static_cast<std::size_t>(group.local_coordinates()));
@@ -33,8 +50,8 @@ void check_coordinates(const ElementGroup& group, int n) {
 
 CoordinateRange MultibodyBuilder::add_coordinates(const std::string& body,
                                                   const std::vector<double>& initial_q,
-                                                  const std::vector<double>& initial_v, double scale,
-                                                  const std::vector<std::string>& components) {
+                                                  const std::vector<double>& initial_v,
+                                                  const std::vector<std::string>& components, int lengths) {
   if (initial_q.empty()) throw InvalidInput("body " + body, "it has no coordinates");
   if (initial_v.size() != initial_q.size())
     throw InvalidInput("body " + body, std::to_string(initial_q.size()) + " initial coordinates, but " +
@@ -46,18 +63,30 @@ CoordinateRange MultibodyBuilder::add_coordinates(const std::string& body,
   if (!std::all_of(initial_q.begin(), initial_q.end(), finite) ||
       !std::all_of(initial_v.begin(), initial_v.end(), finite))
     throw InvalidInput("body " + body, "an initial coordinate or velocity is not finite");
-  if (!(scale > 0)) throw InvalidInput("body " + body, "the scale of its coordinates is not positive");
   const CoordinateRange range{static_cast<int>(q_.size()), static_cast<int>(initial_q.size())};
   q_.insert(q_.end(), initial_q.begin(), initial_q.end());
   v_.insert(v_.end(), initial_v.begin(), initial_v.end());
-  bodies_.push_back({body, range, scale, components});
+  bodies_.push_back({body, range, components, lengths});
+  if (components.size() == 3 && lengths == 3) note_length(range.first, extent(initial_q));
   return range;
 }
 
-int MultibodyBuilder::add_measure_coordinate(const std::string& name, double initial_q, double initial_v) {
-  const int coordinate = add_coordinates(name, {initial_q}, {initial_v}, 1.0, {"value"}).first;
+int MultibodyBuilder::add_measure_coordinate(const std::string& name, double initial_q, double initial_v,
+                                             bool is_length) {
+  const int coordinate = add_coordinates(name, {initial_q}, {initial_v}, {"value"}, is_length ? 1 : 0).first;
   bodies_.back().is_measure = true;
   return coordinate;
+}
+
+void MultibodyBuilder::note_length(int body, double length) {
+  if (length > 0 && std::isfinite(length)) size_[body] = std::max(size_[body], length);
+}
+
+double MultibodyBuilder::length_unit() const {
+  double nearest = HUGE_VAL;  // its logarithm
+  for (const auto& [body, size] : size_)
+    if (std::abs(std::log2(size)) < std::abs(nearest)) nearest = std::log2(size);
+  return std::abs(nearest) <= kOrdinary || size_.empty() ? 1.0 : std::exp2(std::round(nearest));
 }
 
 void MultibodyBuilder::add(std::shared_ptr<const ElementGroup> group) {
@@ -72,8 +101,8 @@ std::unique_ptr<ConstrainedSystem> MultibodyBuilder::build(int threads, Backend 
   const int n = static_cast<int>(q_.size());
   if (n == 0) throw InvalidInput("bodies", "there are no coordinates");
   for (const auto& group : groups_) check_coordinates(*group, n);
-  return std::make_unique<Multibody>(groups_, bodies_, n, threads > 0 ? threads : omp_get_max_threads(),
-                                     backend);
+  return std::make_unique<Multibody>(groups_, bodies_, length_unit(), n,
+                                     threads > 0 ? threads : omp_get_max_threads(), backend);
 }
 
 }  // namespace mfs::dae

@@ -3,6 +3,7 @@
 // values are summed by several threads in an order that does not depend on their number.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -23,25 +24,32 @@ struct CoordinateRange {
 struct BodyCoordinates {
   std::string name;
   CoordinateRange range;
-  double scale;
   std::vector<std::string> components;
+  int lengths = 0;  ///< of the components so many, the first, are lengths
   bool is_measure = false;
 };
 
 /// Collects the parts; `build` makes the system of them.
 class MultibodyBuilder {
  public:
-  /// `initial_q`, `initial_v`: count values each; `scale`: a typical size of these coordinates (metres, or
-  /// 1). `body` names them in messages, together with `components`, whose number divides count: three of them
-  /// make "arm[4].x" of the node 4 (0-based) of a mesh; none, "arm[12]". Throws InvalidInput("body NAME")
-  /// where the numbers are not finite or do not fit together.
+  /// `initial_q`, `initial_v`: count values each. `body` names them in messages, together with `components`,
+  /// whose number divides count: three of them make "arm[4].x" of the node 4 (0-based) of a mesh; none,
+  /// "arm[12]". The first `lengths` components are lengths; the others have no unit. Throws
+  /// InvalidInput("body NAME") where the numbers are not finite or do not fit together.
   CoordinateRange add_coordinates(const std::string& body, const std::vector<double>& initial_q,
-                                  const std::vector<double>& initial_v, double scale = 1.0,
-                                  const std::vector<std::string>& components = {});
+                                  const std::vector<double>& initial_v,
+                                  const std::vector<std::string>& components = {}, int lengths = 0);
   /// One that a constraint, to be added, makes a function of others (ConstrainedSystem::is_measure). Returns
   /// its number; throws as above.
-  int add_measure_coordinate(const std::string& name, double initial_q, double initial_v);
+  int add_measure_coordinate(const std::string& name, double initial_q, double initial_v, bool is_length);
   void add(std::shared_ptr<const ElementGroup> group);
+
+  /// A body, that with the first coordinate `body`, has an arm, a radius or an extent of this length.
+  void note_length(int body, double length);
+  /// What lengths are measured in inside of the integrator: 1 where one of the bodies has an ordinary size,
+  /// otherwise the power of two nearest to that size which is nearest to an ordinary one. So a mechanism in
+  /// micrometres is to the integrator what it is in metres.
+  double length_unit() const;
 
   const std::vector<std::shared_ptr<const ElementGroup>>& groups() const { return groups_; }
   /// Of all groups so far: the next one's first.
@@ -63,6 +71,7 @@ class MultibodyBuilder {
   std::vector<double> q_, v_;
   std::vector<std::shared_ptr<const ElementGroup>> groups_;
   int constraints_ = 0;
+  std::map<int, double> size_;  ///< of bodies: the largest of their lengths
 };
 
 }  // namespace mfs::dae

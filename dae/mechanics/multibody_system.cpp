@@ -42,9 +42,13 @@ BlockSet constant_blocks_of(const LocalStructure& structure) {
 
 }  // namespace
 
-Multibody::Multibody(Groups groups, std::vector<BodyCoordinates> bodies, int coordinates, int threads,
-                     Backend backend)
-    : groups_(std::move(groups)), bodies_(std::move(bodies)), n_(coordinates), threads_(threads) {
+Multibody::Multibody(Groups groups, std::vector<BodyCoordinates> bodies, double length_unit, int coordinates,
+                     int threads, Backend backend)
+    : groups_(std::move(groups)),
+      bodies_(std::move(bodies)),
+      length_unit_(length_unit),
+      n_(coordinates),
+      threads_(threads) {
   const bool device = backend_info(backend).memory == MemorySpace::device;
   const std::set<int> on_device = device ? make_device_forces() : std::set<int>{};
   for (std::size_t g = 0; g < groups_.size(); ++g) {
@@ -317,6 +321,12 @@ const BodyCoordinates& Multibody::body_of(int coordinate) const {
       std::upper_bound(bodies_.begin(), bodies_.end(), coordinate,
                        [](int i, const BodyCoordinates& body) { return i < body.range.first; });
   return *(after - 1);
+}
+
+double Multibody::coordinate_scale(int coordinate) const {
+  const BodyCoordinates& body = body_of(coordinate);
+  const int components = std::max(1, static_cast<int>(body.components.size()));
+  return (coordinate - body.range.first) % components < body.lengths ? length_unit_ : 1.0;
 }
 
 std::string Multibody::coordinate_name(int coordinate) const {

@@ -21,8 +21,8 @@ namespace mfs::dae {
 
 class Multibody final : public ConstrainedSystem, public TurningBodies {
  public:
-  Multibody(Groups groups, std::vector<BodyCoordinates> bodies, int coordinates, int threads,
-            Backend backend);
+  Multibody(Groups groups, std::vector<BodyCoordinates> bodies, double length_unit, int coordinates,
+            int threads, Backend backend);
 
   int coordinates() const override { return n_; }
   int constraints() const override { return m_; }
@@ -44,7 +44,7 @@ class Multibody final : public ConstrainedSystem, public TurningBodies {
   std::string constraint_owner(int row) const override;
   bool is_normalization(int row) const override { return place_of(row).group.normalizes(); }
   bool is_nonholonomic(int row) const override { return place_of(row).group.is_nonholonomic(); }
-  double coordinate_scale(int coordinate) const override { return body_of(coordinate).scale; }
+  double coordinate_scale(int coordinate) const override;
   bool is_measure(int coordinate) const override { return body_of(coordinate).is_measure; }
   std::vector<PointRange> turning_bodies() const override;
   std::vector<RemoteTangent*> remote_tangents() const override {
@@ -87,6 +87,7 @@ class Multibody final : public ConstrainedSystem, public TurningBodies {
   // first asked for.
   mutable std::array<std::vector<double>, kBlocks> constant_shares_;
   std::vector<BodyCoordinates> bodies_;
+  double length_unit_;
   int n_, m_ = 0, threads_;
   std::vector<int> constraint_start_;  // of each group, and m
   TangentPattern pattern_;

@@ -122,6 +122,7 @@ void check(const RigidBody& body) {
 Frame add_rigid_body(MultibodyBuilder& builder, const RigidBody& body, const Eigen::Vector3d& gravity) {
   check(body);
   Frame frame = add_frame(builder, body.name, body.placement);
+  builder.note_length(frame.first, std::sqrt(body.inertia.diagonal().maxCoeff() / body.mass));
   std::array<int, 7> coordinates;
   for (int k = 0; k < 7; ++k) coordinates[k] = frame.first + k;
   builder.add(std::make_shared<InertiaAndWeight>(body, coordinates, gravity));

@@ -87,6 +87,7 @@ void add_rolling(MultibodyBuilder& builder, const std::string& owner, const Atta
                  const Attachment& b, double radius, Roller roller) {
   if (!(radius > 0) || !std::isfinite(radius)) throw InvalidInput(owner, "its radius is not positive");
   FramePair sides(a, b, owner);
+  builder.note_length(b.frame.first, radius);
   using Kind = JointEquation::Kind;
   const auto directions = [&](std::vector<JointEquation> equations) {
     return directions_of(builder, a, b, equations);

@@ -103,7 +103,7 @@ void read_flexible_body(JsonObject& object, const std::string& name, ModelParts&
   const std::shared_ptr<const Mesh> mesh = read_mesh(object.object("mesh"), parts.folder);
   object.finish();
   const auto [q, v] = placed(*mesh, placement);
-  const CoordinateRange range = parts.builder.add_coordinates(name, q, v, 1.0, {"x", "y", "z"});
+  const CoordinateRange range = parts.builder.add_coordinates(name, q, v, {"x", "y", "z"}, 3);
   auto solid = std::make_shared<const SolidGroup>(name, mesh, material, options, range.first);
   parts.builder.add(solid);
   parts.model.flexible_bodies.push_back({name, solid, range});

@@ -103,6 +103,7 @@ void read_joint_spring(JsonObject& object, const std::string& name, ModelParts& 
 void read_actuator(JsonObject& object, const std::string& name, ModelParts& parts) {
   const bool has_joint = object.has("joint"), turns = has_joint && object.has("torque");
   int coordinate = -1;
+  if (has_joint && !turns && !object.has("force")) object.refuse("joint", "has neither torque nor force");
   if (has_joint) {
     coordinate = read_joint_measure(object, turns ? "angle" : "travel", parts);
   } else {

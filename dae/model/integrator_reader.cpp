@@ -3,7 +3,7 @@
 
 namespace mfs::dae {
 
-IntegratorOptions read_integrator(JsonObject& object) {
+IntegratorOptions read_integrator(JsonObject& object, double length_unit) {
   IntegratorOptions options;
   if (object.has("method"))
     options.method = object.choice<Method>(
@@ -13,11 +13,15 @@ IntegratorOptions read_integrator(JsonObject& object) {
         object.choice<Unknowns>("unknowns", {{"full", Unknowns::full}, {"reduced", Unknowns::reduced}});
   const auto number = [&](const char* key, double& value) { value = object.not_negative(key, value); };
   number("rtol", options.rtol);
-  number("atol_position", options.atol_position);
-  number("atol_velocity", options.atol_velocity);
-  number("constraint_position", options.constraint_position);
-  number("constraint_velocity", options.constraint_velocity);
-  number("constraint_acceleration", options.constraint_acceleration);
+  // The integrator's are in its own unit of length.
+  const auto length = [&](const char* key, double& value) {
+    if (object.has(key)) value = object.not_negative(key, value) / length_unit;
+  };
+  length("atol_position", options.atol_position);
+  length("atol_velocity", options.atol_velocity);
+  length("constraint_position", options.constraint_position);
+  length("constraint_velocity", options.constraint_velocity);
+  length("constraint_acceleration", options.constraint_acceleration);
   number("initial_step", options.initial_step);
   number("max_step", options.max_step);
   number("min_step", options.min_step);

@@ -39,9 +39,10 @@ Frame interface_of(const NodeSet& set, const std::string& name, ModelParts& part
 }
 
 Attachment rigid_side(RigidPart& body, const Eigen::Vector3d& point, const Eigen::Matrix3d& axes,
-                      const ModelParts& parts) {
+                      ModelParts& parts) {
   Attachment side = attach(parts.builder, body.frame, point, axes);
   body.points.push_back(side.point);
+  parts.builder.note_length(body.frame.first, side.point.norm());
   return side;
 }
 

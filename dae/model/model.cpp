@@ -134,7 +134,7 @@ MultibodyModel make_model(const Json& json, const std::string& folder, int threa
   model.record = file.texts("record");
   if (file.has("integrator")) {
     JsonObject integrator = file.object("integrator");
-    model.integrator = read_integrator(integrator);
+    model.integrator = read_integrator(integrator, parts.builder.length_unit());
   }
   file.finish();
   model.system = parts.builder.build(threads, backend);

@@ -38,7 +38,7 @@ void read_joint(JsonObject& object, const std::string& name, ModelParts& parts);
 void read_motion(JsonObject& object, const std::string& name, ModelParts& parts);
 void read_force(JsonObject& object, const std::string& name, ModelParts& parts);
 void read_point(JsonObject& object, const std::string& name, ModelParts& parts);
-IntegratorOptions read_integrator(JsonObject& object);
+IntegratorOptions read_integrator(JsonObject& object, double length_unit);
 
 /// The object "parameters": numbers and expressions of those before.
 void read_parameters(JsonObject& object, Parameters& parameters);

@@ -7,6 +7,7 @@
 #include <mfs/error.hpp>
 
 #include "dae/integrator/initial_conditions.hpp"
+#include "dae/integrator/scaled_system.hpp"
 #include "dae/mechanics/number_text.hpp"
 #include "dae/statics/constrained_matrix.hpp"
 #include "dae/statics/independent_system.hpp"
@@ -33,6 +34,12 @@ double dot(const std::vector<double>& x, const std::vector<double>& y) {
 
 bool all_finite(const std::vector<double>& x) {
   return std::all_of(x.begin(), x.end(), [](double value) { return std::isfinite(value); });
+}
+
+double largest(const std::vector<double>& values) {
+  double most = 0.0;
+  for (const double value : values) most = std::max(most, std::abs(value));
+  return most;
 }
 
 class Search {
@@ -176,12 +183,6 @@ class Search {
     state_.v = state_.a = rest_;
   }
 
-  static double largest(const std::vector<double>& values) {
-    double most = 0.0;
-    for (const double value : values) most = std::max(most, std::abs(value));
-    return most;
-  }
-
   const ConstrainedSystem& system_;
   const IntegratorOptions& options_;
   const int n_, m_;
@@ -205,6 +206,14 @@ State find_equilibrium(const ConstrainedSystem& system, const IntegratorOptions&
   told = {};
   const auto n = static_cast<std::size_t>(system.coordinates());
   if (state.q.size() != n) throw InvalidInput("q0", "it has not one number for each coordinate");
+  if (ScaledSystem::is_needed(system)) {
+    const ScaledSystem scaled(system, state.t, state.q);
+    state = scaled.unscaled(find_equilibrium(scaled, options, scaled.scaled(std::move(state)), &told, go_on));
+    Residual residual = make_residual(system);
+    system.evaluate({state.t, state.q.data(), state.v.data(), state.a.data(), state.lambda.data()}, residual);
+    told.force = largest(residual.force);
+    return state;
+  }
   const IndependentSystem independent(system, state.t, state.q);
   state.lambda.assign(static_cast<std::size_t>(independent.system().constraints()), 0.0);
   Search(independent.system(), options, state, told).run(go_on);

@@ -9,6 +9,7 @@
 
 #include <mfs/error.hpp>
 
+#include "dae/integrator/scaled_system.hpp"
 #include "dae/statics/constrained_matrix.hpp"
 #include "dae/statics/independent_system.hpp"
 
@@ -280,6 +281,14 @@ void check_at_rest(const ConstrainedSystem& system, const State& state) {
 std::vector<Mode> find_modes(const ConstrainedSystem& system, const State& state, int count, int threads,
                              Damping damping, const std::function<bool()>& go_on) {
   if (count < 1) throw InvalidInput("modes", "their number is not positive");
+  if (ScaledSystem::is_needed(system)) {
+    const ScaledSystem scaled(system, state.t, state.q);
+    std::vector<Mode> modes = find_modes(scaled, scaled.scaled(state), count, threads, damping, go_on);
+    for (Mode& mode : modes)
+      for (std::size_t i = 0; i < mode.x.size(); ++i)
+        mode.x[i] *= system.coordinate_scale(static_cast<int>(i));
+    return modes;
+  }
   const IndependentSystem independent(system, state.t, state.q);
   const ConstrainedSystem& own = independent.system();
   const int n = own.coordinates(), m = own.constraints();

@@ -302,6 +302,9 @@ TEST(Refusals, NameTheArgument) {
   refused("max_order", with(&O::max_order, 6), q0, 1.0, {});
   refused("rho_inf", with(&O::rho_inf, 1.5), q0, 1.0, {});
   refused("max_step", with(&O::max_step, std::nan("")), q0, 1.0, {});
+  refused("rtol", with(&O::rtol, 1e-13), q0, 1.0, {});
+  refused("max_step", with(&O::max_step, 1e-12), q0, 1.0, {});
+  refused("fixed_step", with(&O::fixed_step, 1e-12), q0, 1.0, {});
   IntegratorOptions crossed;
   crossed.min_step = 2.0 * (crossed.max_step = 0.1);
   refused("min_step", crossed, q0, 1.0, {});

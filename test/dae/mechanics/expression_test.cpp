@@ -149,5 +149,13 @@ TEST(Expression, MistakesAreRefused) {
                        [] { expression_function(Expression("log(t)"), 0, {0})->at(-1e-9); });
 }
 
+// A text of 400 kB is not a message.
+TEST(Expression, IsNotRepeatedAsAWholeInMessages) {
+  std::string sum = "u";
+  for (int i = 0; i < 300; ++i) sum += "+u";
+  EXPECT_EQ(Expression(sum).text(), sum.substr(0, 200) + "...");
+  EXPECT_EQ(Expression("u+1").text(), "u+1");
+}
+
 }  // namespace
 }  // namespace mfs::dae

@@ -48,7 +48,7 @@ Parts random_parts(std::uint64_t seed, int n) {
   parts.a = random.vector(n);
   parts.lambda = random.vector(n);
   parts.builder.add_coordinates("front", std::vector<double>(6), std::vector<double>(6));
-  parts.builder.add_coordinates("rest", std::vector<double>(n - 6), std::vector<double>(n - 6), 1.0,
+  parts.builder.add_coordinates("rest", std::vector<double>(n - 6), std::vector<double>(n - 6),
                                 {"x", "y", "z"});
   for (int g = 0; g < 6; ++g) {
     const bool single = random.chance(0.5);
@@ -399,9 +399,9 @@ TEST(Multibody, PassesOnTheFirstFailureOfAnElement) {
 
 TEST(Multibody, NamesCoordinatesAndConstraints) {
   MultibodyBuilder builder;
-  builder.add_coordinates("rod", {1}, {0}, 2.5);
-  builder.add_coordinates("knuckle", {1, 2, 3}, {0, 0, 0}, 0.5, {"x", "y", "z"});
-  builder.add_coordinates("arm", std::vector<double>(6), std::vector<double>(6), 1.0, {"x", "y", "z"});
+  builder.add_coordinates("rod", {1}, {0});
+  builder.add_coordinates("knuckle", {1, 2, 3}, {0, 0, 0}, {"x", "y", "z"});
+  builder.add_coordinates("arm", std::vector<double>(6), std::vector<double>(6), {"x", "y", "z"});
   builder.add(std::make_shared<ArtificialGroup>("pin", 1, 1, std::vector<int>{4}, LocalStructure{}));
   builder.add(
       std::make_shared<ArtificialGroup>("ball", 2, 2, std::vector<int>{2, 1, 0, 5}, LocalStructure{}));
@@ -411,8 +411,25 @@ TEST(Multibody, NamesCoordinatesAndConstraints) {
   EXPECT_EQ(system->coordinate_name(9), "arm[1].z");
   EXPECT_EQ(system->constraint_name(0), "pin, element 0, equation 1 of 1");
   EXPECT_EQ(system->constraint_name(4), "ball, element 1, equation 2 of 2");
-  EXPECT_EQ(system->coordinate_scale(0), 2.5);
-  EXPECT_EQ(system->coordinate_scale(3), 0.5);
+}
+
+TEST(Multibody, MeasuresLengthsInAUnitOfTheirOwnWhereTheyAreNoOrdinaryNumbers) {
+  const auto scales = [](double length) {
+    MultibodyBuilder builder;
+    builder.add_coordinates("body", std::vector<double>(4), std::vector<double>(4), {"x", "e0"}, 1);
+    builder.note_length(0, length);
+    builder.note_length(0, 0.5 * length);  // the largest of a body is its size
+    builder.note_length(2, 8.0 * length);
+    const auto system = builder.build();
+    return std::vector<double>{system->coordinate_scale(2), system->coordinate_scale(3)};
+  };
+  for (const double ordinary : {0.0, 0.02, 1.0, 60.0})
+    EXPECT_EQ(scales(ordinary), (std::vector<double>{1, 1})) << ordinary;
+  EXPECT_EQ(scales(1e6), (std::vector<double>{1048576, 1}));
+  EXPECT_EQ(scales(1e-3), (std::vector<double>{1.0 / 128, 1}));
+  MultibodyBuilder mesh;
+  mesh.add_coordinates("arm", {0, 5, 5, 1000, 7, 8}, std::vector<double>(6), {"x", "y", "z"}, 3);
+  EXPECT_EQ(mesh.length_unit(), 1024.0);
 }
 
 TEST(Multibody, MayHaveMoreConstraintsThanCoordinates) {
@@ -427,9 +444,8 @@ TEST(Multibody, RefusesBadParts) {
   MultibodyBuilder empty;
   expect_refused("body arm", "no coordinates", [&] { empty.add_coordinates("arm", {}, {}); });
   expect_refused("body arm", "initial velocities", [&] { empty.add_coordinates("arm", two, one); });
-  expect_refused("body arm", "scale", [&] { empty.add_coordinates("arm", two, two, 0.0); });
   const std::vector<std::string> three{"x", "y", "z"};
-  expect_refused("body arm", "multiple", [&] { empty.add_coordinates("arm", two, two, 1.0, three); });
+  expect_refused("body arm", "multiple", [&] { empty.add_coordinates("arm", two, two, three); });
   expect_refused("body arm", "not finite", [&] { empty.add_coordinates("arm", {NAN}, one); });
   expect_refused("body arm", "not finite", [&] { empty.add_coordinates("arm", one, {INFINITY}); });
   expect_refused("group", "null", [&] { empty.add(nullptr); });

@@ -200,6 +200,14 @@ TEST(Forces, WithAPoleAreNamedByWhatTheyActOn) {
   }
 }
 
+// Dry friction that holds the pendulum: its force jumps wherever a step ends, however short that is.
+TEST(Forces, ThatJumpWithTheMotionEndARunThatWouldTakeDays) {
+  Json json = of_library("simple_pendulum", 10.0, 1);
+  json["forces"]["friction"] = {
+      {"type", "actuator"}, {"joint", "bearing"}, {"torque", "-100*sign(bearing.angle_rate)"}};
+  expect_ended(json, AllOf(HasSubstr("more steps would be needed"), HasSubstr("a force jumps")));
+}
+
 // The hinges share the weight, and the moment of the weight: a pair of forces H at 0.8 m and two moments M
 // with 1.6 H + 2 M = g / 2 and the least sum of squares.
 TEST(Door, OnTwoHingesTurnsAndHangsOnBoth) {

@@ -175,6 +175,8 @@ const Mistake kMistakes[] = {
     {"/forces/motor", R"({"type": "torque", "side": "block"})", "forces.motor", "it has no function"},
     {"/forces/motor", R"({"type": "rotational_spring", "joint": "hinge", "stiffness": 1, "torque": "x"})",
      "forces.motor", "it has both a stiffness and a function"},
+    {"/forces/motor", R"({"type": "actuator", "joint": "hinge"})", "forces.motor.joint",
+     "has neither torque nor force"},
     {"/motions/turn/angle", "\"0.5 * hinge.angle\"", "motions.turn", "it depends on what it moves"},
     {"/motions/turn/angle", "\"block_top.vx\"", "motions.turn", "it must not depend on rates"},
 };

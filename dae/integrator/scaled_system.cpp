@@ -1,0 +1,139 @@
+#include "dae/integrator/scaled_system.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+
+#include "dae/integrator/initial_conditions.hpp"
+
+namespace mfs::dae {
+namespace {
+
+/// x_i *= f_i^power; an empty x stays so.
+void multiply(const std::vector<double>& f, int power, std::vector<double>& x) {
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] = power > 0 ? x[i] * f[i] : x[i] / f[i];
+}
+
+/// y = f x, or x / f.
+void multiplied(const std::vector<double>& f, int power, const double* x, std::vector<double>& y) {
+  y.assign(x, x + f.size());
+  multiply(f, power, y);
+}
+
+}  // namespace
+
+/// What devices have is of bodies whose coordinates all have one scale.
+class ScaledSystem::Remote final : public RemoteTangent {
+ public:
+  Remote(RemoteTangent& remote, const ScaledSystem& system) : remote_(remote), system_(system) {
+    const Pattern& pattern = remote.pattern();
+    const double scale = pattern.entries() > 0 ? system.scale_[pattern.column[0]] : 1.0;
+    square_ = scale * scale;
+  }
+
+  const Pattern& pattern() const override { return remote_.pattern(); }
+  std::unique_ptr<RemoteMatrix> make_matrix(std::size_t entries, const std::vector<int>& own) override {
+    return remote_.make_matrix(entries, own);
+  }
+  void place(const std::array<const int*, 3>& target, RemoteMatrix& matrix) override {
+    remote_.place(target, matrix);
+  }
+  void begin_tangent(const StateView& state) override { remote_.begin_tangent(system_.given(state)); }
+  /// States are on the host.
+  void begin_tangent(const Executor& executor, const StateView& state) override {
+    remote_.begin_tangent(executor, state);
+  }
+  void add_diagonal(const ByAVQ& factor, std::vector<double>& diagonal) override {
+    remote_.add_diagonal(squared(factor), diagonal);
+  }
+  void begin_sum(const ByAVQ& factor) override { remote_.begin_sum(squared(factor)); }
+
+ private:
+  ByAVQ squared(ByAVQ factor) const {
+    for (double& x : factor) x *= square_;
+    return factor;
+  }
+
+  RemoteTangent& remote_;
+  const ScaledSystem& system_;
+  double square_ = 1.0;
+};
+
+bool ScaledSystem::is_needed(const ConstrainedSystem& system) {
+  for (int i = 0; i < system.coordinates(); ++i)
+    if (system.coordinate_scale(i) != 1.0) return true;
+  return false;
+}
+
+ScaledSystem::ScaledSystem(const ConstrainedSystem& system, double t, const std::vector<double>& q)
+    : system_(system), unit_(static_cast<std::size_t>(system.constraints()), 1.0) {
+  for (int i = 0; i < system.coordinates(); ++i) scale_.push_back(system.coordinate_scale(i));
+  const Pattern& pattern = system.tangent_pattern()[Block::position_q];
+  const std::vector<double> gradient = constraint_gradient(system, t, q);
+  for (int row = 0; row < pattern.rows; ++row) {
+    double most = 0.0;
+    for (int k = pattern.row_start[row]; k < pattern.row_start[row + 1]; ++k)
+      most = std::max(most, std::abs(gradient[k] * scale_[pattern.column[k]]));
+    if (most > 0.0 && std::isfinite(most)) unit_[row] = std::exp2(std::round(std::log2(most)));
+  }
+  for (RemoteTangent* const remote : system.remote_tangents())
+    remotes_.push_back(std::make_unique<Remote>(*remote, *this));
+}
+
+ScaledSystem::~ScaledSystem() = default;
+
+State ScaledSystem::scaled(State state) const {
+  for (auto* x : {&state.q, &state.v, &state.a}) multiply(scale_, -1, *x);
+  multiply(unit_, 1, state.lambda);
+  return state;
+}
+
+State ScaledSystem::unscaled(State state) const {
+  for (auto* x : {&state.q, &state.v, &state.a}) multiply(scale_, 1, *x);
+  multiply(unit_, -1, state.lambda);
+  return state;
+}
+
+StateView ScaledSystem::given(const StateView& state) const {
+  multiplied(scale_, 1, state.q, there_.q);
+  multiplied(scale_, 1, state.v, there_.v);
+  multiplied(scale_, 1, state.a, there_.a);
+  multiplied(unit_, -1, state.lambda, there_.lambda);
+  return {state.t, there_.q.data(), there_.v.data(), there_.a.data(), there_.lambda.data()};
+}
+
+void ScaledSystem::evaluate(const StateView& state, Residual& residual) const {
+  system_.evaluate(given(state), residual);
+  multiply(scale_, 1, residual.force);
+  for (auto* level : {&residual.position, &residual.velocity, &residual.acceleration})
+    multiply(unit_, -1, *level);
+}
+
+void ScaledSystem::evaluate(const StateView& state, Tangent& tangent, BlockSet blocks) const {
+  system_.evaluate(given(state), tangent, blocks);
+  for (int b = 0; b < kBlocks; ++b) {
+    const auto block = static_cast<Block>(b);
+    if (!blocks.has(block)) continue;
+    const bool of_force = block == Block::force_q || block == Block::force_v || block == Block::force_a;
+    const Pattern& pattern = system_.tangent_pattern()[block];
+    for (int row = 0; row < pattern.rows; ++row) {
+      const double factor = of_force ? scale_[row] : 1.0 / unit_[row];
+      for (int k = pattern.row_start[row]; k < pattern.row_start[row + 1]; ++k)
+        tangent[block][k] *= factor * scale_[pattern.column[k]];
+    }
+  }
+}
+
+std::vector<RemoteTangent*> ScaledSystem::remote_tangents() const {
+  std::vector<RemoteTangent*> remotes;
+  for (const auto& remote : remotes_) remotes.push_back(remote.get());
+  return remotes;
+}
+
+std::vector<PointRange> ScaledSystem::turning_bodies() const {
+  const auto* turning = dynamic_cast<const TurningBodies*>(&system_);
+  return turning != nullptr ? turning->turning_bodies() : std::vector<PointRange>();
+}
+
+}  // namespace mfs::dae

@@ -274,5 +274,131 @@ TEST(PointOnATurntable, NeedsNoMoreStepsThanABody) {
   }
 }
 
+// Crosses of rods of 1 m, one upon the other, on a foot that is pushed along the ground: all are equally
+// high.
+TEST(ScissorLift, RisesByAllOfItsStages) {
+  constexpr int kStages = 4;
+  constexpr double kStart = 0.4;
+  const double width = cos(kStart), height = sin(kStart);
+  Json json = mechanism(2.0, 20, kDown);
+  json["bodies"]["foot"] = block(width * kX);
+  json["joints"] = {{"pin", joint("revolute", "ground", "up0", kNone)},
+                    {"rail", joint("translational", "ground", "foot", width * kX, kX)},
+                    {"heel", joint("revolute", "foot", "down0", width * kX)}};
+  for (int i = 0; i < kStages; ++i) {
+    const std::string n = std::to_string(i), below = std::to_string(i - 1);
+    const Vector3d left = i * height * kY, right = left + width * kX, higher = height * kY;
+    json["bodies"]["up" + n] = rod(left, right + higher);
+    json["bodies"]["down" + n] = rod(right, left + higher);
+    json["joints"]["cross" + n] = joint("revolute", "up" + n, "down" + n, 0.5 * (left + right + higher));
+    if (i == 0) continue;
+    json["joints"]["left" + n] = joint("revolute", "down" + below, "up" + n, left);
+    json["joints"]["right" + n] = joint("revolute", "up" + below, "down" + n, right);
+  }
+  json["motions"]["push"] = {
+      {"type", "translation"}, {"joint", "rail"}, {"distance", "0.3*(cos(1.5*t) - 1)"}};
+  const MotionRun result = run(json, 1e-6);
+  for (const State& state : result.outputs) {
+    const double x = width + 0.3 * (cos(1.5 * state.t) - 1), h = std::sqrt(1 - x * x);
+    const Vector3d middle(0.5 * x, (kStages - 0.5) * h, 0);
+    EXPECT_LT((result.position(state, "up3") - middle).norm(), 1e-8) << state.t;
+  }
+}
+
+// Miura's fold of 2 by 2 equal parallelograms of 60 degrees, flat facets about four creases that meet in a
+// point, which leaves three rows too many. By the fold's angle f (M. Schenk, S. D. Guest, "Geometry of
+// Miura-folded metamaterials", PNAS 110 (2013) 3276-3281).
+Vector3d miura_vertex(int i, int j, double f) {
+  const double skew = std::sqrt(3.0), c = cos(f) * skew, r = std::sqrt(1 + c * c), h = sin(f) * skew / 2;
+  return {i * c / r, j * std::sqrt(1 - h * h) + (i % 2) / r, j % 2 == 0 ? 0.0 : h};
+}
+
+Json facet(int i, int j, double f) {
+  const Vector3d a = miura_vertex(i, j, f), b = miura_vertex(i + 1, j, f), d = miura_vertex(i, j + 1, f);
+  Eigen::Matrix3d axes;
+  axes.col(0) = (b - a).normalized();
+  axes.col(2) = axes.col(0).cross(d - a).normalized();
+  axes.col(1) = axes.col(2).cross(axes.col(0));
+  const Eigen::AngleAxisd turn(axes);
+  return {{"type", "rigid"},
+          {"mass", 1.0},
+          {"inertia", {0.08, 0.08, 0.16}},
+          {"position", triple(0.5 * (b + d))},
+          {"rotation", {{"axis", triple(turn.axis())}, {"angle", turn.angle()}}}};
+}
+
+TEST(MiurasFold, FoldsAsOne) {
+  const auto v = [](int i, int j) { return miura_vertex(i, j, 1.0); };
+  const auto crease = [&](const char* a, const char* b, const Vector3d& p, const Vector3d& q) {
+    return joint("revolute", a, b, 0.5 * (p + q), q - p);
+  };
+  Json json = mechanism(1.0, 20, kNone);
+  json["bodies"] = {{"f00", facet(0, 0, 1.0)},
+                    {"f10", facet(1, 0, 1.0)},
+                    {"f01", facet(0, 1, 1.0)},
+                    {"f11", facet(1, 1, 1.0)}};
+  json["joints"] = {{"south", crease("f00", "f10", v(1, 0), v(1, 1))},
+                    {"north", crease("f01", "f11", v(1, 1), v(1, 2))},
+                    {"west", crease("f00", "f01", v(0, 1), v(1, 1))},
+                    {"east", crease("f10", "f11", v(1, 1), v(2, 1))}};
+  const std::string c = "(sqrt(3)*cos(1 - 0.3*(1 - cos(3*t))))";
+  json["motions"] = {
+      {"corner",
+       {{"type", "point"}, {"side", "f00"}, {"point", triple(v(0, 0))}, {"x", "0"}, {"y", "0"}, {"z", "0"}}},
+      {"pull",
+       {{"type", "point"},
+        {"side", "f10"},
+        {"point", triple(v(2, 0))},
+        {"x", "2*" + c + "/sqrt(1 + " + c + "^2)"},
+        {"y", "0"},
+        {"z", "0"}}},
+      {"flat", {{"type", "point"}, {"side", "f01"}, {"point", triple(v(0, 2))}, {"z", "0"}}}};
+  const MotionRun result = run(json, 1e-6);
+  EXPECT_THAT(result.report.redundant, SizeIs(3));
+  for (const State& state : result.outputs) {
+    const double f = 1 - 0.3 * (1 - cos(3 * state.t));
+    const Vector3d middle = 0.5 * (miura_vertex(2, 1, f) + miura_vertex(1, 2, f));
+    EXPECT_LT((result.position(state, "f11") - middle).norm(), 1e-8) << state.t;
+  }
+}
+
+// They begin where the axes of the outer one and of the rotor are one line, and come back there: Euler's
+// angles are singular, the mechanism moves on.
+TEST(Gimbals, PassTheirLock) {
+  Json json = mechanism(2.0, 40, kNone);
+  json["bodies"] = {{"outer", block(kNone)}, {"middle", block(kNone)}, {"rotor", block(kNone)}};
+  json["joints"] = {{"a", joint("revolute", "ground", "outer", kNone)},
+                    {"b", joint("revolute", "outer", "middle", kNone, kX)},
+                    {"c", joint("revolute", "middle", "rotor", kNone)}};
+  json["motions"] = {
+      {"a", turns("a", "sin(2*t)")}, {"b", turns("b", "1.2*cos(3*t) - 1.2")}, {"c", turns("c", "4*t")}};
+  const MotionRun result = run(json, 1e-6);
+  for (const State& state : result.outputs) {
+    const double t = state.t;
+    const Eigen::Quaterniond expected = Eigen::AngleAxisd(sin(2 * t), kZ) *
+                                        Eigen::AngleAxisd(1.2 * cos(3 * t) - 1.2, kX) *
+                                        Eigen::AngleAxisd(4 * t, kZ);
+    const double* const p = &state.q[result.at("rotor") + 3];
+    EXPECT_LT(expected.angularDistance(Eigen::Quaterniond(p[0], p[1], p[2], p[3])), 1e-7) << t;
+  }
+}
+
+// Without friction it leaves the axis of a guide that turns evenly as cosh(w t).
+TEST(SliderOnATurningGuide, LeavesItsAxis) {
+  constexpr double kW = 2.5, kStart = 0.3;
+  Json json = mechanism(1.0, 10, kNone);
+  json["bodies"] = {{"guide", rod(kNone, 2 * kX)}, {"slider", block(kStart * kX)}};
+  json["bodies"]["slider"]["velocity"] = triple(kW * kStart * kY);
+  json["joints"] = {{"hinge", joint("revolute", "ground", "guide", kNone)},
+                    {"slide", joint("translational", "guide", "slider", kStart * kX, kX)}};
+  json["motions"]["drive"] = drive("hinge", 0.0, kW);
+  const MotionRun result = run(json, 1e-7);
+  for (const State& state : result.outputs) {
+    const double angle = kW * state.t, r = kStart * std::cosh(angle);
+    const Vector3d expected(r * cos(angle), r * sin(angle), 0);
+    EXPECT_LT((result.position(state, "slider") - expected).norm(), 1e-4) << state.t;
+  }
+}
+
 }  // namespace
 }  // namespace mfs::dae::test

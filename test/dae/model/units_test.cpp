@@ -114,6 +114,12 @@ TEST_P(InUnits, RigidMechanismsMoveAlike) {
 INSTANTIATE_TEST_SUITE_P(Library, InUnits,
                          testing::Values(kMillimetres, kMicrometres, kKilometres, kMilliseconds));
 
+// Without a unit for constraints, too, 1e-8 Gm may be left of one.
+TEST(Units, MayBeFarFromAnyMechanisms) {
+  for (const Units& units : {Units{"Gm, kg, s", 1e-9, 1.0, 1.0}, Units{"nm, kg, s", 1e9, 1.0, 1.0}})
+    expect_alike({"four_bar", "simple_pendulum"}, units);
+}
+
 // What may be left of accelerations, 1e-4 km/h^2, is less than rounding.
 TEST(Units, WhatIsLessThanRoundingIsNotAskedFor) {
   expect_alike({"andrews_squeezer", "bicycle", "rolling_disc"}, kHours);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <numeric>
 
 namespace mfs {
 
@@ -36,41 +37,68 @@ SegmentClock::SegmentClock(const SymbolicPlan& plan, Outside outside)
   }
 }
 
-// Of what `segment` computes, without what it reads of contribution blocks that have left.
-double SegmentClock::busy_seconds(const SegmentPlan& segments, const Segment& segment) const {
+double SegmentClock::tiles_seconds(Vertex f) const {
   constexpr double kTile = 128;
-  double sum = rates_.segment, tiles = 0;
-  for (Vertex i = segment.begin; i < segment.end; ++i) {
-    const Vertex f = segments.order[i];
-    tiles = std::max(tiles, std::ceil(plan_.pivots(f) / kTile));
-    sum += front_[f];
-  }
-  return sum + tiles * rates_.tile;
+  return std::ceil(plan_.pivots(f) / kTile) * rates_.tile;
 }
 
-// Of these columns alone: their part of the front.
-double SegmentClock::column_seconds(const BorderColumns& columns) const {
-  return front_[columns.front] * (columns.end - columns.begin) / plan_.rows(columns.front);
+// Of segments, without what they read of contribution blocks that have left.
+std::vector<double> SegmentClock::busy_seconds(const SegmentPlan& segments) const {
+  std::vector<double> busy;
+  for (const Segment& segment : segments.segments) {
+    double fronts = 0, tiles = 0;
+    for (Vertex i = segment.begin; i < segment.end; ++i) {
+      fronts += front_[segments.order[i]];
+      tiles = std::max(tiles, tiles_seconds(segments.order[i]));
+    }
+    busy.push_back(rates_.segment + fronts + tiles);
+  }
+  // Columns of a front have their part of it, and a chain of as many tiles, without those on the diagonal.
+  constexpr double kOffDiagonal = 2.0 / 3;
+  for (const BorderColumns& columns : segments.border_columns) {
+    const Vertex f = columns.front;
+    const double part = front_[f] * (columns.end - columns.begin) / plan_.rows(f);
+    busy[columns.segment] += part + kOffDiagonal * tiles_seconds(f);
+    busy[segments.segment[f]] -= part;
+  }
+  return busy;
+}
+
+// Of segments: to read contribution blocks in the memory of the host; columns of a front have their part.
+std::vector<double> SegmentClock::reading_seconds(const SegmentPlan& segments) const {
+  std::vector<double> reads(segments.segments.size(), 0.0);
+  for (const LeavingBlock& block : segments.leaving) {
+    if (block.to < 0) continue;
+    const double seconds = static_cast<double>(block.entries) / rates_.in;
+    const Segment& reader = segments.segments[block.to];
+    reads[block.to] += seconds;
+    if (!reader.divided) continue;
+    const Vertex f = segments.order[reader.begin];
+    const auto [columns, end] = segments.columns_of(f);
+    for (auto own = columns; own != end; ++own) {
+      const double part = seconds * (own->end - own->begin) / plan_.rows(f);
+      reads[own->segment] += part;
+      reads[block.to] -= part;
+    }
+  }
+  return reads;
 }
 
 double SegmentClock::refactor_seconds(const SegmentPlan& segments) const {
   const std::size_t count = segments.segments.size();
-  std::vector<double> busy(count), left(count, 0.0);
-  for (std::size_t t = 0; t < count; ++t) busy[t] = busy_seconds(segments, segments.segments[t]);
-  for (const BorderColumns& columns : segments.border_columns) {
-    const double part = column_seconds(columns);
-    busy[columns.segment] += part;
-    busy[segments.segment[columns.front]] -= part;
-  }
-  for (const LeavingBlock& block : segments.leaving) {
-    if (block.to >= 0) busy[block.to] += static_cast<double>(block.entries) / rates_.in;
-  }
-  double done = 0, sent = 0;
+  const std::vector<double> busy = busy_seconds(segments);
+  std::vector<double> left(count, 0.0);
+  const std::vector<double> reads = reading_seconds(segments);
+  std::vector<double> ended(count + 1, 0.0);
+  double done = 0, sent = 0, read = 0;
   auto block = segments.leaving.begin();
   for (std::size_t t = 0; t < count; ++t) {
     const Vertex before = segments.segments[t].leaves_first;
     if (before > 0) done = std::max(done, left[before - 1]);
-    done += busy[t];
+    const Vertex after = segments.segments[t].assembled_after;
+    read = std::max({read, ended[after], before > 0 ? left[before - 1] : 0.0}) + reads[t];
+    done = std::max(done, reads[t] > 0 ? read : 0) + busy[t];
+    ended[t + 1] = done;
     for (; block != segments.leaving.end() && block->from == static_cast<Vertex>(t); ++block)
       sent = std::max(sent, done) + rates_.copy + static_cast<double>(block->entries) / rates_.out;
     left[t] = sent;
@@ -80,6 +108,12 @@ double SegmentClock::refactor_seconds(const SegmentPlan& segments) const {
 
 double SegmentClock::solve_seconds(const SegmentPlan& segments) const {
   return static_cast<double>(segments.host_entries) / rates_.out;
+}
+
+double SegmentClock::least_seconds(const SegmentPlan& segments, Offset region) const {
+  const std::vector<double> busy = busy_seconds(segments);
+  const double kernels = std::accumulate(busy.begin(), busy.end(), 0.0);
+  return kernels + static_cast<double>(std::max<Offset>(plan_.factor_entries - region, 0)) / rates_.out;
 }
 
 double SegmentClock::seconds_of_matrix() const {

@@ -31,12 +31,15 @@ class SegmentClock {
   double seconds(const SegmentPlan& segments) const {
     return refactor_seconds(segments) + solve_seconds(segments);
   }
+  /// Of both at least, wherever these segments lie in a region of so many entries.
+  double least_seconds(const SegmentPlan& segments, Offset region) const;
   /// How much longer both take, s, where the matrix is in the memory of the host.
   double seconds_of_matrix() const;
 
  private:
-  double busy_seconds(const SegmentPlan& segments, const Segment& segment) const;
-  double column_seconds(const BorderColumns& columns) const;
+  std::vector<double> busy_seconds(const SegmentPlan& segments) const;
+  std::vector<double> reading_seconds(const SegmentPlan& segments) const;
+  double tiles_seconds(Vertex f) const;
 
   const SymbolicPlan& plan_;
   const SegmentRates rates_;

@@ -1,6 +1,7 @@
 #include "plan/segment_places.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <utility>
@@ -26,31 +27,42 @@ void add_run(Offset begin, Offset entries, std::vector<SegmentBlock>& blocks) {
   }
 }
 
+/// The first place from `begin` on where a block has room beside those of `placed`, by place, that it meets.
+template <class Meets>
+Offset first_gap(const std::vector<Block>& placed, Offset entries, Offset begin, const Meets& meets) {
+  Offset place = begin;
+  for (const Block& other : placed) {
+    if (!meets(other)) continue;
+    if (place + entries <= other.place) break;
+    place = std::max(place, other.place + other.entries);
+  }
+  return place;
+}
+
 /// Gives blocks their places from `begin` on, the largest first, each in the first gap that has room for it
-/// beside those that it meets; `fixed` have theirs, and ascend by them. Returns where the last one ends.
-Offset place_blocks(std::vector<Block>& blocks, Offset begin, const std::vector<Block>& fixed) {
+/// beside those that it meets: where none has to wait for another one, if that ends before `limit`. `placed`
+/// have theirs, and ascend by them. Returns where the last one ends.
+Offset place_blocks(std::vector<Block>& blocks, Offset begin, std::vector<Block> placed, Offset limit) {
   std::vector<std::size_t> by_size(blocks.size());
   std::iota(by_size.begin(), by_size.end(), std::size_t{0});
   std::stable_sort(by_size.begin(), by_size.end(),
                    [&](std::size_t a, std::size_t b) { return blocks[a].entries > blocks[b].entries; });
-  std::vector<const Block*> placed;  // by place
-  for (const Block& block : fixed) placed.push_back(&block);
+  placed.reserve(placed.size() + blocks.size());
   Offset most = begin;
   for (const std::size_t i : by_size) {
     Block& block = blocks[i];
-    block.place = begin;
-    for (const Block* other : placed) {
-      if (!other->meets(block)) continue;
-      if (block.place + block.entries <= other->place) break;
-      block.place = std::max(block.place, other->place + other->entries);
-    }
-    const auto after = std::upper_bound(placed.begin(), placed.end(), &block,
-                                        [](const Block* a, const Block* b) { return a->place < b->place; });
-    placed.insert(after, &block);
+    const auto gap = [&](const auto& meets) { return first_gap(placed, block.entries, begin, meets); };
+    block.place = gap([&](const Block& other) { return other.waits_for(block); });
+    if (block.place + block.entries > limit)
+      block.place = gap([&](const Block& other) { return other.meets(block); });
+    const auto after = std::upper_bound(placed.begin(), placed.end(), block,
+                                        [](const Block& a, const Block& b) { return a.place < b.place; });
+    placed.insert(after, block);
     most = std::max(most, block.place + block.entries);
   }
   return most;
 }
+constexpr Offset kNoLimit = std::numeric_limits<Offset>::max();
 
 }  // namespace
 
@@ -85,7 +97,16 @@ Offset SegmentPlaces::place(Vertex first_staying, const Ahead& ahead, Offset spa
 
 const SegmentPlan& SegmentPlaces::schedule() {
   list_leaving();
-  for (Vertex t = 0; t < count(); ++t) made_.segments[t].leaves_first = leaves_first(t);
+  Vertex before = 0;  // one is assembled after the other
+  for (Vertex t = 0; t < count(); ++t) {
+    Segment& own = made_.segments[t];
+    own.leaves_first = leaves_first(t);
+    // Columns of a front read what its [P; L] have waited for.
+    if (own.begin == own.end)
+      own.leaves_first = std::max(own.leaves_first, made_.segments[t - 1].leaves_first);
+    own.assembled_after = reads_outside_[t] ? std::max(before, assembled_after(t)) : t;
+    if (own.assembled_after < t) before = own.assembled_after;
+  }
   return made_;
 }
 
@@ -129,7 +150,8 @@ void SegmentPlaces::divide(Vertex f) {
   if (way_.fronts == 0 || b == 0 || p == 0 || plan_.rows(f) <= small_rows_ || lower >= region_ ||
       all <= region_ / way_.fronts)
     return;
-  const Offset fit = (region_ - lower) / way_.groups / (p + plan_.contribution_ld(f));
+  const Offset child = last_child_beside(f, lower);
+  const Offset fit = (region_ - lower - child) / way_.groups / (p + plan_.contribution_ld(f));
   const Vertex groups =
       tiles_of(b, static_cast<Vertex>(std::min<Offset>(std::max<Offset>(fit, kAlignment), b)));
   const Vertex width = static_cast<Vertex>(aligned(tiles_of(b, groups)));
@@ -143,6 +165,20 @@ void SegmentPlaces::divide(Vertex f) {
   }
 }
 
+// Whether the contribution block of a front stays where it is beside so many entries of the parent, whose
+// segment follows.
+bool SegmentPlaces::stays_beside(Vertex f, Offset parent) const {
+  constexpr Offset kParts = 8;
+  return kParts * (contribution_entries(f) + parent) <= way_.beside * region_;
+}
+
+// Entries of that block if the front before the last segment is a child of its own.
+Offset SegmentPlaces::last_child_beside(Vertex f, Offset lower) const {
+  const Vertex begin = made_.segments.back().begin;
+  const Vertex child = begin > 0 ? made_.order[begin - 1] : f;
+  return plan_.parent[child] == f && stays_beside(child, lower) ? contribution_entries(child) : 0;
+}
+
 // Those of a segment that one other reads lie side by side.
 void SegmentPlaces::group_contributions() {
   group_of_.assign(static_cast<std::size_t>(plan_.num_fronts), -1);
@@ -151,8 +187,16 @@ void SegmentPlaces::group_contributions() {
     const Vertex parent = plan_.parent[f];
     if (parent < 0 || plan_.border_rows(f) == 0) continue;
     const Vertex reader = made_.segment[parent], last = made_.last_segment_of(parent);
+    const bool divided = made_.segments[reader].divided;
+    const Offset all = lower_entries(parent) + upper_entries(parent) + contribution_entries(parent);
+    const bool beside =
+        reader - made_.last_segment_of(f) == 1 && stays_beside(f, divided ? lower_entries(parent) : all);
     const auto [columns, end] = made_.columns_of(f);
     if (columns != end) group_of_[f] = static_cast<Offset>(contributions_.size());
+    if (columns != end && beside) {
+      contributions_.push_back({{contribution_entries(f), columns->segment, last, 0}, reader, false, f});
+      continue;
+    }
     for (auto own = columns; own != end; ++own)
       contributions_.push_back(
           {{aligned(contribution_entries(*own)), own->segment, last, 0}, reader, true, f});
@@ -160,76 +204,89 @@ void SegmentPlaces::group_contributions() {
     const std::pair<Vertex, Vertex> between{made_.segment[f], reader};
     const auto [at, is_new] = group_at.emplace(between, contributions_.size());
     if (is_new) {
-      const bool leave = reader - between.first >= way_.leaving_distance || made_.segments[reader].divided;
+      const bool leave = reader - between.first >= way_.leaving_distance || (divided && !beside);
       contributions_.push_back({{0, between.first, last, 0}, reader, leave, -1});
     }
     group_of_[f] = static_cast<Offset>(at->second);
     contributions_[at->second].made.entries += contribution_entries(f);
   }
-  contributions_of_.resize(made_.segments.size());
-  for (std::size_t i = 0; i < contributions_.size(); ++i)
-    contributions_of_[contributions_[i].made.from].push_back(i);
+  reads_outside_.assign(made_.segments.size(), 0);
+  for (const Contributions& group : contributions_) {
+    const auto first = reads_outside_.begin() + group.first_reader;
+    if (group.leave) std::fill(first, reads_outside_.begin() + group.made.to + 1, 1);
+  }
 }
 
 void SegmentPlaces::place_in_factorization(const Ahead& ahead) {
-  const auto out = [&](Offset entries) { return entries > region_ / 4 ? ahead.large_out : ahead.out; };
   std::vector<Block> blocks, staying;
   std::vector<Offset*> places;
-  const auto add = [&](const Block& block, Offset& place) {
-    blocks.push_back(block);
+  const auto first = [&](Vertex t) { return reads_outside_[t] ? std::max(t - ahead.assembled, 0) : t; };
+  const auto add = [&](Offset entries, Vertex from, Vertex to, bool leaves, Offset& place) {
+    const Vertex out = entries > region_ / 4 ? ahead.large_out : ahead.out;
+    blocks.push_back({entries, from, to, 0, first(from), leaves ? to + out : to});
     places.push_back(&place);
   };
   for (Contributions& group : contributions_) {
-    Block block = group.made;
-    if (group.leave) block.to = std::min(block.to, block.from + out(block.entries));
-    add(block, group.made.place);
+    Block& made = group.made;
+    add(made.entries, made.from, group.leave ? made.from : made.to, group.leave, made.place);
   }
   for (std::size_t i = 0; i < made_.border_columns.size(); ++i) {
     const BorderColumns& columns = made_.border_columns[i];
-    const Offset entries = upper_entries(columns);
-    add({entries, columns.segment, columns.segment + out(entries), 0}, upper_place_[i]);
+    add(upper_entries(columns), columns.segment, columns.segment, true, upper_place_[i]);
   }
   for (Vertex t = 0; t < stay_; ++t) {
     Segment& own = made_.segments[t];
     if (own.entries == 0) continue;
     const Vertex f = made_.order[own.begin], last = own.divided ? made_.last_segment_of(f) : t;
-    const Offset entries = own.divided ? lower_entries(f) : own.entries;
-    add({entries, t, last + out(entries), 0}, own.place);
+    add(own.divided ? lower_entries(f) : own.entries, t, last, true, own.place);
   }
-  for (Vertex t = stay_; t < count(); ++t)
-    staying.push_back({made_.segments[t].entries, t, count() + ahead.out, made_.segments[t].place});
-  made_.region_entries = std::max(place_blocks(blocks, 0, staying), made_.spare_begin);
+  for (Vertex t = stay_; t < count(); ++t) {
+    const Segment& own = made_.segments[t];
+    staying.push_back({own.entries, t, count(), own.place, first(t), count()});
+  }
+  made_.region_entries = std::max(place_blocks(blocks, 0, staying, region_), made_.spare_begin);
   for (std::size_t i = 0; i < blocks.size(); ++i) *places[i] = blocks[i].place;
+  blocks_ = std::move(blocks);
+  blocks_.insert(blocks_.end(), staying.begin(), staying.end());
+  std::stable_sort(blocks_.begin(), blocks_.end(),
+                   [](const Block& a, const Block& b) { return a.from < b.from; });
+  blocks_begin_.assign(made_.segments.size() + 1, 0);
+  for (const Block& block : blocks_) ++blocks_begin_[block.from + 1];
+  std::partial_sum(blocks_begin_.begin(), blocks_begin_.end(), blocks_begin_.begin());
 }
 
-// What segment t makes: where it lies.
-std::vector<Block> SegmentPlaces::made_by(Vertex t) const {
-  std::vector<Block> blocks;
-  for (const std::size_t i : contributions_of_[t]) blocks.push_back(contributions_[i].made);
-  for (std::size_t i = 0; i < made_.border_columns.size(); ++i) {
-    const BorderColumns& columns = made_.border_columns[i];
-    if (columns.segment == t) blocks.push_back({upper_entries(columns), t, t, upper_place_[i]});
-  }
-  const Segment& own = made_.segments[t];
-  const Offset entries = own.divided ? lower_entries(made_.order[own.begin]) : own.entries;
-  if (entries > 0) blocks.push_back({entries, t, t, own.place});
-  return blocks;
+// Whether segment t makes something that lies where this block does.
+bool SegmentPlaces::writes_over(Vertex t, const Block& block) const {
+  return std::any_of(blocks_.begin() + blocks_begin_[t], blocks_.begin() + blocks_begin_[t + 1],
+                     [&](const Block& own) { return own.overlaps(block); });
 }
 
 // One more than the last segment of which something leaves that lies where segment t writes, or that it
 // reads on the host.
 Vertex SegmentPlaces::leaves_first(Vertex t) const {
-  const std::vector<Block> writes = made_by(t);
-  const auto in_the_way = [&](const LeavingBlock& left) {
-    const Block place{left.entries, left.from, left.from, left.place};
-    return std::any_of(writes.begin(), writes.end(),
-                       [&](const Block& block) { return block.overlaps(place); });
-  };
   Vertex first = 0;
   for (const LeavingBlock& left : made_.leaving) {
-    if (left.from < t && left.from >= first && (left.to == t || in_the_way(left))) first = left.from + 1;
+    if (left.from >= t || left.from < first) continue;
+    if (left.to == t || writes_over(t, {left.entries, left.from, left.from, left.place}))
+      first = left.from + 1;
   }
   return first;
+}
+
+// One more than the last segment that uses what lies where segment t writes, or that makes contribution
+// blocks which it reads on the device.
+Vertex SegmentPlaces::assembled_after(Vertex t) const {
+  Vertex after = made_.segments[t].leaves_first;
+  for (const Block& block : blocks_) {
+    if (block.from >= t) break;
+    if (block.to >= after && writes_over(t, block)) after = block.to + 1;
+  }
+  for (const Contributions& group : contributions_) {
+    if (group.leave || t < group.first_reader || t > group.made.to) continue;
+    const Vertex made = group.divided < 0 ? group.made.from : made_.last_segment_of(group.divided);
+    after = std::max(after, made + 1);
+  }
+  return after;
 }
 
 void SegmentPlaces::place_in_solve(Vertex back) {
@@ -241,7 +298,7 @@ void SegmentPlaces::place_in_solve(Vertex back) {
     blocks.push_back({made_.segments[t].entries, t, t + back, 0});
     of_segment.push_back(t);
   }
-  const Offset end = place_blocks(blocks, made_.spare_begin + made_.spare_entries, {});
+  const Offset end = place_blocks(blocks, made_.spare_begin + made_.spare_entries, {}, kNoLimit);
   for (std::size_t i = 0; i < blocks.size(); ++i) made_.segments[of_segment[i]].solve_place = blocks[i].place;
   made_.region_entries = std::max(made_.region_entries, end);
 }
@@ -346,7 +403,7 @@ void SegmentPlaces::place_contributions_on_host() {
     }
     blocks.back().entries += group.made.entries;
   }
-  made_.leaving_entries = place_blocks(blocks, 0, {});
+  made_.leaving_entries = place_blocks(blocks, 0, {}, kNoLimit);
   on_host_.assign(contributions_.size(), -1);
   for (std::size_t k = 0; k < blocks.size(); ++k)
     on_host_[first_of[k]] = made_.host_entries + blocks[k].place;
@@ -392,8 +449,10 @@ void SegmentPlaces::place_border_columns() {
     const Vertex f = own.front;
     own.upper = upper_place_[i] - upper_before(own);
     if (group_of_[f] < 0) continue;  // nobody reads it
-    const auto group = static_cast<std::size_t>(group_of_[f] + (own.segment - made_.segment[f] - 1));
-    own.contribution = contributions_[group].made.place - contribution_before(own);
+    const auto group = contributions_.begin() + group_of_[f];
+    own.contribution = group->leave
+                           ? group[own.segment - made_.segment[f] - 1].made.place - contribution_before(own)
+                           : group->made.place;
     if (own.begin == plan_.pivots(f)) made_.contribution[f] = own.contribution;
   }
 }

@@ -1,6 +1,7 @@
 #include "plan/segments.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <iterator>
 #include <limits>
 #include <optional>
@@ -41,22 +42,35 @@ void for_all(std::size_t count, const Work& work) {
 }
 
 /// From the one that overlaps most on.
-constexpr Ahead kAhead[] = {{4, 3, 4}, {2, 3, 2}, {1, 2, 1}, {1, 1, 1}, {1, 1, 0}, {0, 1, 0}};
-constexpr Ahead kLeastAhead = {0, 1, 0};
-/// Of those that fit, so many are compared.
-constexpr int kMostCompared = 2;
+constexpr Ahead kAhead[] = {{4, 3, 4, 1}, {4, 3, 4, 0}, {2, 3, 2, 0},
+                            {1, 2, 1, 1}, {1, 1, 1, 0}, {0, 1, 0, 0}};
+constexpr Ahead kLeastAhead = {0, 1, 0, 0};
 
 /// How segments of one order fit into a region with the most of them staying.
 struct Fit {
   Vertex first_staying = 0;
   Ahead ahead{};
 };
-std::optional<Fit> fit_into(SegmentPlaces& places, const Ahead& ahead, Offset region, Offset spare) {
-  if (places.place(places.count(), ahead, spare) > region) return {};
+/// `guess`: what was found for another Ahead, from where on it is looked for in ever longer steps.
+std::optional<Fit> fit_into(SegmentPlaces& places, const Ahead& ahead, Offset region, Offset spare,
+                            Vertex guess) {
+  const auto is_room = [&](Vertex first_staying) {
+    return places.place(first_staying, ahead, spare) <= region;
+  };
+  if (!is_room(places.count())) return {};
   Vertex fits = places.count(), fails = places.first_that_may_stay() - 1;
+  for (Vertex step = 1, next = guess; fails < next && next < fits; step *= 2) {
+    if (is_room(next)) {
+      fits = next;
+      next = fits - step;
+    } else {
+      fails = next;
+      next = fails + step;
+    }
+  }
   while (fits - fails > 1) {
     const Vertex middle = fails + (fits - fails) / 2;
-    (places.place(middle, ahead, spare) <= region ? fits : fails) = middle;
+    (is_room(middle) ? fits : fails) = middle;
   }
   return Fit{fits, ahead};
 }
@@ -118,8 +132,10 @@ constexpr Vertex kNever = std::numeric_limits<Vertex>::max();
 constexpr struct {
   int turn;
   Way way;
-} kWays[] = {{0, {kNever, 0, 0}}, {1, {5, 0, 0}},  {1, {kNever, 2, 5}}, {2, {2, 0, 0}}, {2, {kNever, 4, 12}},
-             {2, {5, 2, 5}},      {3, {5, 4, 12}}, {4, {2, 3, 5}},      {4, {2, 4, 12}}};
+} kWays[] = {{0, {kNever, 0, 0, 0}}, {1, {5, 0, 0, 0}},       {1, {kNever, 2, 5, 5}}, {1, {kNever, 2, 5, 6}},
+             {1, {kNever, 4, 5, 6}}, {1, {kNever, 4, 12, 5}}, {2, {2, 0, 0, 0}},      {2, {5, 2, 5, 6}},
+             {2, {5, 4, 12, 5}},     {3, {2, 3, 5, 5}},       {3, {2, 4, 12, 5}},     {4, {2, 3, 5, 0}},
+             {4, {2, 4, 12, 0}}};
 constexpr int kTurns = 5;
 
 /// What those read in place that leaves the region.
@@ -182,23 +198,28 @@ class Search {
   }
 
  private:
-  Found best_of(SegmentOrder order, const Way& way) const {
+  Found best_of(SegmentOrder order, const Way& way) {
     Found best;
     best.way = way;
     SegmentPlaces places(plan_, order, way, region_, small_rows_, outside_);
-    int compared = 0;
+    if (clock_.least_seconds(places.segments(), region_) > least_so_far_) return best;
+    Vertex guess = places.count();
     for (const Ahead& ahead : kAhead) {
-      const std::optional<Fit> fit = fit_into(places, ahead, region_, spare_);
+      if (ahead.assembled > 0 && !reads_outside(way)) continue;  // nothing is assembled early
+      const std::optional<Fit> fit = fit_into(places, ahead, region_, spare_, guess);
       if (!fit) continue;
+      guess = fit->first_staying;
       places.place(fit->first_staying, ahead, spare_);
       const double seconds = clock_.seconds(places.schedule());
       if (seconds < best.seconds) {
         best.fit = *fit;
         best.seconds = seconds;
       }
-      if (++compared == kMostCompared) break;
     }
-    if (compared > 0) best.order = std::move(order);
+    if (best.seconds < std::numeric_limits<double>::max()) best.order = std::move(order);
+    for (double least = least_so_far_; best.seconds < least;) {
+      if (least_so_far_.compare_exchange_weak(least, best.seconds)) break;
+    }
     return best;
   }
 
@@ -208,6 +229,7 @@ class Search {
   const Outside outside_;
   const SegmentClock clock_;
   Found least_;
+  std::atomic<double> least_so_far_ = std::numeric_limits<double>::max();  // s, of all threads
 };
 
 }  // namespace

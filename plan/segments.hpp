@@ -3,10 +3,10 @@
 // The region is smaller than all factors: those of a segment leave it for the memory of the host while the
 // next ones are made, and come back, segment by segment, in each pass of a solve. The last segments, whose
 // factors need not leave, stay where they are. Contribution blocks leave only where nothing fits else, those
-// that wait for their parents; a parent reads them in the memory of the host. Where a front does not fit, it
-// is divided: [P; L] is factored first and stays until columns [U; C], as many as fit beside it, have been
-// assembled, solved for, updated and sent to the host, one group of columns after the other. So all moves
-// once, and what must fit is [P; L] and two groups.
+// that wait for their parents; a parent reads them in the memory of the host, beside what the segments before
+// it compute. Where a front does not fit, it is divided: [P; L] is factored first and stays until columns
+// [U; C], as many as fit beside it, have been assembled, solved for, updated and sent to the host, one group
+// of columns after the other. So all moves once, and what must fit is [P; L] and two groups.
 //
 //   level 0            7          Sibling direction: a depth is cut where its factors would take too much of
 //                   /     \       the region. Depth direction: below some level of the tree, here 1, the
@@ -44,6 +44,9 @@ struct Segment {
   bool solved_on_host = false;  // a solve reads them where they lie there
   // What leaves of segments before this one must have left when it begins.
   Vertex leaves_first = 0;
+  // When so many segments are done, its fronts may be assembled beside the next ones: of segments that read
+  // in the memory of the host, else its own number.
+  Vertex assembled_after = 0;
   // In a solve: the segment that must be done with before the factors of this one may come, forward the last
   // one before it, backward the first one after it; -1 where there is none. Backward they are then still
   // there from the forward pass.
@@ -107,6 +110,7 @@ struct SegmentPlan {
 
   bool empty() const { return segments.empty(); }
   bool has_divided() const { return !border_columns.empty(); }
+  bool is_assembled_early(Vertex t) const { return !empty() && segments[t].assembled_after < t; }
   bool solved_on_host(Vertex f) const { return segments[segment[f]].solved_on_host; }
   const SideBlocks& side(Side side) const { return side == Side::lower ? lower_side : upper_side; }
   /// Entries of contribution blocks that one factorization sends to the host, and reads there.

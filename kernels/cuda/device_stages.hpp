@@ -3,14 +3,15 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <type_traits>
 #include <vector>
 
+#include "kernels/cuda/early_assembly.hpp"
 #include "kernels/cuda/factor/device_store.hpp"
 #include "kernels/cuda/runtime/device.hpp"
-#include "kernels/cuda/segment_copies.hpp"
 #include "kernels/dense/device_blas.hpp"
 #include "kernels/dense/device_lapack.hpp"
 #include "kernels/factors.hpp"
@@ -144,6 +145,7 @@ class DeviceStages {
 
  private:
   struct Layout;
+  static constexpr unsigned kAllBlocks = std::numeric_limits<unsigned>::max();
   void open_libraries();
   void find_places_on_host();
   Offset upload(const Pattern& pattern);
@@ -159,7 +161,8 @@ class DeviceStages {
   DeviceStore<S, V> store_for_solve() const;
   void launch(const Launch& what, const Stream& stream, const std::optional<DeviceBlas>& blas);
   void assemble(const DepthLaunches& depth, bool look_ahead);
-  void assemble(const Range& parts, const Stream& stream);
+  void assemble_early(Vertex done);
+  void assemble(const Range& parts, const Stream& stream, unsigned most_blocks = kAllBlocks);
   template <class Side, class Main>
   void launch_side_by_side(bool has_side, bool has_main, const Side& side, const Main& main);
   template <class Work>
@@ -177,6 +180,7 @@ class DeviceStages {
   std::optional<DeviceBlas> blas_, blas_ahead_;  // where the plan has products for them
   std::optional<DeviceLapack> lapack_;           // or roots
   std::unique_ptr<SegmentCopies> copies_;
+  std::unique_ptr<EarlyAssembly> early_;
   DeviceArena arena_;
   std::unique_ptr<PinnedArena> host_arena_;  // where the matrix lies there
   DeviceStore<S, V> store_;

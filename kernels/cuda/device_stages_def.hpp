@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <cstring>
-#include <iterator>
 
+#include "kernels/cuda/device_layout.hpp"
 #include "kernels/cuda/device_limits.hpp"
 #include "kernels/cuda/device_stages.hpp"
 #include "kernels/cuda/factor/assembly.hpp"
@@ -19,71 +19,6 @@
 #include "kernels/cuda/solve/tiny_substitution.hpp"
 
 namespace mfs::cuda {
-
-/// Where each array lies in the arena, or in that of the host. Visited twice in one order: to add up sizes,
-/// and to copy.
-template <class S, class V>
-struct DeviceStages<S, V>::Layout {
-  ArenaLayout arena, host;
-  Offset copied = 0;  // bytes, to the device
-
-  Layout(const SymbolicPlan& plan, const Pattern& pattern, const DevicePlan& lists) {
-    DeviceStore<S, V> store{};
-    place(plan, pattern, lists, store, [&](auto*& pointer, Offset count, const void* source) {
-      using T = std::remove_pointer_t<std::remove_reference_t<decltype(pointer)>>;
-      const Offset bytes = count * static_cast<Offset>(sizeof(T));
-      const bool there = on_host(store, &pointer, lists);
-      (there ? host : arena).add(bytes);
-      if (source && !there) copied += bytes;
-    });
-    arena.add(sizeof(DeviceStatus));
-  }
-
-  /// Whether this member of the store points to the memory of the host.
-  static bool on_host(const DeviceStore<S, V>& store, const void* member, const DevicePlan& lists) {
-    const FrontStore<S, V>& at = store.fronts;
-    const void* const there[] = {&at.matrix_values, &at.matrix_columns, &at.entry_in_row, &store.entry_place};
-    return lists.matrix_on_host && std::find(std::begin(there), std::end(there), member) != std::end(there);
-  }
-
-  template <class Place>
-  static void place(const SymbolicPlan& plan, const Pattern& pattern, const DevicePlan& lists,
-                    DeviceStore<S, V>& store, const Place& put) {
-    const auto copy = [&](auto*& pointer, const auto& array) {
-      put(pointer, static_cast<Offset>(array.size()), array.data());
-    };
-    FrontStore<S, V>& at = store.fronts;
-    const Offset n = plan.n;
-    put(at.storage, plan.storage_entries, nullptr);
-    put(at.matrix_values, plan.nnz, nullptr);
-    put(at.row_scale, n, nullptr);
-    put(at.column_scale, n, nullptr);
-    put(at.local_row, n, nullptr);
-    put(at.shift, n, nullptr);
-    put(store.strict, plan.num_fronts, nullptr);
-    for_each_plan_array(at, plan, pattern, copy);
-    copy(store.small_fronts, lists.small_fronts);
-    copy(store.tiny_fronts, lists.tiny_fronts);
-    copy(store.assemble, lists.assemble);
-    copy(store.exchange, lists.exchange);
-    copy(store.wide_tiles, lists.wide_tiles);
-    copy(store.unpivoted, lists.unpivoted);
-    copy(store.solve, lists.solve);
-    copy(store.steps, lists.steps);
-    copy(store.products, lists.products);
-    copy(store.row_begin, lists.row_begin);
-    copy(store.source_begin, lists.source_begin);
-    copy(store.destination, lists.destination);
-    copy(store.child_row_begin, lists.child_row_begin);
-    copy(store.child_row, lists.child_row);
-    copy(store.entry_place, lists.entry_place);
-    copy(store.solve_lower, lists.solve_lower);
-    copy(store.solve_upper, lists.solve_upper);
-    copy(store.block_read, lists.block_read);
-    copy(store.divided, lists.divided);
-    put(store.row_place, lists.divided.empty() ? 0 : n, nullptr);
-  }
-};
 
 template <class S, class V>
 DevicePlan DeviceStages<S, V>::lists_for(const SymbolicPlan& plan, SegmentPlan segments) {
@@ -139,6 +74,7 @@ DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& patter
       copies_(lists_.segments.empty()
                   ? nullptr
                   : std::make_unique<SegmentCopies>(lists_.segments, static_cast<Offset>(sizeof(S)))),
+      early_(copies_ ? std::make_unique<EarlyAssembly>(lists_.segments) : nullptr),
       arena_(Layout(plan, pattern, lists_).arena.total()) {
   open_libraries();
   find_places_on_host();
@@ -368,12 +304,18 @@ void DeviceStages<S, V>::launch_stages(const PivotPolicy& policy, PivotSearch se
             store_.fronts, &status_->largest);
   });
   for (const DepthLaunches& depth : lists_.depths) {
+    if (look_ahead && early_) assemble_early(step);
     if (copies_) copies_->begin_factor(step, stream_);
     next(Kernel::small_fronts);
     launch_small_fronts(depth.small);
     if (mark) join_small_fronts(depth.small);  // else their time would show as that of what they run beside
     next(Kernel::assemble);
-    assemble(depth, look_ahead);
+    const bool early = look_ahead && lists_.segments.is_assembled_early(step);
+    if (early) {
+      early_->join_factors(step, stream_);
+    } else {
+      assemble(depth, look_ahead);
+    }
     if (library_roots && &depth == &lists_.depths.back()) {
       next(Kernel::roots);
       launch_roots();
@@ -387,6 +329,7 @@ void DeviceStages<S, V>::launch_stages(const PivotPolicy& policy, PivotSearch se
                             sizeof(S) * lists_.tile * 32, stream_.get()>>>(store_, depth.exchange.begin);
     }
     assembly_.join(stream_);
+    if (early) early_->join_contribution(step, stream_);
     next(Kernel::update);
     for (const Launch& part : depth.update) launch(part, stream_, blas_);
     join_small_fronts(depth.small);
@@ -483,14 +426,27 @@ void DeviceStages<S, V>::assemble(const DepthLaunches& depth, bool look_ahead) {
   for (std::size_t turn = 1; turn < turns.size(); ++turn) assemble(turns[turn], stream);
 }
 
+// So few blocks have enough of the link under way, and leave the device to all else.
 template <class S, class V>
-void DeviceStages<S, V>::assemble(const Range& parts, const Stream& stream) {
+void DeviceStages<S, V>::assemble_early(Vertex done) {
+  constexpr int kShare = 6;  // of multiprocessors: a third and all of them were slower (device-memory.md)
+  const auto most = static_cast<unsigned>(std::max(multiprocessors() / kShare, 1));
+  early_->begin(
+      done, stream_, *copies_,
+      [&](Vertex t, const Stream& stream) { assemble(lists_.depths[t].assemble, stream, most); },
+      [&](Vertex t, const Stream& stream) {
+        for (const Range& turn : lists_.depths[t].assemble_contribution) assemble(turn, stream, most);
+      });
+}
+
+template <class S, class V>
+void DeviceStages<S, V>::assemble(const Range& parts, const Stream& stream, unsigned most_blocks) {
   if (parts.count() == 0) return;
-  const auto blocks = static_cast<unsigned>(parts.count());
+  const unsigned blocks = std::min(static_cast<unsigned>(parts.count()), most_blocks);
   if (lists_.divided.empty()) {
-    assemble_fronts<false><<<blocks, kAssembleThreads, 0, stream.get()>>>(store_, parts.begin);
+    assemble_fronts<false><<<blocks, kAssembleThreads, 0, stream.get()>>>(store_, parts.begin, parts.end);
   } else {
-    assemble_fronts<true><<<blocks, kAssembleThreads, 0, stream.get()>>>(store_, parts.begin);
+    assemble_fronts<true><<<blocks, kAssembleThreads, 0, stream.get()>>>(store_, parts.begin, parts.end);
   }
 }
 
@@ -591,6 +547,7 @@ void DeviceStages<S, V>::with_sides(const Work& work) {
     for (const Stream& side : side_) side.drain();
     assembly_.drain();
     ahead_.drain();
+    if (early_) early_->drain();
     if (copies_) copies_->drain();
     throw;
   }

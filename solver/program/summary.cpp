@@ -39,7 +39,7 @@ void version_line(Text& text, const CaseResult& r) {
          with_unit(static_cast<double>(report.bytes_out), "B"), on_device ? "the host" : "a file",
          on_device ? "copies" : "reads", with_unit(static_cast<double>(report.bytes_back), "B"));
   } else if (on_device) {
-    line(text, "version", "FULL, all factors on the device");
+    line(text, "version", "{}", report.bytes_factor > 0 ? "FULL, all factors on the device" : "none fits");
   }
 }
 

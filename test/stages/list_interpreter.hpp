@@ -52,15 +52,18 @@ class ListInterpreter {
   void factor(const Before& before, const After& after_depth) {
     for (std::size_t step = 0; step < lists_.depths.size(); ++step) {
       const DepthLaunches& depth = lists_.depths[step];
+      assemble_early(static_cast<Vertex>(step), before);
       before(static_cast<Vertex>(step));
-      if (concurrent_ == Concurrent::at_once) {
-        factor_small(depth);
-        assemble(depth.assemble_contribution.front());
-      }
-      assemble(depth.assemble);
+      const bool is_assembled = early_ && lists_.segments.is_assembled_early(static_cast<Vertex>(step));
       const auto assemble_from = [&](std::size_t turn) {
+        if (is_assembled) return;
         for (; turn < depth.assemble_contribution.size(); ++turn) assemble(depth.assemble_contribution[turn]);
       };
+      if (concurrent_ == Concurrent::at_once) {
+        factor_small(depth);
+        if (!is_assembled) assemble(depth.assemble_contribution.front());
+      }
+      if (!is_assembled) assemble(depth.assemble);
       if (concurrent_ == Concurrent::at_once) assemble_from(1);
       std::vector<Launch> late;
       const auto join = [&] {
@@ -82,6 +85,9 @@ class ListInterpreter {
       after_depth(static_cast<Vertex>(step));
     }
   }
+
+  /// Segments are assembled as soon as that may be, not when it is their turn.
+  void assemble_early() { early_ = true; }
 
   /// Additions, multiplications and divisions so far: of diagonal tiles, strips and products; in small
   /// fronts, of the pivot block, of the contribution block, and of all else.
@@ -149,6 +155,18 @@ class ListInterpreter {
 
  private:
   static constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
+  // When `done` segments are.
+  template <class Before>
+  void assemble_early(Vertex done, const Before& before) {
+    if (!early_) return;
+    for (Vertex t = 0; t < static_cast<Vertex>(lists_.segments.segments.size()); ++t) {
+      if (!lists_.segments.is_assembled_early(t) || lists_.segments.segments[t].assembled_after != done)
+        continue;
+      before(t);
+      assemble(lists_.depths[t].assemble);
+      for (const Range& turn : lists_.depths[t].assemble_contribution) assemble(turn);
+    }
+  }
   Vertex rows(Vertex f) const { return plan_.pivots(f) + plan_.border_rows(f); }
   // Everything from row `begin` of a front on, in one part of no steps.
   static SolvePart whole(Vertex f, Vertex begin) { return {f, begin, 0, 0, true, 0, 0, {}, 0}; }
@@ -486,7 +504,7 @@ class ListInterpreter {
   Concurrent concurrent_;
   std::map<Vertex, std::vector<double>> border_seen_;  // by the last tile of a front
   std::size_t waiting_tiles_;
-  bool whole_fronts_ = false;
+  bool whole_fronts_ = false, early_ = false;
   std::set<std::tuple<Vertex, Vertex, Vertex>> assembled_;  // fronts, their columns and first rows
 };
 

@@ -78,6 +78,19 @@ TEST_F(ClockOfThree, BlocksReadOverTheLinkTakeAsLongAgain) {
   EXPECT_GT(seconds(block), 2 * seconds(factors));
 }
 
+TEST_F(ClockOfThree, WhatIsAssembledEarlyIsReadBesideOthers) {
+  SegmentPlan in_turn = none_;
+  in_turn.leaving = {{0, 2, 0, kLittle, 0}};
+  in_turn.segments[2].leaves_first = 1;
+  in_turn.segments[2].assembled_after = 2;
+  SegmentPlan early = in_turn;
+  early.segments[2].assembled_after = 1;
+  EXPECT_GT(seconds(in_turn), seconds(none_));
+  EXPECT_DOUBLE_EQ(seconds(early), seconds(none_));
+  in_turn.leaving.front().entries = early.leaving.front().entries = kMuch;
+  EXPECT_DOUBLE_EQ(seconds(early), seconds(in_turn)) << "the copy takes longer than the segment between";
+}
+
 TEST_F(ClockOfThree, ASolveBringsBackWhatHasLeft) {
   SegmentPlan some = none_, twice = none_;
   some.host_entries = kMuch;
@@ -98,9 +111,9 @@ TEST(SegmentClock, IsLeastForThePlanThatIsTaken) {
     for (Vertex level = 0; level < 4; ++level) {
       for (const Offset parts : {12, 40}) {
         const SegmentOrder order = order_segments(plan, level, region / parts);
-        SegmentPlaces places(plan, order, {plan.num_fronts, 0, 0}, region, kUndivided, Outside::memory);
+        SegmentPlaces places(plan, order, {plan.num_fronts, 0, 0, 0}, region, kUndivided, Outside::memory);
         for (Vertex stay = places.count(); stay > 0; --stay) {
-          if (places.place(stay, {2, 3, 2}, 0) > region) continue;
+          if (places.place(stay, {2, 3, 2, 0}, 0) > region) continue;
           ++fit;
           EXPECT_LE(taken, 1.02 * clock.seconds(places.schedule()));
         }

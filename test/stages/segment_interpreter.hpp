@@ -16,7 +16,7 @@ using Copies = ListInterpreter::Concurrent;
 class SegmentInterpreter {
  public:
   SegmentInterpreter(const StageProblem<double>& problem, const SegmentPlan& segments,
-                     const DeviceLimits& limits, Copies copies)
+                     const DeviceLimits& limits, Copies copies, bool assembles_early = true)
       : placed_(with_plan(problem, placed_by(segments, *problem.plan))),
         lists_(executable(make_device_plan(*placed_.plan, limits, segments))),
         in_solve_(with_plan(problem, solve_plan())),
@@ -25,6 +25,7 @@ class SegmentInterpreter {
         solver_(in_solve_, lists_, copies, limits.waiting_tiles),
         host_(static_cast<std::size_t>(segments.host_entries + segments.leaving_entries), kNothing) {
     solver_.take_whole_fronts();
+    if (assembles_early) interpreter_.assemble_early();
   }
 
   /// Calls visit(front, its blocks) for each front when its segments are done.

@@ -58,9 +58,11 @@ void check(const StageProblem<double>& problem, const DeviceLimits& limits, cons
   });
   std::vector<double> right_hand_side = Random(3).vector(plan.n), solution = right_hand_side;
   one_piece.solve(solution);
-  for (const Copies copies : {Copies::at_once, Copies::late}) {
+  for (const auto& [copies, early] :
+       {std::pair(Copies::at_once, true), std::pair(Copies::late, true), std::pair(Copies::late, false)}) {
     SCOPED_TRACE(copies == Copies::late ? "late" : "at once");
-    SegmentInterpreter interpreter(problem, segments, limits, copies);
+    SCOPED_TRACE(early ? "assembled early" : "");
+    SegmentInterpreter interpreter(problem, segments, limits, copies, early);
     Vertex done = 0;
     interpreter.factor([&](Vertex f, const FrontBlocks<double>& blocks) {
       EXPECT_EQ(blocks.lower, expected[f].lower) << "front " << f;

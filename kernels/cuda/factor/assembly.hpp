@@ -84,12 +84,8 @@ __device__ void sum_children(const DeviceStore<S, Value>& store, Vertex f, int f
   }
 }
 
-/// `Divided`: there are fronts whose U is assembled when their pivots are known. In strict ones its rows come
-/// exchanged, as those of [P; L] are.
 template <bool Divided, class S, class Value>
-__global__ void __launch_bounds__(kAssembleThreads)
-    assemble_fronts(DeviceStore<S, Value> store, Offset first) {
-  const AssemblyPart part = store.assemble[first + blockIdx.x];
+__device__ void assemble_part(const DeviceStore<S, Value>& store, const AssemblyPart& part) {
   const FrontStore<S, Value>& at = store.fronts;
   const Vertex f = part.front;
   const Front<S> front = at.front(f);
@@ -114,6 +110,15 @@ __global__ void __launch_bounds__(kAssembleThreads)
     const int to = exchanged ? place - row + store.row_place[begin + row] : place;
     first_column[to] += store.fronts.scaled_entry(e, f, row, p);
   }
+}
+
+/// `Divided`: there are fronts whose U is assembled when their pivots are known. In strict ones its rows come
+/// exchanged, as those of [P; L] are. As many blocks as parts, or fewer, which take one after the other.
+template <bool Divided, class S, class Value>
+__global__ void __launch_bounds__(kAssembleThreads)
+    assemble_fronts(DeviceStore<S, Value> store, Offset first, Offset end) {
+  for (Offset part = first + blockIdx.x; part < end; part += gridDim.x)
+    assemble_part<Divided>(store, store.assemble[part]);
 }
 
 /// Notes for a divided front where its rows are once all pivots are known.

@@ -110,6 +110,7 @@ struct SegmentPlan {
 
   bool empty() const { return segments.empty(); }
   bool has_divided() const { return !border_columns.empty(); }
+  /// Whether its fronts may be assembled beside segments before it.
   bool is_assembled_early(Vertex t) const { return !empty() && segments[t].assembled_after < t; }
   bool solved_on_host(Vertex f) const { return segments[segment[f]].solved_on_host; }
   const SideBlocks& side(Side side) const { return side == Side::lower ? lower_side : upper_side; }

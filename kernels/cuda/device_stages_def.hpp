@@ -429,7 +429,7 @@ void DeviceStages<S, V>::assemble(const DepthLaunches& depth, bool look_ahead) {
 // So few blocks have enough of the link under way, and leave the device to all else.
 template <class S, class V>
 void DeviceStages<S, V>::assemble_early(Vertex done) {
-  constexpr int kShare = 6;  // of multiprocessors: a third and all of them were slower (device-memory.md)
+  constexpr int kShare = 6;  // of multiprocessors: half and all of them were slower (device-memory.md)
   const auto most = static_cast<unsigned>(std::max(multiprocessors() / kShare, 1));
   early_->begin(
       done, stream_, *copies_,

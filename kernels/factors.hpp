@@ -36,6 +36,7 @@ struct Movement {
   std::vector<Vertex> segments;  // by depth, deepest first; empty where the factors fit
   Offset out = 0, in = 0;        // bytes of one factorization: factors and contribution blocks, those alone
   Offset back = 0;               // bytes of one pass over the factors and back
+  double slowdown = 1;           // of a refactorization on a device, as foreseen
 };
 
 /// What an executor makes of a symbolic plan before any number is known.

@@ -42,17 +42,29 @@ double SegmentClock::tiles_seconds(Vertex f) const {
   return std::ceil(plan_.pivots(f) / kTile) * rates_.tile;
 }
 
+// Of fronts front(begin) ... front(end - 1), launched as one.
+template <class FrontAt>
+double SegmentClock::seconds_together(Vertex begin, Vertex end, const FrontAt& front) const {
+  double fronts = 0, tiles = 0;
+  for (Vertex i = begin; i < end; ++i) {
+    fronts += front_[front(i)];
+    tiles = std::max(tiles, tiles_seconds(front(i)));
+  }
+  return rates_.segment + fronts + tiles;
+}
+
+double SegmentClock::whole_refactor_seconds() const {
+  double sum = 0;
+  for (Vertex step = 0; step < plan_.num_depths; ++step)
+    sum += seconds_together(plan_.depth_begin[step], plan_.depth_begin[step + 1], [](Vertex f) { return f; });
+  return sum;
+}
+
 // Of segments, without what they read of contribution blocks that have left.
 std::vector<double> SegmentClock::busy_seconds(const SegmentPlan& segments) const {
   std::vector<double> busy;
-  for (const Segment& segment : segments.segments) {
-    double fronts = 0, tiles = 0;
-    for (Vertex i = segment.begin; i < segment.end; ++i) {
-      fronts += front_[segments.order[i]];
-      tiles = std::max(tiles, tiles_seconds(segments.order[i]));
-    }
-    busy.push_back(rates_.segment + fronts + tiles);
-  }
+  for (const Segment& segment : segments.segments)
+    busy.push_back(seconds_together(segment.begin, segment.end, [&](Vertex i) { return segments.order[i]; }));
   // Columns of a front have their part of it, and a chain of as many tiles, without those on the diagonal.
   constexpr double kOffDiagonal = 2.0 / 3;
   for (const BorderColumns& columns : segments.border_columns) {

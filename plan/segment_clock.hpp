@@ -25,6 +25,8 @@ class SegmentClock {
 
   /// Of one refactorization, s. `segments` needs its segments, their order, what leaves, and border columns.
   double refactor_seconds(const SegmentPlan& segments) const;
+  /// Of one where all fits, depth by depth, s.
+  double whole_refactor_seconds() const;
   /// Of the copies of one solve, s.
   double solve_seconds(const SegmentPlan& segments) const;
   /// Of both.
@@ -37,6 +39,8 @@ class SegmentClock {
   double seconds_of_matrix() const;
 
  private:
+  template <class FrontAt>
+  double seconds_together(Vertex begin, Vertex end, const FrontAt& front) const;
   std::vector<double> busy_seconds(const SegmentPlan& segments) const;
   std::vector<double> reading_seconds(const SegmentPlan& segments) const;
   double tiles_seconds(Vertex f) const;

@@ -147,6 +147,7 @@ std::vector<Figure> figures(const Report& report) {
           {"bytes_out", count(report.bytes_out)},
           {"bytes_in", count(report.bytes_in)},
           {"bytes_back", count(report.bytes_back)},
+          {"slowdown", report.slowdown},
           {"time_order", report.time_order},
           {"time_symbolic", report.time_symbolic},
           {"time_factor", report.time_factor},

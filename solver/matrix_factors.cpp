@@ -200,6 +200,7 @@ void MatrixFactors<Scalar>::report_movement(Movement movement) {
   report_.bytes_out = movement.out;
   report_.bytes_in = movement.in;
   report_.bytes_back = movement.back;
+  report_.slowdown = movement.slowdown;
   movement_ = std::move(movement);
 }
 

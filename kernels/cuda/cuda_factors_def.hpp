@@ -16,6 +16,7 @@
 #include "kernels/fallback.hpp"
 #include "kernels/stages/diagonal.hpp"
 #include "kernels/stages/pivots_on_host.hpp"
+#include "plan/segment_clock.hpp"
 
 namespace mfs::cuda {
 
@@ -206,6 +207,9 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
     movement.out = (segments.host_entries + segments.blocks_out()) * static_cast<Offset>(sizeof(S));
     movement.in = segments.blocks_out() * static_cast<Offset>(sizeof(S));
     movement.back = segments.entries_back() * static_cast<Offset>(sizeof(S));
+    const SegmentClock clock(plan, Outside::memory);
+    const double matrix = lists.matrix_on_host ? clock.seconds_of_matrix() : 0;
+    movement.slowdown = (clock.refactor_seconds(segments) + matrix) / clock.whole_refactor_seconds();
     return movement;
   }
 

@@ -41,13 +41,7 @@ struct DeviceStages<S, V>::Layout {
       put(pointer, static_cast<Offset>(array.size()), array.data());
     };
     FrontStore<S, V>& at = store.fronts;
-    const Offset n = plan.n;
-    put(at.storage, plan.storage_entries, nullptr);
-    put(at.matrix_values, plan.nnz, nullptr);
-    put(at.row_scale, n, nullptr);
-    put(at.column_scale, n, nullptr);
-    put(at.local_row, n, nullptr);
-    put(at.shift, n, nullptr);
+    for_each_numeric_array(at, plan, put);
     put(store.strict, plan.num_fronts, nullptr);
     for_each_plan_array(at, plan, pattern, copy);
     copy(store.small_fronts, lists.small_fronts);
@@ -69,7 +63,7 @@ struct DeviceStages<S, V>::Layout {
     copy(store.solve_upper, lists.solve_upper);
     copy(store.block_read, lists.block_read);
     copy(store.divided, lists.divided);
-    put(store.row_place, lists.divided.empty() ? 0 : n, nullptr);
+    put(store.row_place, lists.divided.empty() ? 0 : plan.n, nullptr);
   }
 };
 

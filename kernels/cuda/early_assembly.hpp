@@ -43,13 +43,9 @@ class EarlyAssembly {
       contribution_[t].record(stream_);
     }
   }
-  /// `main` waits for those of segment t, if it is one of these.
-  void join_factors(Vertex t, const Stream& main) const {
-    if (plan_.is_assembled_early(t)) main.wait_for(factors_[t]);
-  }
-  void join_contribution(Vertex t, const Stream& main) const {
-    if (plan_.is_assembled_early(t)) main.wait_for(contribution_[t]);
-  }
+  /// `main` waits for what was assembled of segment t, which is one of these.
+  void join_factors(Vertex t, const Stream& main) const { main.wait_for(factors_[t]); }
+  void join_contribution(Vertex t, const Stream& main) const { main.wait_for(contribution_[t]); }
 
   /// After a failure.
   void drain() noexcept { stream_.drain(); }

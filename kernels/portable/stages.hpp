@@ -302,13 +302,8 @@ class PortableStages {
     };
     FrontStore<S, V>& at = store.fronts;
     const Offset n = plan.n;
-    put(at.storage, plan.storage_entries, nullptr);
-    put(at.matrix_values, plan.nnz, nullptr);
-    put(at.row_scale, n, nullptr);
-    put(at.column_scale, n, nullptr);
+    for_each_numeric_array(at, plan, put);
     put(at.interchange, n, nullptr);
-    put(at.local_row, n, nullptr);
-    put(at.shift, n, nullptr);
     put(at.work, n, nullptr);
     put(store.strict, plan.num_fronts, nullptr);
     put(store.status, 1, nullptr);

@@ -102,6 +102,17 @@ void for_each_plan_array(FrontStore<Scalar, Value>& store, const SymbolicPlan& p
   take(store.matrix_columns, pattern.columns);
 }
 
+/// Calls put(pointer, entries, nullptr) for what a factorization changes, on executors with one region.
+template <class Scalar, class Value, class Put>
+void for_each_numeric_array(FrontStore<Scalar, Value>& store, const SymbolicPlan& plan, const Put& put) {
+  put(store.storage, plan.storage_entries, nullptr);
+  put(store.matrix_values, plan.nnz, nullptr);
+  put(store.row_scale, plan.n, nullptr);
+  put(store.column_scale, plan.n, nullptr);
+  put(store.local_row, plan.n, nullptr);
+  put(store.shift, plan.n, nullptr);
+}
+
 /// First index of a sorted array that is not below `value`.
 KOKKOS_INLINE_FUNCTION Vertex lower_bound(const Vertex* sorted, Vertex count, Vertex value) {
   Vertex begin = 0;

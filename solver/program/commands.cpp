@@ -69,7 +69,7 @@ void predict(CaseResult& result) {
   }
   if (!result.prediction)
     result.no_prediction = file.damaged
-                               ? path + " is damaged; 'mfs info --measure' makes it anew"
+                               ? path + " is damaged or of another version; 'mfs info --measure' makes it anew"
                                : "'mfs info --measure' measures the rates of this machine, once for each "
                                  "backend and number of threads";
 }

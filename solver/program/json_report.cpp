@@ -27,6 +27,7 @@ std::string json_line(const CaseResult& result) {
   json["bytes_out"] = report.bytes_out;
   json["bytes_in"] = report.bytes_in;
   json["bytes_back"] = report.bytes_back;
+  json["slowdown"] = report.slowdown;
   json["fronts"] = report.fronts;
   json["depths"] = report.depths;
   json["max_front"] = report.max_front;

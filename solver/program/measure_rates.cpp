@@ -20,9 +20,11 @@ constexpr std::int64_t kPivots[] = {4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048,
 /// Up to so many pivots on the host, where larger fronts are as fast.
 constexpr std::int64_t kMostOnHost = 512;
 constexpr std::int64_t kLevels = 4;
+/// Fronts that are alone on their level have so many pivots together, so that what a call takes is little.
+constexpr std::int64_t kPivotsAlone = 4096, kMostLevels = 256;
 /// A device has so many times the entries from so many pivots on: few fronts would not fill it, and what the
 /// link brings shall be large.
-constexpr std::int64_t kTimesAsMany = 16, kFromPivots = 64;
+constexpr std::int64_t kTimesAsMany = 16, kFromPivots = 8;
 
 /// `count` chains of `levels` fronts with `pivots` pivots each, whose borders are the pivots of the next two:
 ///
@@ -79,7 +81,10 @@ struct Chains {
 
 Chains chains_of(std::int64_t pivots, std::int64_t factor_entries) {
   const std::int64_t fronts = factor_entries / (5 * pivots * pivots) + 1;
-  return {pivots, (fronts + kLevels - 1) / kLevels, kLevels};
+  return {pivots, std::max<std::int64_t>((fronts + kLevels - 1) / kLevels, 2), kLevels};
+}
+Chains chain_alone(std::int64_t pivots) {
+  return {pivots, 1, std::clamp(kPivotsAlone / pivots, kLevels, kMostLevels)};
 }
 
 // Of at least three, and of as many as a fifth of a second holds.
@@ -105,9 +110,11 @@ std::string today() {
 }
 
 struct Measured {
-  FrontRate rate;
+  double size = 0, flops = 0;
   double refactor = 0, solve = 0;  // s
   Report report;
+  /// So many levels of one chain would be full: the last ones have smaller borders.
+  double full_levels() const { return flops / (2 * size * size * size); }
 };
 
 Measured measure(const Chains& chains, bool full, Options options) {
@@ -127,8 +134,8 @@ Measured measure(const Chains& chains, bool full, Options options) {
     flops += depth.flops.total();
     weighted += depth.flops.total() * equivalent_size(depth);
   }
-  found.rate = {weighted / flops, flops / found.refactor,
-                static_cast<double>(found.report.nnz_factor) / found.solve};
+  found.size = weighted / flops;
+  found.flops = flops;
   return found;
 }
 
@@ -187,10 +194,13 @@ MachineRates measure_rates(const Options& options, std::int64_t factor_entries,
     const std::int64_t pivots = kPivots[i];
     progress(static_cast<double>(i) / static_cast<double>(sizes));
     const std::int64_t times = on_device && pivots >= kFromPivots ? kTimesAsMany : 1;
-    const Measured measured = measure(chains_of(pivots, times * factor_entries), false, own);
-    if (measured.report.partial) break;  // a small device
-    rates.fronts.push_back(measured.rate);
-    rates.key = rates_key(own.backend, measured.report.threads);
+    const Chains chains = chains_of(pivots, times * factor_entries);
+    const Measured many = measure(chains, false, own), alone = measure(chain_alone(pivots), false, own);
+    if (many.report.partial) break;  // a small device
+    rates.fronts.push_back({many.size, static_cast<double>(chains.count), many.flops / many.refactor,
+                            static_cast<double>(many.report.nnz_factor) / many.solve,
+                            alone.refactor / alone.full_levels(), alone.solve / alone.full_levels()});
+    rates.key = rates_key(own.backend, many.report.threads);
   }
   measure_entries(own, factor_entries, rates);
   if (on_device) measure_link(own, kTimesAsMany * factor_entries, rates);

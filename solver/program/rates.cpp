@@ -20,7 +20,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kFormat = 1;
+constexpr int kFormat = 2;
 
 std::string host_processor() {
   std::ifstream file("/proc/cpuinfo");
@@ -37,22 +37,58 @@ std::string library_version(const std::string& name) {
   return "";
 }
 
-double interpolated(const std::vector<FrontRate>& rates, double FrontRate::*rate, double size) {
+double flops_of(double size) {
+  return 2 * size * size * size;
+}
+
+// Of a front with twice as many border rows as pivots.
+double entries_of(double size) {
+  const double pivots = size / equivalent_size(1, 2);
+  return 5 * pivots * pivots;
+}
+
+/// Of one front on a level, and of each further one, s.
+struct LevelTime {
+  double alone, each;
+  double of(double fronts) const { return alone + std::max(fronts - 1, 0.0) * each; }
+};
+LevelTime level_time(double alone, double many, double fronts) {
+  constexpr double kLeast = 1e-3;  // clocks are not exact
+  return {alone, std::max((many - alone) / (fronts - 1), kLeast * alone)};
+}
+LevelTime refactor_time(const FrontRate& rate) {
+  return level_time(rate.refactor_alone, rate.fronts * flops_of(rate.size) / rate.flops_per_second,
+                    rate.fronts);
+}
+LevelTime solve_time(const FrontRate& rate) {
+  return level_time(rate.solve_alone, rate.fronts * entries_of(rate.size) / rate.entries_per_second,
+                    rate.fronts);
+}
+
+LevelTime interpolated(const std::vector<FrontRate>& rates, LevelTime (*time)(const FrontRate&),
+                       double size) {
   const auto above =
       std::find_if(rates.begin(), rates.end(), [&](const FrontRate& r) { return r.size >= size; });
-  if (above == rates.begin()) return rates.front().*rate;
-  if (above == rates.end()) return rates.back().*rate;
+  if (above == rates.begin()) return time(rates.front());
+  if (above == rates.end()) return time(rates.back());
   const FrontRate &low = *std::prev(above), &high = *above;
   const double part = std::log(size / low.size) / std::log(high.size / low.size);
-  return std::exp((1 - part) * std::log(low.*rate) + part * std::log(high.*rate));
+  const auto mean = [&](double a, double b) {
+    return std::exp((1 - part) * std::log(a) + part * std::log(b));
+  };
+  const LevelTime a = time(low), b = time(high);
+  return {mean(a.alone, b.alone), mean(a.each, b.each)};
 }
 
 Json to_json(const MachineRates& rates) {
   Json fronts = Json::array();
   for (const FrontRate& rate : rates.fronts)
     fronts.push_back({{"size", rate.size},
+                      {"fronts", rate.fronts},
                       {"flops_per_second", rate.flops_per_second},
-                      {"entries_per_second", rate.entries_per_second}});
+                      {"entries_per_second", rate.entries_per_second},
+                      {"refactor_alone", rate.refactor_alone},
+                      {"solve_alone", rate.solve_alone}});
   return {{"processor", rates.key.processor},
           {"blas", rates.key.blas},
           {"backend", rates.key.backend},
@@ -71,17 +107,22 @@ MachineRates from_json(const Json& json) {
                      {},
                      json.at("refactor_seconds_per_entry"),
                      json.at("solve_seconds_per_entry"),
-                     json.value("link_bytes_per_second", 0.0)};  // files of before have none
+                     json.at("link_bytes_per_second")};
   for (const double number :
        {rates.refactor_seconds_per_entry, rates.solve_seconds_per_entry, rates.link_bytes_per_second})
     if (!(number >= 0) || !std::isfinite(number)) throw std::domain_error("a number that cannot be");
   double last = 0;
   for (const Json& front : json.at("fronts")) {
-    const FrontRate rate{front.at("size"), front.at("flops_per_second"), front.at("entries_per_second")};
-    const bool sensible = rate.size > last && std::isfinite(rate.size) && rate.flops_per_second > 0 &&
-                          std::isfinite(rate.flops_per_second) && rate.entries_per_second > 0 &&
-                          std::isfinite(rate.entries_per_second);
-    if (!sensible) throw std::domain_error("a rate that none can be");
+    const FrontRate rate{front.at("size"),
+                         front.at("fronts"),
+                         front.at("flops_per_second"),
+                         front.at("entries_per_second"),
+                         front.at("refactor_alone"),
+                         front.at("solve_alone")};
+    for (const double number : {rate.size, rate.fronts, rate.flops_per_second, rate.entries_per_second,
+                                rate.refactor_alone, rate.solve_alone})
+      if (!(number > 0) || !std::isfinite(number)) throw std::domain_error("a rate that none can be");
+    if (!(rate.size > last) || rate.fronts < 2) throw std::domain_error("fronts that none can be");
     last = rate.size;
     rates.fronts.push_back(rate);
   }
@@ -94,6 +135,10 @@ MachineRates from_json(const Json& json) {
 bool RatesKey::operator==(const RatesKey& other) const {
   return std::tie(processor, blas, backend, threads) ==
          std::tie(other.processor, other.blas, other.backend, other.threads);
+}
+
+double equivalent_size(double p, double b) {
+  return std::cbrt(p * p * p / 3 + p * p * b + p * b * b);
 }
 
 // Of sums over fronts of p pivots and b border rows: those of 2 p b^2 over those of 2 b^2 are a mean of p in
@@ -109,27 +154,25 @@ double equivalent_size(const DepthSummary& d) {
     const double beside = entries - p * pivots;
     b = std::min(beside > 0 ? d.flops.gemm / beside : largest, largest - p);
   }
-  return std::cbrt(p * p * p / 3 + p * p * b + p * b * b);
+  return equivalent_size(p, b);
 }
 
 Prediction predict(const MachineRates& rates, const Report& report, const std::vector<DepthSummary>& depths) {
-  // What is read beside kernels slows them down (docs/experiments/device-memory.md).
-  constexpr double kReading = 1.4;
   const auto entries = static_cast<double>(report.nnz);
   Prediction sum{entries * rates.refactor_seconds_per_entry, entries * rates.solve_seconds_per_entry,
                  rates.date};
   for (const DepthSummary& depth : depths) {
-    const double size = equivalent_size(depth);
-    sum.refactor += depth.flops.total() / interpolated(rates.fronts, &FrontRate::flops_per_second, size);
-    sum.solve += static_cast<double>(depth.factor_entries) /
-                 interpolated(rates.fronts, &FrontRate::entries_per_second, size);
+    const double size =
+        std::clamp(equivalent_size(depth), rates.fronts.front().size, rates.fronts.back().size);
+    sum.refactor += interpolated(rates.fronts, refactor_time, size).of(depth.flops.total() / flops_of(size));
+    sum.solve += interpolated(rates.fronts, solve_time, size)
+                     .of(static_cast<double>(depth.factor_entries) / entries_of(size));
   }
   if (report.partial) {
     const auto moving = [&](std::int64_t bytes) {
       return static_cast<double>(bytes) / rates.link_bytes_per_second;
     };
-    // Copies to the host run beside kernels, where there are some to run.
-    sum.refactor = std::hypot(sum.refactor, moving(report.bytes_out)) + kReading * moving(report.bytes_in);
+    sum.refactor = std::max(report.slowdown * sum.refactor, moving(report.bytes_out));
     sum.solve += moving(report.bytes_back);
   }
   return sum;

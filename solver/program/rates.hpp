@@ -14,11 +14,15 @@
 
 namespace mfs::program {
 
-/// Of fronts of one size.
+/// Of fronts of one size, on levels of so many, and of one: fronts that fill the machine take as long as
+/// their operations and their entries say, one alone as long as its chain of pivots.
 struct FrontRate {
   double size = 0;                ///< equivalent_size()
+  double fronts = 0;              ///< of a level, at least 2
   double flops_per_second = 0;    ///< of a refactorization
   double entries_per_second = 0;  ///< of the factors, in a solve for one right-hand side
+  double refactor_alone = 0;      ///< s, of a level with one front
+  double solve_alone = 0;         ///< s, the same
 };
 
 /// What rates hold for: they are compared as a whole.
@@ -56,11 +60,14 @@ struct Prediction {
 /// Rows and columns of the product with as many operations as the fronts of this depth have on the average,
 /// each front weighted by its operations: the cube root of m n k.
 double equivalent_size(const DepthSummary& depth);
+/// Of one front of so many pivots and border rows.
+double equivalent_size(double pivots, double border);
 
-/// From the entries of the matrix and fronts by depth: each depth at the rate of its size, which is
-/// interpolated between those measured (in logarithms) and beyond them is that of the last. Factors that do
-/// not fit a device take what `report` says that moves besides, by the rate of the link. `rates.fronts` must
-/// not be empty.
+/// From the entries of the matrix and fronts by depth: the time of one front of the depth's size, and for
+/// each further one what that adds. Both are interpolated between sizes that were measured (in logarithms); a
+/// front beyond them is so many of the last. Factors that do not fit a device take `report.slowdown` times
+/// that, at least what leaves at the rate of the link, and a solve what comes back by it besides.
+/// `rates.fronts` must not be empty.
 Prediction predict(const MachineRates& rates, const Report& report, const std::vector<DepthSummary>& depths);
 
 /// Of this machine; `threads` as the solver's report has them.

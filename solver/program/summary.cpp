@@ -38,6 +38,7 @@ void version_line(Text& text, const CaseResult& r) {
          count(report.segments, "segment", "segments"), on_device ? "copies" : "writes",
          with_unit(static_cast<double>(report.bytes_out), "B"), on_device ? "the host" : "a file",
          on_device ? "copies" : "reads", with_unit(static_cast<double>(report.bytes_back), "B"));
+    if (on_device) line(text, "foreseen", "{:.2f} times the refactorization of FULL", report.slowdown);
   } else if (on_device) {
     line(text, "version", "{}", report.bytes_factor > 0 ? "FULL, all factors on the device" : "none fits");
   }

@@ -74,7 +74,7 @@ TEST(Rates, SizeOfFrontsInTiles) {
 MachineRates some_rates() {
   return {{"a processor", "a BLAS", "openmp", 2},
           "2026-11-25",
-          {{10, 1e8, 1e6}, {1000, 1e10, 4e6}},
+          {{10, 3, 1e8, 1e6, 4e-5, 1e-4}, {1000, 2, 1e10, 4e6, 0.3, 0.2}},
           3e-9,
           2e-9,
           5e10};
@@ -89,33 +89,34 @@ TEST(Rates, PredictionByHand) {
   mfs::Report report;
   report.nnz = 1000000;
   const Prediction found = predict(some_rates(), report, depths);
-  EXPECT_NEAR(found.refactor,
-              depths[0].flops.total() / 1e10 + depths[1].flops.total() / (1e8 * std::pow(100, part)) +
-                  depths[2].flops.total() / 1e8 + 3e-3,
-              1e-9 * found.refactor);
-  EXPECT_NEAR(found.solve, 9e6 / 4e6 + 5 * (900 + 5100) / (1e6 * std::pow(4, part)) + 100 * 8 / 1e6 + 2e-3,
+  // s of one front, and of each further one, of sizes 10 and 1000.
+  const auto entries = [](double size) { return 5 * std::pow(size / size_of(1, 2), 2); };
+  const double refactor[] = {(3 * 2e3 / 1e8 - 4e-5) / 2, 2 * 2e9 / 1e10 - 0.3};
+  const double solve[] = {(3 * entries(10) / 1e6 - 1e-4) / 2, 2 * entries(1000) / 4e6 - 0.2};
+  const auto between = [&](double a, double b) { return a * std::pow(b / a, part); };
+  const double size = size_of(30, 85);
+  EXPECT_NEAR(
+      found.refactor,
+      0.3 + (depths[0].flops.total() / 2e9 - 1) * refactor[1] + between(4e-5, 0.3) +
+          (depths[1].flops.total() / (2 * size * size * size) - 1) * between(refactor[0], refactor[1]) +
+          4e-5 + 3e-3,
+      1e-9 * found.refactor);
+  EXPECT_NEAR(found.solve,
+              0.2 + (9e6 / entries(1000) - 1) * solve[1] + between(1e-4, 0.2) +
+                  (5 * (900 + 5100) / entries(size) - 1) * between(solve[0], solve[1]) + 1e-4 +
+                  (100 * 8 / entries(10) - 1) * solve[0] + 2e-3,
               1e-9 * found.solve);
   EXPECT_EQ(found.date, "2026-11-25");
   report.partial = true;
-  report.bytes_out = 300e9;  // 6 s
-  report.bytes_in = 50e9;
+  report.slowdown = 1.5;
+  report.bytes_out = 50e9;  // 1 s
   report.bytes_back = 400e9;
   const Prediction moving = predict(some_rates(), report, depths);
-  EXPECT_NEAR(moving.refactor, std::sqrt(found.refactor * found.refactor + 36) + 1.4, 1e-9);
+  EXPECT_NEAR(moving.refactor, 1.5 * found.refactor, 1e-9);
   EXPECT_NEAR(moving.solve, found.solve + 8, 1e-9);
-}
-
-TEST(RatesFile, OfBeforeHasNoLink) {
-  const TemporaryFolder folder;
-  const std::string path = folder.path("rates.json");
-  keep_rates(path, some_rates());
-  EXPECT_EQ(read_rates(path).rates.at(0).link_bytes_per_second, 5e10);
-  std::string text = text_of(path);
-  const std::size_t begin = text.rfind(',', text.find("link_bytes_per_second"));
-  text.erase(begin, text.find('}', begin) - begin);
-  folder.write("rates.json", text);
-  ASSERT_EQ(read_rates(path).rates.size(), 1u) << text;
-  EXPECT_EQ(read_rates(path).rates.at(0).link_bytes_per_second, 0);
+  report.bytes_out = 1000e9 * found.refactor;
+  EXPECT_NEAR(predict(some_rates(), report, depths).refactor, 20 * found.refactor, 1e-9)
+      << "by the link alone";
 }
 
 TEST(RatesFile, KeepsOneEntryForEachKey) {
@@ -127,7 +128,7 @@ TEST(RatesFile, KeepsOneEntryForEachKey) {
   second.key.threads = 16;
   keep_rates(path, first);
   keep_rates(path, second);
-  first.fronts = {{5, 1.0 / 3, 2}};
+  first.fronts = {{5, 2, 1.0 / 3, 2, 3, 4}};
   keep_rates(path, first);
   const RatesFile found = read_rates(path);
   EXPECT_FALSE(found.damaged);
@@ -139,6 +140,7 @@ TEST(RatesFile, KeepsOneEntryForEachKey) {
   EXPECT_EQ(found.rates[1].date, "2026-11-25");
   EXPECT_EQ(found.rates[1].refactor_seconds_per_entry, 3e-9);
   EXPECT_EQ(found.rates[1].solve_seconds_per_entry, 2e-9);
+  EXPECT_EQ(found.rates[1].link_bytes_per_second, 5e10);
 }
 
 TEST(RatesFile, EveryPartOfTheKeyCounts) {
@@ -161,11 +163,11 @@ TEST(RatesFile, WhatMakesNoSenseIsDamagedAndMadeAnew) {
     return changed.replace(changed.find(old), old.size(), text);
   };
   for (const std::string& text : std::vector<std::string>{
-           "", "{}", "nonsense", good.substr(0, good.size() / 2), with("\"format\": 1", "\"format\": 2"),
+           "", "{}", "nonsense", good.substr(0, good.size() / 2), with("\"format\": 2", "\"format\": 1"),
            with("\"size\": 10.0", "\"size\": 1000.0"), with("\"size\": 10.0", "\"size\": -1.0"),
-           with("100000000.0", "0"), with("100000000.0", "-5"), with("100000000.0", "\"fast\""),
-           with("100000000.0", "1e999"), with("3e-09", "-3e-09"), with("1000000.0", "null"),
-           with("\"threads\": 2", "\"threads\": []")}) {
+           with("\"fronts\": 3.0", "\"fronts\": 1.0"), with("4e-05", "0"), with("100000000.0", "0"),
+           with("100000000.0", "-5"), with("100000000.0", "\"fast\""), with("100000000.0", "1e999"),
+           with("3e-09", "-3e-09"), with("1000000.0", "null"), with("\"threads\": 2", "\"threads\": []")}) {
     folder.write("rates.json", text);
     const RatesFile found = read_rates(path);
     EXPECT_TRUE(found.damaged) << text;
@@ -219,6 +221,9 @@ TEST(MeasureRates, SizesAreThoseOfTheChains) {
     EXPECT_NEAR(rate.size, size_of(pivots, 2 * pivots), 0.1 * rate.size) << pivots;
     EXPECT_GT(rate.flops_per_second, 0);
     EXPECT_GT(rate.entries_per_second, 0);
+    EXPECT_GE(rate.fronts, 2);
+    EXPECT_GT(rate.refactor_alone, 0);
+    EXPECT_GT(rate.solve_alone, 0);
     pivots *= 2;
   }
 }

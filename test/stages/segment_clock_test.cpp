@@ -44,6 +44,10 @@ TEST_F(ClockOfThree, WhatLeavesMeanwhileTakesNothing) {
   EXPECT_GT(seconds(none_), seconds(plan_of(2)));
 }
 
+TEST_F(ClockOfThree, SegmentsThatAreDepthsTakeAsLongAsAllInOnePiece) {
+  EXPECT_DOUBLE_EQ(clock_.whole_refactor_seconds(), seconds(none_));
+}
+
 TEST_F(ClockOfThree, TheLastCopyEndsIt) {
   SegmentPlan alone = plan_of(1), three = none_;
   alone.leaving = three.leaving = {{0, -1, 0, kMuch, 0}};

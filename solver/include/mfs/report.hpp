@@ -110,6 +110,8 @@ struct Report {
   std::int64_t bytes_in = 0;   ///< of those, contribution blocks that it reads there again
   /// That one pass of a solve copies or reads back, for up to 16 right-hand sides.
   std::int64_t bytes_back = 0;
+  /// How many times as long as without a limit a refactorization takes then on a device, as foreseen.
+  double slowdown = 1;
 
   double time_order = 0;     ///< s, check of the matrix, matching, graph, separators
   double time_symbolic = 0;  ///< s, symbolic plan, and what the backend makes of it

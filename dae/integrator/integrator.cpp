@@ -13,6 +13,7 @@
 
 #include "dae/integrator/condensed_newton.hpp"
 #include "dae/integrator/dense_output.hpp"
+#include "dae/integrator/error_weights.hpp"
 #include "dae/integrator/formula.hpp"
 #include "dae/integrator/initial_conditions.hpp"
 #include "dae/integrator/input_checks.hpp"
@@ -24,6 +25,7 @@
 #include "dae/integrator/scaled_system.hpp"
 #include "dae/integrator/step_equations.hpp"
 #include "dae/integrator/step_state.hpp"
+#include "dae/integrator/time_unit.hpp"
 #include "dae/integrator/tolerances.hpp"
 #include "dae/mechanics/number_text.hpp"
 #include "dae/vectors/loops.hpp"
@@ -76,25 +78,6 @@ void rethrow_if_final(const std::exception_ptr& thrown) {
   }
 }
 
-/// Error weights of [q, v].
-struct SetWeights {
-  const double *q, *v, *scale;
-  double* weights;
-  std::size_t n;
-  double rtol, atol_position, atol_velocity;
-  MFS_HOST_DEVICE void operator()(std::size_t i) const {
-    weights[i] = rtol * std::abs(q[i]) + atol_position * scale[i];
-    weights[n + i] = rtol * std::abs(v[i]) + atol_velocity * scale[i];
-  }
-};
-
-/// [v, a], the derivatives of [q, v].
-struct Rates {
-  const double *v, *a;
-  std::size_t n;
-  MFS_HOST_DEVICE Numbers<1> operator()(std::size_t i) const { return {{i < n ? v[i] : a[i - n]}}; }
-};
-
 /// On the line through two values at the ends of the last step, `ratio` steps after it.
 struct Extrapolate {
   const double *now, *before;
@@ -107,8 +90,9 @@ struct Extrapolate {
 
 class Integrator::Impl {
  public:
-  Impl(const ConstrainedSystem& system, IntegratorOptions options)
-      : given_(system), asked_(std::move(options)) {
+  /// `time_unit`: what times are multiplied by in messages.
+  Impl(const ConstrainedSystem& system, IntegratorOptions options, double time_unit = 1.0)
+      : given_(system), asked_(std::move(options)), time_unit_(time_unit) {
     check_options(asked_);
     for (int i = 0; i < given_.coordinates(); ++i) scale_.push_back(given_.coordinate_scale(i));
   }
@@ -150,7 +134,7 @@ class Integrator::Impl {
  private:
   void start(State given) {
     check_constraints(given_, given);
-    redundancy_.emplace(given_, scale_);
+    redundancy_.emplace(given_, scale_, time_unit_);
     redundancy_->leave_out(redundancy_->find(given.t, given.q));
     State begun = consistent_motion(redundancy_->system(), options_, std::move(given));
     // Where the start had to be moved other constraints may be redundant.
@@ -415,9 +399,11 @@ class Integrator::Impl {
 
   void give_up_below(double h, const std::string& why) const {
     if (h >= smallest_step()) return;
-    throw Error("the step became too small (" + number_text(h) + " s) at t = " + number_text(state_.t) +
-                " s with order " + std::to_string(formula_->order()) + ": " + why + obstacle());
+    throw Error("the step became too small (" + time_text(h) + ") at t = " + time_text(state_.t) +
+                " with order " + std::to_string(formula_->order()) + ": " + why + obstacle());
   }
+
+  std::string time_text(double t) const { return number_text(t * time_unit_) + " s"; }
 
   /// As with friction -sign(rate), which holds the motion where its force jumps.
   void give_up_where_steps_stay_short(const StepReport& line) {
@@ -429,8 +415,8 @@ class Integrator::Impl {
     if (!often || left <= kMostLeft) return;
     throw Error(
         number_text(left) + " more steps would be needed: the last " + std::to_string(kLooksBack) +
-        " until t = " + number_text(line.t) +
-        " s were short, and many were tried again: a force jumps or turns about by the motion itself, on " +
+        " until t = " + time_text(line.t) +
+        " were short, and many were tried again: a force jumps or turns about by the motion itself, on " +
         least_foreseen(given_, state_.v.on_host(*executor_), relation_.v.on_host(*executor_),
                        weights_.on_host(*executor_)));
   }
@@ -528,6 +514,7 @@ class Integrator::Impl {
 
   const ConstrainedSystem& given_;
   const IntegratorOptions asked_;
+  const double time_unit_;
   IntegratorOptions options_;  ///< with tolerances of the local error
   std::optional<LocalTolerances> tolerances_;
   std::vector<double> scale_;
@@ -584,13 +571,21 @@ State Integrator::run(double t0, std::vector<double> q0, std::vector<double> v0,
   check_vector(v0, system_->coordinates(), "v0");
   check_times(t0, t_end, outputs);
   check_step_number(options_, t_end - t0);
-  if (!ScaledSystem::is_needed(*system_))
+  const double unit = time_unit(*system_, {t0, q0, v0, {}, {}}, t_end);
+  if (unit == 1.0 && !ScaledSystem::is_needed(*system_)) {
+    if (scaled_) impl_ = std::make_unique<Impl>(*system_, options_);
+    scaled_.reset();
     return impl_->run(t0, std::move(q0), std::move(v0), t_end, outputs, observer);
-  scaled_ = std::make_unique<ScaledSystem>(*system_, t0, q0);
-  impl_ = std::make_unique<Impl>(*scaled_, options_);
+  }
+  auto scaled = std::make_unique<ScaledSystem>(*system_, t0, q0, unit);
+  impl_ = std::make_unique<Impl>(*scaled, scaled->scaled(options_), unit);
+  scaled_ = std::move(scaled);
   State start = scaled_->scaled({t0, std::move(q0), std::move(v0), {}, {}});
+  std::vector<double> scaled_outputs = outputs;
+  for (double& t : scaled_outputs) t /= unit;
   UnscalingObserver unscaling(*scaled_, observer);
-  return scaled_->unscaled(impl_->run(t0, std::move(start.q), std::move(start.v), t_end, outputs, unscaling));
+  return scaled_->unscaled(
+      impl_->run(start.t, std::move(start.q), std::move(start.v), t_end / unit, scaled_outputs, unscaling));
 }
 
 const IntegrationReport& Integrator::report() const {

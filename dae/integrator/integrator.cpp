@@ -25,6 +25,7 @@
 #include "dae/integrator/scaled_system.hpp"
 #include "dae/integrator/step_equations.hpp"
 #include "dae/integrator/step_state.hpp"
+#include "dae/integrator/step_watch.hpp"
 #include "dae/integrator/time_unit.hpp"
 #include "dae/integrator/tolerances.hpp"
 #include "dae/mechanics/number_text.hpp"
@@ -52,10 +53,6 @@ constexpr double kLeastRestart = 1.0 / 16;
 constexpr double kEvenedOut = 8.0;
 /// By how much the last of them may be longer than the error control asks for.
 constexpr double kStretch = 1.05;
-/// Of so many steps this part is tried again, and so many more are needed, only where a force jumps wherever
-/// the motion goes.
-constexpr int kLooksBack = 2000;
-constexpr double kTriedAgain = 0.25, kMostLeft = 1e7;
 /// How far ahead of a step that became too small its cause may be, in shortest steps.
 constexpr double kMoment = 64.0;
 
@@ -105,7 +102,7 @@ class Integrator::Impl {
     report_ = {};
     needs_whole_matrix_ = false;
     condensed_failures_ = 0;
-    tried_again_ = 0, looked_at_ = t0;
+    watch_.emplace(t0, t_end);
     t_end_ = t_end;
     const auto* turning = dynamic_cast<const TurningBodies*>(&given_);
     bodies_ = turning != nullptr ? turning->turning_bodies() : std::vector<PointRange>();
@@ -405,17 +402,17 @@ class Integrator::Impl {
 
   std::string time_text(double t) const { return number_text(t * time_unit_) + " s"; }
 
-  /// As with friction -sign(rate), which holds the motion where its force jumps.
   void give_up_where_steps_stay_short(const StepReport& line) {
-    tried_again_ += line.rejections;
-    if (line.number % kLooksBack != 0) return;
-    const double left = kLooksBack * (t_end_ - line.t) / (line.t - looked_at_);
-    const bool often = std::exchange(tried_again_, 0) >= kTriedAgain * kLooksBack;
-    looked_at_ = line.t;
-    if (!often || left <= kMostLeft) return;
+    using Verdict = StepWatch::Verdict;
+    const Verdict verdict = watch_->judge(line.number, line.t, line.rejections);
+    if (verdict == Verdict::go_on) return;
+    const std::string left = number_text(watch_->left()) + " more steps would be needed: ";
+    const std::string until = " until t = " + time_text(line.t);
+    if (verdict == Verdict::ever_faster)
+      throw Error(left + "they have become ever shorter" + until + ", as " +
+                  find_fastest(given_, on_host(*executor_, state_), time_unit_) + " per s");
     throw Error(
-        number_text(left) + " more steps would be needed: the last " + std::to_string(kLooksBack) +
-        " until t = " + time_text(line.t) +
+        left + "the last " + std::to_string(StepWatch::kLooksBack) + until +
         " were short, and many were tried again: a force jumps or turns about by the motion itself, on " +
         least_foreseen(given_, state_.v.on_host(*executor_), relation_.v.on_host(*executor_),
                        weights_.on_host(*executor_)));
@@ -546,8 +543,7 @@ class Integrator::Impl {
   StepState next_;  ///< what a step arrives at
   PastStates past_;
   int most_past_ = 1;
-  int tried_again_ = 0;  ///< steps, since time was looked_at_
-  double looked_at_ = 0.0;
+  std::optional<StepWatch> watch_;
   double last_step_ = 0.0;  ///< that led to state_, and the order of the formula in it
   int last_order_ = 1;
   StepRelation relation_;

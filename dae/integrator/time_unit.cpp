@@ -16,7 +16,7 @@ namespace {
 /// Units of length in one of time with which that is kept.
 constexpr double kSlowest = 1.0 / 4.0, kFastest = 1024.0;
 /// How far things move in the unit of time that is chosen.
-constexpr double kMoved = 16.0;
+constexpr double kMoved = 4.0;
 /// Longer than that, in parts of the run, it is not: what is as slow stays where it is.
 constexpr double kLongest = 1024.0;
 /// Times at which forces and motions are looked at, each in its own part of the run. No harmonic with a whole

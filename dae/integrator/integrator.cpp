@@ -13,6 +13,7 @@
 
 #include "dae/integrator/condensed_newton.hpp"
 #include "dae/integrator/dense_output.hpp"
+#include "dae/integrator/error_weights.hpp"
 #include "dae/integrator/formula.hpp"
 #include "dae/integrator/initial_conditions.hpp"
 #include "dae/integrator/input_checks.hpp"
@@ -24,6 +25,8 @@
 #include "dae/integrator/scaled_system.hpp"
 #include "dae/integrator/step_equations.hpp"
 #include "dae/integrator/step_state.hpp"
+#include "dae/integrator/step_watch.hpp"
+#include "dae/integrator/time_unit.hpp"
 #include "dae/integrator/tolerances.hpp"
 #include "dae/mechanics/number_text.hpp"
 #include "dae/vectors/loops.hpp"
@@ -50,10 +53,6 @@ constexpr double kLeastRestart = 1.0 / 16;
 constexpr double kEvenedOut = 8.0;
 /// By how much the last of them may be longer than the error control asks for.
 constexpr double kStretch = 1.05;
-/// Of so many steps this part is tried again, and so many more are needed, only where a force jumps wherever
-/// the motion goes.
-constexpr int kLooksBack = 2000;
-constexpr double kTriedAgain = 0.25, kMostLeft = 1e7;
 /// How far ahead of a step that became too small its cause may be, in shortest steps.
 constexpr double kMoment = 64.0;
 
@@ -76,25 +75,6 @@ void rethrow_if_final(const std::exception_ptr& thrown) {
   }
 }
 
-/// Error weights of [q, v].
-struct SetWeights {
-  const double *q, *v, *scale;
-  double* weights;
-  std::size_t n;
-  double rtol, atol_position, atol_velocity;
-  MFS_HOST_DEVICE void operator()(std::size_t i) const {
-    weights[i] = rtol * std::abs(q[i]) + atol_position * scale[i];
-    weights[n + i] = rtol * std::abs(v[i]) + atol_velocity * scale[i];
-  }
-};
-
-/// [v, a], the derivatives of [q, v].
-struct Rates {
-  const double *v, *a;
-  std::size_t n;
-  MFS_HOST_DEVICE Numbers<1> operator()(std::size_t i) const { return {{i < n ? v[i] : a[i - n]}}; }
-};
-
 /// On the line through two values at the ends of the last step, `ratio` steps after it.
 struct Extrapolate {
   const double *now, *before;
@@ -107,8 +87,9 @@ struct Extrapolate {
 
 class Integrator::Impl {
  public:
-  Impl(const ConstrainedSystem& system, IntegratorOptions options)
-      : given_(system), asked_(std::move(options)) {
+  /// `time_unit`: what times are multiplied by in messages.
+  Impl(const ConstrainedSystem& system, IntegratorOptions options, double time_unit = 1.0)
+      : given_(system), asked_(std::move(options)), time_unit_(time_unit) {
     check_options(asked_);
     for (int i = 0; i < given_.coordinates(); ++i) scale_.push_back(given_.coordinate_scale(i));
   }
@@ -121,7 +102,7 @@ class Integrator::Impl {
     report_ = {};
     needs_whole_matrix_ = false;
     condensed_failures_ = 0;
-    tried_again_ = 0, looked_at_ = t0;
+    watch_.emplace(t0, t_end);
     t_end_ = t_end;
     const auto* turning = dynamic_cast<const TurningBodies*>(&given_);
     bodies_ = turning != nullptr ? turning->turning_bodies() : std::vector<PointRange>();
@@ -150,7 +131,7 @@ class Integrator::Impl {
  private:
   void start(State given) {
     check_constraints(given_, given);
-    redundancy_.emplace(given_, scale_);
+    redundancy_.emplace(given_, scale_, time_unit_);
     redundancy_->leave_out(redundancy_->find(given.t, given.q));
     State begun = consistent_motion(redundancy_->system(), options_, std::move(given));
     // Where the start had to be moved other constraints may be redundant.
@@ -415,22 +396,24 @@ class Integrator::Impl {
 
   void give_up_below(double h, const std::string& why) const {
     if (h >= smallest_step()) return;
-    throw Error("the step became too small (" + number_text(h) + " s) at t = " + number_text(state_.t) +
-                " s with order " + std::to_string(formula_->order()) + ": " + why + obstacle());
+    throw Error("the step became too small (" + time_text(h) + ") at t = " + time_text(state_.t) +
+                " with order " + std::to_string(formula_->order()) + ": " + why + obstacle());
   }
 
-  /// As with friction -sign(rate), which holds the motion where its force jumps.
+  std::string time_text(double t) const { return number_text(t * time_unit_) + " s"; }
+
   void give_up_where_steps_stay_short(const StepReport& line) {
-    tried_again_ += line.rejections;
-    if (line.number % kLooksBack != 0) return;
-    const double left = kLooksBack * (t_end_ - line.t) / (line.t - looked_at_);
-    const bool often = std::exchange(tried_again_, 0) >= kTriedAgain * kLooksBack;
-    looked_at_ = line.t;
-    if (!often || left <= kMostLeft) return;
+    using Verdict = StepWatch::Verdict;
+    const Verdict verdict = watch_->judge(line.number, line.t, line.rejections);
+    if (verdict == Verdict::go_on) return;
+    const std::string left = number_text(watch_->left()) + " more steps would be needed: ";
+    const std::string until = " until t = " + time_text(line.t);
+    if (verdict == Verdict::ever_faster)
+      throw Error(left + "they have become ever shorter" + until + ", as " +
+                  find_fastest(given_, on_host(*executor_, state_), time_unit_) + " per s");
     throw Error(
-        number_text(left) + " more steps would be needed: the last " + std::to_string(kLooksBack) +
-        " until t = " + number_text(line.t) +
-        " s were short, and many were tried again: a force jumps or turns about by the motion itself, on " +
+        left + "the last " + std::to_string(StepWatch::kLooksBack) + until +
+        " were short, and many were tried again: a force jumps or turns about by the motion itself, on " +
         least_foreseen(given_, state_.v.on_host(*executor_), relation_.v.on_host(*executor_),
                        weights_.on_host(*executor_)));
   }
@@ -528,6 +511,7 @@ class Integrator::Impl {
 
   const ConstrainedSystem& given_;
   const IntegratorOptions asked_;
+  const double time_unit_;
   IntegratorOptions options_;  ///< with tolerances of the local error
   std::optional<LocalTolerances> tolerances_;
   std::vector<double> scale_;
@@ -559,8 +543,7 @@ class Integrator::Impl {
   StepState next_;  ///< what a step arrives at
   PastStates past_;
   int most_past_ = 1;
-  int tried_again_ = 0;  ///< steps, since time was looked_at_
-  double looked_at_ = 0.0;
+  std::optional<StepWatch> watch_;
   double last_step_ = 0.0;  ///< that led to state_, and the order of the formula in it
   int last_order_ = 1;
   StepRelation relation_;
@@ -584,13 +567,21 @@ State Integrator::run(double t0, std::vector<double> q0, std::vector<double> v0,
   check_vector(v0, system_->coordinates(), "v0");
   check_times(t0, t_end, outputs);
   check_step_number(options_, t_end - t0);
-  if (!ScaledSystem::is_needed(*system_))
+  const double unit = time_unit(*system_, {t0, q0, v0, {}, {}}, t_end);
+  if (unit == 1.0 && !ScaledSystem::is_needed(*system_)) {
+    if (scaled_) impl_ = std::make_unique<Impl>(*system_, options_);
+    scaled_.reset();
     return impl_->run(t0, std::move(q0), std::move(v0), t_end, outputs, observer);
-  scaled_ = std::make_unique<ScaledSystem>(*system_, t0, q0);
-  impl_ = std::make_unique<Impl>(*scaled_, options_);
+  }
+  auto scaled = std::make_unique<ScaledSystem>(*system_, t0, q0, unit);
+  impl_ = std::make_unique<Impl>(*scaled, scaled->scaled(options_), unit);
+  scaled_ = std::move(scaled);
   State start = scaled_->scaled({t0, std::move(q0), std::move(v0), {}, {}});
+  std::vector<double> scaled_outputs = outputs;
+  for (double& t : scaled_outputs) t /= unit;
   UnscalingObserver unscaling(*scaled_, observer);
-  return scaled_->unscaled(impl_->run(t0, std::move(start.q), std::move(start.v), t_end, outputs, unscaling));
+  return scaled_->unscaled(
+      impl_->run(start.t, std::move(start.q), std::move(start.v), t_end / unit, scaled_outputs, unscaling));
 }
 
 const IntegrationReport& Integrator::report() const {

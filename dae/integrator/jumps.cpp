@@ -34,6 +34,11 @@ std::vector<double> forces(const ConstrainedSystem& system, double t, const std:
   return residual.force;
 }
 
+std::size_t place_of_largest(const std::vector<double>& x) {
+  const auto less = [](double a, double b) { return std::abs(a) < std::abs(b); };
+  return static_cast<std::size_t>(std::max_element(x.begin(), x.end(), less) - x.begin());
+}
+
 /// Whether accelerations are larger than those of any machine.
 bool accelerates(const State& state, double moment, const IntegratorOptions& options) {
   return largest_size(state.a) * moment > kJump * options.constraint_velocity;
@@ -78,6 +83,25 @@ std::string find_jump(const ConstrainedSystem& system, const State& state, doubl
   return changed_force(system, before.force, after.force);
 }
 
+std::string find_fastest(const ConstrainedSystem& system, const State& state, double time_unit) {
+  const std::vector<double> zero(state.q.size() + static_cast<std::size_t>(system.constraints()), 0.0);
+  Residual at_rest = make_residual(system);
+  system.evaluate({state.t, state.q.data(), zero.data(), zero.data(), zero.data()}, at_rest);
+  const std::vector<double>& prescribed = at_rest.velocity;
+  const auto text = [&](const std::string& name, double rate, double unit) {
+    return name + " has become as fast as " + number_text(std::abs(rate) * unit / time_unit);
+  };
+  if (largest_size(prescribed) > 0.0) {
+    const std::size_t row = place_of_largest(prescribed);
+    const auto j = static_cast<int>(row);
+    return text(system.constraint_name(j), prescribed[row], system.constraint_unit(j));
+  }
+  const std::size_t largest = place_of_largest(state.v);
+  const auto i = static_cast<int>(largest);
+  const double scale = 1.0 / (system.force_unit(i) * time_unit * time_unit);
+  return text(system.coordinate_name(i), state.v[largest], scale);
+}
+
 std::string least_foreseen(const ConstrainedSystem& system, const std::vector<double>& v,
                            const std::vector<double>& predicted, const std::vector<double>& weights) {
   int worst = 0;
@@ -99,11 +123,10 @@ std::string find_pole(const ConstrainedSystem& system, const State& state, doubl
         system, before,
         forces(system, state.t + moment, moved(state.q, state.v, moment), moved(state.v, state.a, moment)));
     if (!text.empty()) return text;
-    const auto larger = [](double x, double y) { return std::abs(x) < std::abs(y); };
-    const auto largest = std::max_element(before.begin(), before.end(), larger);
-    const auto i = static_cast<int>(largest - before.begin());
+    const std::size_t largest = place_of_largest(before);
+    const auto i = static_cast<int>(largest);
     return "the force on " + system.coordinate_name(i) + " has become " +
-           number_text(*largest * system.force_unit(i));
+           number_text(before[largest] * system.force_unit(i));
   } catch (const InvalidInput& e) {
     return e.what();
   }

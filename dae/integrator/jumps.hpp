@@ -18,6 +18,10 @@ std::string find_jump(const ConstrainedSystem& system, const State& state, doubl
 std::string find_pole(const ConstrainedSystem& system, const State& state, double moment,
                       const IntegratorOptions& options);
 
+/// What is fastest in `state`, and how fast: the motion that prescribes the largest rate, or, without any, a
+/// coordinate. `time_unit`: what times are multiplied by for a message.
+std::string find_fastest(const ConstrainedSystem& system, const State& state, double time_unit);
+
 /// The coordinate whose velocity is farthest from what was predicted, in the weights of [q, v].
 std::string least_foreseen(const ConstrainedSystem& system, const std::vector<double>& v,
                            const std::vector<double>& predicted, const std::vector<double>& weights);

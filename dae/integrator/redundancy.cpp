@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string_view>
 #include <utility>
 
 #include <mfs/error.hpp>
@@ -22,6 +21,7 @@ constexpr double kNearlySingular = 1e-3;
 constexpr double kTakesPart = 1e-6;
 /// How many of them an error message names.
 constexpr std::size_t kMostNamed = 6;
+constexpr const char* kLevels[] = {"position", "velocity", "acceleration"};
 
 double largest_share(const SparseRow& combination) {
   double most = 0.0;
@@ -31,8 +31,8 @@ double largest_share(const SparseRow& combination) {
 
 }  // namespace
 
-Redundancy::Redundancy(const ConstrainedSystem& system, std::vector<double> scale)
-    : given_(system), scale_(std::move(scale)) {
+Redundancy::Redundancy(const ConstrainedSystem& system, std::vector<double> scale, double time_unit)
+    : given_(system), scale_(std::move(scale)), time_unit_(time_unit) {
   for (int row = 0; row < system.constraints(); ++row)
     normalizes_.push_back(system.is_normalization(row) ? 1 : 0);
   for (int row = 0; row < system.constraints(); ++row)
@@ -67,7 +67,7 @@ void Redundancy::check_start(const StateView& state, const IntegratorOptions& op
   const auto violated = violation(state, options, left_out_);
   if (!violated) return;
   // Of what follows everywhere accelerations do where positions and velocities do.
-  const bool singular = std::string_view(violated->level) == "acceleration";
+  const bool singular = violated->level == 2;
   const char* const note =
       ": the position is singular, and on none of the ways out of it bodies have these velocities";
   throw_contradiction(*violated, state.t, singular ? note : "");
@@ -163,16 +163,16 @@ std::optional<Redundancy::Violation> Redundancy::violation(const StateView& stat
   Residual residual = make_residual(given_);
   given_.evaluate(all, residual);
   const auto find = [&](const std::vector<double>& values, double bound,
-                        const char* level) -> std::optional<Violation> {
+                        int level) -> std::optional<Violation> {
     for (std::size_t k = 0; k < redundant().size(); ++k) {
       const double value = values[redundant()[k]], share = largest_share(by.combination(k));
       if (!(std::abs(value) <= kInexact * share * bound)) return Violation{redundant()[k], level, value};
     }
     return std::nullopt;
   };
-  if (auto found = find(residual.position, options.constraint_position, "position")) return found;
-  if (auto found = find(residual.velocity, options.constraint_velocity, "velocity")) return found;
-  return find(residual.acceleration, options.constraint_acceleration, "acceleration");
+  if (auto found = find(residual.position, options.constraint_position, 0)) return found;
+  if (auto found = find(residual.velocity, options.constraint_velocity, 1)) return found;
+  return find(residual.acceleration, options.constraint_acceleration, 2);
 }
 
 std::string Redundancy::nearly_redundant(double t, const std::vector<double>& q,
@@ -210,11 +210,11 @@ std::string Redundancy::others_of(int row, SparseRow shares) const {
 void Redundancy::throw_contradiction(const Violation& violation, double t, const char* note) const {
   const auto place = std::find(redundant().begin(), redundant().end(), violation.row) - redundant().begin();
   const SparseRow& shares = left_out_.combination(static_cast<std::size_t>(place));
+  const double unit = given_.constraint_unit(violation.row) / std::pow(time_unit_, violation.level);
   throw InvalidInput(given_.constraint_name(violation.row),
-                     "it contradicts " + others_of(violation.row, shares) + " at t = " + number_text(t) +
-                         ": of its " + violation.level + " " +
-                         number_text(violation.value * given_.constraint_unit(violation.row)) + " is left" +
-                         note);
+                     "it contradicts " + others_of(violation.row, shares) +
+                         " at t = " + number_text(t * time_unit_) + ": of its " + kLevels[violation.level] +
+                         " " + number_text(violation.value * unit) + " is left" + note);
 }
 
 }  // namespace mfs::dae

@@ -15,8 +15,9 @@ namespace mfs::dae {
 
 class Redundancy {
  public:
-  /// Nothing is left out yet. `system` has to live as long; `scale`: per coordinate.
-  Redundancy(const ConstrainedSystem& system, std::vector<double> scale);
+  /// Nothing is left out yet. `system` has to live as long; `scale`: per coordinate; `time_unit`: what times
+  /// are multiplied by in messages.
+  Redundancy(const ConstrainedSystem& system, std::vector<double> scale, double time_unit = 1.0);
 
   /// The system without what is left out. Another object after leave_out().
   const ConstrainedSystem& system() const;
@@ -60,7 +61,7 @@ class Redundancy {
   /// By what a constraint that is left out is violated.
   struct Violation {
     int row;
-    const char* level;
+    int level;  ///< 0: position, 1: velocity, 2: acceleration
     double value;
   };
   /// Of what is left out, measured by its shares in these combinations.
@@ -73,6 +74,7 @@ class Redundancy {
 
   const ConstrainedSystem& given_;
   std::vector<double> scale_;
+  double time_unit_;
   std::vector<char> normalizes_, nonholonomic_;
   Dependencies left_out_;
   std::vector<int> begun_with_;  ///< redundant where the motion began

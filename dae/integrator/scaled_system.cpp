@@ -10,15 +10,33 @@
 namespace mfs::dae {
 namespace {
 
-/// x_i *= f_i^power; an empty x stays so.
-void multiply(const std::vector<double>& f, int power, std::vector<double>& x) {
-  for (std::size_t i = 0; i < x.size(); ++i) x[i] = power > 0 ? x[i] * f[i] : x[i] / f[i];
+/// x_i *= f_i^power factor; an empty x stays so.
+void multiply(const std::vector<double>& f, int power, double factor, std::vector<double>& x) {
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] *= power > 0 ? f[i] * factor : factor / f[i];
 }
 
-/// y = f x, or x / f.
-void multiplied(const std::vector<double>& f, int power, const double* x, std::vector<double>& y) {
+/// y = f^power factor x.
+void multiplied(const std::vector<double>& f, int power, double factor, const double* x,
+                std::vector<double>& y) {
   y.assign(x, x + f.size());
-  multiply(f, power, y);
+  multiply(f, power, factor, y);
+}
+
+/// In which a block grows with the unit of time.
+int power_of_time(Block block) {
+  switch (block) {
+    case Block::force_q:
+    case Block::acceleration_q:
+      return 2;
+    case Block::force_v:
+    case Block::velocity_q:
+    case Block::acceleration_v:
+      return 1;
+    case Block::force_a:
+    case Block::position_q:
+      return 0;
+  }
+  return 0;
 }
 
 }  // namespace
@@ -45,14 +63,14 @@ class ScaledSystem::Remote final : public RemoteTangent {
     remote_.begin_tangent(executor, state);
   }
   void add_diagonal(const ByAVQ& factor, std::vector<double>& diagonal) override {
-    remote_.add_diagonal(squared(factor), diagonal);
+    remote_.add_diagonal(given(factor), diagonal);
   }
-  void begin_sum(const ByAVQ& factor) override { remote_.begin_sum(squared(factor)); }
+  void begin_sum(const ByAVQ& factor) override { remote_.begin_sum(given(factor)); }
 
  private:
-  ByAVQ squared(ByAVQ factor) const {
-    for (double& x : factor) x *= square_;
-    return factor;
+  ByAVQ given(const ByAVQ& factor) const {
+    const double time = system_.time_;
+    return {square_ * factor[0], square_ * time * factor[1], square_ * time * time * factor[2]};
   }
 
   RemoteTangent& remote_;
@@ -66,8 +84,9 @@ bool ScaledSystem::is_needed(const ConstrainedSystem& system) {
   return false;
 }
 
-ScaledSystem::ScaledSystem(const ConstrainedSystem& system, double t, const std::vector<double>& q)
-    : system_(system), unit_(static_cast<std::size_t>(system.constraints()), 1.0) {
+ScaledSystem::ScaledSystem(const ConstrainedSystem& system, double t, const std::vector<double>& q,
+                           double time)
+    : system_(system), time_(time), unit_(static_cast<std::size_t>(system.constraints()), 1.0) {
   for (int i = 0; i < system.coordinates(); ++i) scale_.push_back(system.coordinate_scale(i));
   const Pattern& pattern = system.tangent_pattern()[Block::position_q];
   const std::vector<double> gradient = constraint_gradient(system, t, q);
@@ -84,30 +103,49 @@ ScaledSystem::ScaledSystem(const ConstrainedSystem& system, double t, const std:
 ScaledSystem::~ScaledSystem() = default;
 
 State ScaledSystem::scaled(State state) const {
-  for (auto* x : {&state.q, &state.v, &state.a}) multiply(scale_, -1, *x);
-  multiply(unit_, 1, state.lambda);
+  state.t /= time_;
+  multiply(scale_, -1, 1.0, state.q);
+  multiply(scale_, -1, time_, state.v);
+  multiply(scale_, -1, time_ * time_, state.a);
+  multiply(unit_, 1, time_ * time_, state.lambda);
   return state;
 }
 
 State ScaledSystem::unscaled(State state) const {
-  for (auto* x : {&state.q, &state.v, &state.a}) multiply(scale_, 1, *x);
-  multiply(unit_, -1, state.lambda);
+  state.t *= time_;
+  multiply(scale_, 1, 1.0, state.q);
+  multiply(scale_, 1, 1.0 / time_, state.v);
+  multiply(scale_, 1, 1.0 / (time_ * time_), state.a);
+  multiply(unit_, -1, 1.0 / (time_ * time_), state.lambda);
   return state;
 }
 
+IntegratorOptions ScaledSystem::scaled(IntegratorOptions options) const {
+  for (double* step : {&options.initial_step, &options.max_step, &options.min_step, &options.fixed_step})
+    *step /= time_;
+  const IntegratorOptions defaults;
+  options.atol_velocity *= time_;  // 0: the default
+  if (options.constraint_velocity != defaults.constraint_velocity) options.constraint_velocity *= time_;
+  if (options.constraint_acceleration != defaults.constraint_acceleration)
+    options.constraint_acceleration *= time_ * time_;
+  return options;
+}
+
 StateView ScaledSystem::given(const StateView& state) const {
-  multiplied(scale_, 1, state.q, there_.q);
-  multiplied(scale_, 1, state.v, there_.v);
-  multiplied(scale_, 1, state.a, there_.a);
-  multiplied(unit_, -1, state.lambda, there_.lambda);
-  return {state.t, there_.q.data(), there_.v.data(), there_.a.data(), there_.lambda.data()};
+  there_.t = time_ * state.t;
+  multiplied(scale_, 1, 1.0, state.q, there_.q);
+  multiplied(scale_, 1, 1.0 / time_, state.v, there_.v);
+  multiplied(scale_, 1, 1.0 / (time_ * time_), state.a, there_.a);
+  multiplied(unit_, -1, 1.0 / (time_ * time_), state.lambda, there_.lambda);
+  return {there_.t, there_.q.data(), there_.v.data(), there_.a.data(), there_.lambda.data()};
 }
 
 void ScaledSystem::evaluate(const StateView& state, Residual& residual) const {
   system_.evaluate(given(state), residual);
-  multiply(scale_, 1, residual.force);
-  for (auto* level : {&residual.position, &residual.velocity, &residual.acceleration})
-    multiply(unit_, -1, *level);
+  multiply(scale_, 1, time_ * time_, residual.force);
+  multiply(unit_, -1, 1.0, residual.position);
+  multiply(unit_, -1, time_, residual.velocity);
+  multiply(unit_, -1, time_ * time_, residual.acceleration);
 }
 
 void ScaledSystem::evaluate(const StateView& state, Tangent& tangent, BlockSet blocks) const {
@@ -117,8 +155,9 @@ void ScaledSystem::evaluate(const StateView& state, Tangent& tangent, BlockSet b
     if (!blocks.has(block)) continue;
     const bool of_force = block == Block::force_q || block == Block::force_v || block == Block::force_a;
     const Pattern& pattern = system_.tangent_pattern()[block];
+    const double of_time = std::pow(time_, power_of_time(block));
     for (int row = 0; row < pattern.rows; ++row) {
-      const double factor = of_force ? scale_[row] : 1.0 / unit_[row];
+      const double factor = of_time * (of_force ? scale_[row] : 1.0 / unit_[row]);
       for (int k = pattern.row_start[row]; k < pattern.row_start[row + 1]; ++k)
         tangent[block][k] *= factor * scale_[pattern.column[k]];
     }

@@ -1,11 +1,13 @@
-// A system whose coordinates are measured in their scales s and whose constraints in units u of their own,
+// A system whose coordinates are measured in their scales s, whose time in a unit T and whose constraints in
+// units u of their own,
 //
-//   q = s q',   Phi = u Phi',   F' = s F   and so   lambda' = u lambda,
+//   t = T t',   q = s q',   Phi = u Phi',   F' = s T^2 F   and so   lambda' = u T^2 lambda,
 //
 // which are powers of two, so that nothing is rounded. Tolerances, the directions of the constraints and
-// pivots compare lengths with angles. So they are of use where lengths are ordinary numbers: in micrometres a
-// velocity of 1 that rounding leaves in a constraint is nothing, and an Euler parameter that is 1e-6 off is
-// much. Only where a scale is not 1 there is such a system. Its vectors are on the host.
+// pivots compare lengths with angles and velocities with both. So they are of use where all these are
+// ordinary numbers: in micrometres a velocity of 1 that rounding leaves in a constraint is nothing, and an
+// Euler parameter that is 1e-6 off is much. Only where a scale or T is not 1 there is such a system. Its
+// vectors are on the host.
 #pragma once
 
 #include <functional>
@@ -22,13 +24,16 @@ namespace mfs::dae {
 class ScaledSystem final : public ConstrainedSystem, public TurningBodies {
  public:
   static bool is_needed(const ConstrainedSystem& system);
-  /// u by Phi_q at `t` and `q`: rows then have a largest entry of about 1. `system` has to live as long.
-  ScaledSystem(const ConstrainedSystem& system, double t, const std::vector<double>& q);
+  /// u by Phi_q at `t` and `q`: rows then have a largest entry of about 1. `time`: T. `system` has to live as
+  /// long.
+  ScaledSystem(const ConstrainedSystem& system, double t, const std::vector<double>& q, double time = 1.0);
   ~ScaledSystem() override;
 
   /// Of the system given: of this one, and back. Empty vectors stay so.
   State scaled(State state) const;
   State unscaled(State state) const;
+  /// Steps and tolerances that are given become those of this one's time; default tolerances stay.
+  IntegratorOptions scaled(IntegratorOptions options) const;
 
   int coordinates() const override { return system_.coordinates(); }
   int constraints() const override { return system_.constraints(); }
@@ -43,7 +48,9 @@ class ScaledSystem final : public ConstrainedSystem, public TurningBodies {
   bool is_nonholonomic(int row) const override { return system_.is_nonholonomic(row); }
   bool is_measure(int i) const override { return system_.is_measure(i); }
   double constraint_unit(int row) const override { return unit_[row]; }
-  double force_unit(int i) const override { return 1.0 / scale_[i]; }
+  double force_unit(int i) const override { return 1.0 / (scale_[i] * time_ * time_); }
+  /// T.
+  double time_unit() const { return time_; }
   std::vector<PointRange> turning_bodies() const override;
 
  private:
@@ -52,6 +59,7 @@ class ScaledSystem final : public ConstrainedSystem, public TurningBodies {
   StateView given(const StateView& state) const;
 
   const ConstrainedSystem& system_;
+  const double time_;
   std::vector<double> scale_, unit_;
   std::vector<std::unique_ptr<Remote>> remotes_;
   mutable State there_;
@@ -63,7 +71,10 @@ class UnscalingObserver final : public Observer {
   UnscalingObserver(const ScaledSystem& system, Observer& observer) : system_(system), observer_(observer) {}
 
   void step(const StepReport& report, const std::function<const State&()>& state) override {
-    observer_.step(report, [&]() -> const State& { return state_ = system_.unscaled(state()); });
+    StepReport unscaled = report;
+    unscaled.t *= system_.time_unit();
+    unscaled.h *= system_.time_unit();
+    observer_.step(unscaled, [&]() -> const State& { return state_ = system_.unscaled(state()); });
   }
   void output(const State& state) override { observer_.output(system_.unscaled(state)); }
 

@@ -208,6 +208,17 @@ TEST(Forces, ThatJumpWithTheMotionEndARunThatWouldTakeDays) {
   expect_ended(json, AllOf(HasSubstr("more steps would be needed"), HasSubstr("a force jumps")));
 }
 
+// No step fails: the crank turns faster and faster, and its steps become as short as that takes.
+TEST(Motions, WithoutBoundEndARunThatWouldTakeDays) {
+  Json json = of_library("simple_pendulum", 2.0, 1);
+  json["motions"]["drive"] = {{"type", "rotation"}, {"joint", "bearing"}, {"angle", "tan(t)"}};
+  EXPECT_THAT([&] { run(json); },
+              Throws<Error>(Property(
+                  &Error::what,
+                  AllOf(HasSubstr("ever shorter until t = 1.570"),
+                        HasSubstr("motion drive, equation 1 of 1 (about [0 0 1]) has become as fast as")))));
+}
+
 // The hinges share the weight, and the moment of the weight: a pair of forces H at 0.8 m and two moments M
 // with 1.6 H + 2 M = g / 2 and the least sum of squares.
 TEST(Door, OnTwoHingesTurnsAndHangsOnBoth) {

@@ -8,69 +8,14 @@
 #include <vector>
 
 #include "dae/statics/equilibrium.hpp"
-#include "test/dae/model/mechanism.hpp"
+#include "test/dae/model/units.hpp"
 
 namespace mfs::dae::test {
 namespace {
 
-/// How many of them a metre, a kilogram and a second are.
-struct Units {
-  const char* name;
-  double length, mass, time;
-};
 constexpr Units kMillimetres{"mm, t, s", 1e3, 1e-3, 1.0}, kMicrometres{"um, g, s", 1e6, 1e3, 1.0},
     kKilometres{"km, kg, s", 1e-3, 1.0, 1.0}, kMilliseconds{"m, kg, ms", 1.0, 1.0, 1e3},
     kHours{"km, t, h", 1e-3, 1e-3, 1.0 / 3600.0};
-
-/// Of what has this key, in powers of length, mass and time.
-struct Dimension {
-  const char* key;
-  int length, mass, time;
-};
-constexpr Dimension kDimensions[] = {
-    {"angular_velocity", 0, 0, -1},
-    {"damping", 0, 1, -1},
-    {"density", -3, 1, 0},
-    {"end", 0, 0, 1},
-    {"free_length", 1, 0, 0},
-    {"gravity", 1, 0, -2},
-    {"inertia", 2, 1, 0},
-    {"mass", 0, 1, 0},
-    {"plane", 1, 0, 0},
-    {"point", 1, 0, 0},
-    {"point_a", 1, 0, 0},
-    {"point_b", 1, 0, 0},
-    {"position", 1, 0, 0},
-    {"radius", 1, 0, 0},
-    {"size", 1, 0, 0},
-    {"slope", 0, 0, -1},
-    {"stiffness", 0, 1, -2},
-    {"value", 2, 1, -2},
-    {"velocity", 1, 0, -1},
-    {"young", -1, 1, -2},
-};
-
-/// A number, an expression of parameters or an array of such.
-void multiply(Json& value, double factor) {
-  if (value.is_array())
-    for (Json& item : value) multiply(item, factor);
-  else if (value.is_string())
-    value = Json(factor).dump() + "*(" + value.get<std::string>() + ")";
-  else
-    value = value.get<double>() * factor;
-}
-
-/// A model, or a part of one, whose functions are angles with a slope and torques with a value.
-Json converted(Json object, const Units& units) {
-  for (auto& [key, value] : object.items()) {
-    if (value.is_object()) value = converted(value, units);
-    for (const Dimension& of : kDimensions)
-      if (key == of.key && !value.is_object())
-        multiply(value, std::pow(units.length, of.length) * std::pow(units.mass, of.mass) *
-                            std::pow(units.time, of.time));
-  }
-  return object;
-}
 
 /// By how much (m, 1) bodies' centres and Euler parameters, or nodes, are not where they are in metres,
 /// kilograms and seconds.

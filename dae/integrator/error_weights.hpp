@@ -1,0 +1,30 @@
+// What local errors and rates are measured by. Passes over vectors, for the host and for devices.
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+
+#include "dae/vectors/loops.hpp"
+
+namespace mfs::dae {
+
+/// Error weights of [q, v].
+struct SetWeights {
+  const double *q, *v, *scale;
+  double* weights;
+  std::size_t n;
+  double rtol, atol_position, atol_velocity;
+  MFS_HOST_DEVICE void operator()(std::size_t i) const {
+    weights[i] = rtol * std::abs(q[i]) + atol_position * scale[i];
+    weights[n + i] = rtol * std::abs(v[i]) + atol_velocity * scale[i];
+  }
+};
+
+/// [v, a], the derivatives of [q, v].
+struct Rates {
+  const double *v, *a;
+  std::size_t n;
+  MFS_HOST_DEVICE Numbers<1> operator()(std::size_t i) const { return {{i < n ? v[i] : a[i - n]}}; }
+};
+
+}  // namespace mfs::dae

@@ -68,10 +68,10 @@ void predict(CaseResult& result) {
     if (rates.key == key && serve) result.prediction = predict(rates, report, result.depths);
   }
   if (!result.prediction)
-    result.no_prediction = file.damaged
-                               ? path + " is damaged or of another version; 'mfs info --measure' makes it anew"
-                               : "'mfs info --measure' measures the rates of this machine, once for each "
-                                 "backend and number of threads";
+    result.no_prediction =
+        file.damaged ? path + " is damaged or of another version; 'mfs info --measure' makes it anew"
+                     : "'mfs info --measure' measures the rates of this machine, once for each "
+                       "backend and number of threads";
 }
 
 template <class Scalar>

@@ -140,6 +140,7 @@ TEST_F(Partial, IsToldBeforeAnyNumberIsComputed) {
   full.analyze(a.view());
   EXPECT_FALSE(full.report().partial);
   EXPECT_EQ(full.report().bytes_out, 0);
+  EXPECT_EQ(full.report().slowdown, 1);
   const std::int64_t least = least_limit(options_, a, 1);
   options_.memory_limit = least + full.report().bytes_peak / 10;
   Solver partial(options_);
@@ -149,6 +150,7 @@ TEST_F(Partial, IsToldBeforeAnyNumberIsComputed) {
   EXPECT_LE(report.bytes_peak, options_.memory_limit);
   EXPECT_GT(report.bytes_out, 0);
   EXPECT_LE(report.bytes_back, 2 * report.bytes_out);
+  EXPECT_GT(report.slowdown, 1);
   std::int64_t segments = 0;
   for (const DepthSummary& depth : partial.depths()) segments += depth.segments;
   EXPECT_EQ(segments, report.segments);

@@ -5,7 +5,7 @@
 // microseconds 1e-4 allows 100 m/s, in hours no rounding is that small. So where the model moves by less
 // than 1/4 or more than 1024 units of length in one of time, time has another unit: four times what it
 // takes to move by one in the mean. (In seconds nearly all machines are within. With sixteen errors were 1
-// to 3 times those in s instead of 1 to 7, but four_bars_40 in hours, at rtol 1e-8, came to a flat
+// to 3 times those in s instead of 1 to 7, but four_bars_40 in hours, at one tolerance, came to a flat
 // position that it did not pass.) How fast a model moves is told by its kinetic energy, by the
 // accelerations that forces give it from rest, and by what motions prescribe, where time begins and, if
 // that is slow, at some times until its end.

@@ -20,7 +20,8 @@ constexpr std::int64_t kPivots[] = {4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048,
 /// Up to so many pivots on the host, where larger fronts are as fast.
 constexpr std::int64_t kMostOnHost = 512;
 constexpr std::int64_t kLevels = 4;
-/// Fronts that are alone on their level have so many pivots together, so that what a call takes is little.
+/// Fronts that are alone on their level have so many pivots together, so that what a call takes is little,
+/// and no more entries than the others.
 constexpr std::int64_t kPivotsAlone = 4096, kMostLevels = 256;
 /// A device has so many times the entries from so many pivots on: few fronts would not fill it, and what the
 /// link brings shall be large.
@@ -83,8 +84,9 @@ Chains chains_of(std::int64_t pivots, std::int64_t factor_entries) {
   const std::int64_t fronts = factor_entries / (5 * pivots * pivots) + 1;
   return {pivots, std::max<std::int64_t>((fronts + kLevels - 1) / kLevels, 2), kLevels};
 }
-Chains chain_alone(std::int64_t pivots) {
-  return {pivots, 1, std::clamp(kPivotsAlone / pivots, kLevels, kMostLevels)};
+Chains chain_alone(std::int64_t pivots, std::int64_t factor_entries) {
+  const std::int64_t levels = std::min(kPivotsAlone, factor_entries / (5 * pivots)) / pivots;
+  return {pivots, 1, std::clamp(levels, kLevels, kMostLevels)};
 }
 
 // Of at least three, and of as many as a fifth of a second holds.
@@ -194,8 +196,10 @@ MachineRates measure_rates(const Options& options, std::int64_t factor_entries,
     const std::int64_t pivots = kPivots[i];
     progress(static_cast<double>(i) / static_cast<double>(sizes));
     const std::int64_t times = on_device && pivots >= kFromPivots ? kTimesAsMany : 1;
-    const Chains chains = chains_of(pivots, times * factor_entries);
-    const Measured many = measure(chains, false, own), alone = measure(chain_alone(pivots), false, own);
+    const std::int64_t entries = times * factor_entries;
+    const Chains chains = chains_of(pivots, entries);
+    const Measured many = measure(chains, false, own);
+    const Measured alone = measure(chain_alone(pivots, entries), false, own);
     if (many.report.partial) break;  // a small device
     rates.fronts.push_back({many.size, static_cast<double>(chains.count), many.flops / many.refactor,
                             static_cast<double>(many.report.nnz_factor) / many.solve,

@@ -232,6 +232,18 @@ std::vector<double> constraint_gradient(const ConstrainedSystem& system, double 
   return std::move(tangent[Block::position_q]);
 }
 
+std::vector<double> constraint_sizes(const ConstrainedSystem& system, double t, const std::vector<double>& q,
+                                     const std::vector<double>& scale) {
+  const Pattern& pattern = system.tangent_pattern()[Block::position_q];
+  const std::vector<double> gradient = constraint_gradient(system, t, q);
+  std::vector<double> size(static_cast<std::size_t>(pattern.rows), 0.0);
+  for (int row = 0; row < pattern.rows; ++row) {
+    for (int k = pattern.row_start[row]; k < pattern.row_start[row + 1]; ++k)
+      size[row] = std::max(size[row], std::abs(gradient[k] * scale[pattern.column[k]]));
+  }
+  return size;
+}
+
 void check_constraints(const ConstrainedSystem& system, const State& given) {
   const std::vector<double> zero(given.q.size() + static_cast<std::size_t>(system.constraints()), 0.0);
   Residual residual = make_residual(system);

@@ -47,5 +47,8 @@ void naming_start(const Name& name, const Work& work) {
 /// Values of Phi_q at t and q.
 std::vector<double> constraint_gradient(const ConstrainedSystem& system, double t,
                                         const std::vector<double>& q);
+/// The largest size in each row of these, in coordinates of these scales.
+std::vector<double> constraint_sizes(const ConstrainedSystem& system, double t, const std::vector<double>& q,
+                                     const std::vector<double>& scale);
 
 }  // namespace mfs::dae

@@ -1,6 +1,5 @@
 #include "dae/integrator/scaled_system.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <utility>
@@ -88,14 +87,9 @@ ScaledSystem::ScaledSystem(const ConstrainedSystem& system, double t, const std:
                            double time)
     : system_(system), time_(time), unit_(static_cast<std::size_t>(system.constraints()), 1.0) {
   for (int i = 0; i < system.coordinates(); ++i) scale_.push_back(system.coordinate_scale(i));
-  const Pattern& pattern = system.tangent_pattern()[Block::position_q];
-  const std::vector<double> gradient = constraint_gradient(system, t, q);
-  for (int row = 0; row < pattern.rows; ++row) {
-    double most = 0.0;
-    for (int k = pattern.row_start[row]; k < pattern.row_start[row + 1]; ++k)
-      most = std::max(most, std::abs(gradient[k] * scale_[pattern.column[k]]));
-    if (most > 0.0 && std::isfinite(most)) unit_[row] = std::exp2(std::round(std::log2(most)));
-  }
+  const std::vector<double> size = constraint_sizes(system, t, q, scale_);
+  for (std::size_t row = 0; row < size.size(); ++row)
+    if (size[row] > 0.0 && std::isfinite(size[row])) unit_[row] = std::exp2(std::round(std::log2(size[row])));
   for (RemoteTangent* const remote : system.remote_tangents())
     remotes_.push_back(std::make_unique<Remote>(*remote, *this));
 }

@@ -30,9 +30,9 @@ double product(const std::vector<double>& x, const std::vector<double>& y) {
 
 /// How fast the system moves about `q`: rates, in units of its coordinates' scales. What is no number tells
 /// nothing and is 0.
-class Rates {
+class ModelRates {
  public:
-  Rates(const ConstrainedSystem& system, const State& start)
+  ModelRates(const ConstrainedSystem& system, const State& start)
       : system_(system),
         q_(start.q),
         zero_(q_.size() + static_cast<std::size_t>(system.constraints()), 0.0),
@@ -60,16 +60,11 @@ class Rates {
   double of_motions(double t) const {
     evaluate(t, zero_);
     if (largest_size(residual_.velocity) == 0.0) return 0.0;
-    const Pattern& pattern = system_.tangent_pattern()[Block::position_q];
-    const std::vector<double> gradient = constraint_gradient(system_, t, q_);
+    const std::vector<double> size = constraint_sizes(system_, t, q_, scale_);
     double most = 0.0;
-    for (int row = 0; row < pattern.rows; ++row) {
-      double largest = 0.0;
-      for (int k = pattern.row_start[row]; k < pattern.row_start[row + 1]; ++k)
-        largest = std::max(largest, std::abs(gradient[k] * scale_[pattern.column[k]]));
-      if (const double rate = std::abs(residual_.velocity[row]) / largest; std::isfinite(rate))
+    for (std::size_t row = 0; row < size.size(); ++row)
+      if (const double rate = std::abs(residual_.velocity[row]) / size[row]; std::isfinite(rate))
         most = std::max(most, rate);
-    }
     return most;
   }
 
@@ -106,7 +101,7 @@ class Rates {
 };
 
 double rate_of(const ConstrainedSystem& system, const State& start, double t_end) {
-  Rates rates(system, start);
+  ModelRates rates(system, start);
   double most = rates.of_velocities(start.t, start.v);
   const auto look_at = [&](double t) {
     try {

@@ -167,7 +167,8 @@ TEST(RatesFile, WhatMakesNoSenseIsDamagedAndMadeAnew) {
            with("\"size\": 10.0", "\"size\": 1000.0"), with("\"size\": 10.0", "\"size\": -1.0"),
            with("\"fronts\": 3.0", "\"fronts\": 1.0"), with("4e-05", "0"), with("100000000.0", "0"),
            with("100000000.0", "-5"), with("100000000.0", "\"fast\""), with("100000000.0", "1e999"),
-           with("3e-09", "-3e-09"), with("1000000.0", "null"), with("\"threads\": 2", "\"threads\": []")}) {
+           with("link_bytes_per_second", "link"), with("3e-09", "-3e-09"), with("1000000.0", "null"),
+           with("\"threads\": 2", "\"threads\": []")}) {
     folder.write("rates.json", text);
     const RatesFile found = read_rates(path);
     EXPECT_TRUE(found.damaged) << text;

@@ -28,6 +28,7 @@ struct CaseResult {
 
   double time_read = 0;      ///< s
   double time_refactor = 0;  ///< s, the least of all refactorizations; 0 without any
+  double time_solve = 0;     ///< s, the least of all solves; 0 without any
   /// The solver's report, once the matrix was analysed; its later figures are 0 until their phase is through.
   std::optional<Report> report;
   /// The program's own figure for the x that was returned.

@@ -35,7 +35,7 @@ std::string json_line(const CaseResult& result) {
   json["time_symbolic"] = report.time_symbolic;
   json["time_factor"] = report.time_factor;
   json["time_refactor"] = result.time_refactor;
-  json["time_solve"] = report.time_solve;
+  json["time_solve"] = result.time_solve > 0 ? result.time_solve : report.time_solve;  // of one that failed
   json["predicted_refactor"] = nullptr;
   json["predicted_solve"] = nullptr;
   if (result.prediction) {

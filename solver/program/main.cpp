@@ -80,7 +80,8 @@ void add_solve_options(CLI::App& app, Command& command) {
   app.add_flag("--singular", request.options.solve.solve_singular,
                "return a solution that reaches the tolerance also where A is singular to working precision");
   add_analysis_options(app, command);
-  app.add_option("--refactor", request.refactor, "factor again K times and report the least time")
+  app.add_option("--refactor", request.refactor,
+                 "factor again and solve again K times and report the least times")
       ->type_name("K")
       ->check(CLI::Range(0, 1000000));
   app.add_option("--tol", request.tolerance,

@@ -19,10 +19,11 @@ namespace {
 constexpr std::int64_t kPivots[] = {4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096};
 /// Up to so many pivots on the host, where larger fronts are as fast.
 constexpr std::int64_t kMostOnHost = 512;
-constexpr std::int64_t kLevels = 4;
+/// The last levels of a chain have smaller borders: there are more levels where fronts are many.
+constexpr std::int64_t kLeastLevels = 4, kMostLevels = 16, kFrontsOfALevel = 1000;
 /// Fronts that are alone on their level have so many pivots together, so that what a call takes is little,
 /// and no more entries than the others.
-constexpr std::int64_t kPivotsAlone = 4096, kMostLevels = 256;
+constexpr std::int64_t kPivotsAlone = 16384, kMostLevelsAlone = 256;
 /// A device has so many times the entries from so many pivots on: few fronts would not fill it, and what the
 /// link brings shall be large.
 constexpr std::int64_t kTimesAsMany = 16, kFromPivots = 8;
@@ -58,12 +59,15 @@ struct Chains {
     const double small = 1 / (8.0 * static_cast<double>(pivots));
     const std::int64_t first = std::max<std::int64_t>(level - 2, 0), last = std::min(level + 2, levels - 1);
     for (std::int64_t block = first; block <= last; ++block) {
-      for (std::int64_t j = 0; j < pivots; ++j) {
-        const bool diagonal = block == level && j == i;
-        const bool there = full || diagonal || (j == 0 && block <= level) || (i == 0 && block >= level);
-        if (!there) continue;
+      const auto add = [&](std::int64_t j) {
         a.column_indices.push_back(static_cast<std::int32_t>(begin(block, chain) + j));
-        a.values.push_back(diagonal ? 4 : small);
+        a.values.push_back(block == level && j == i ? 4 : small);
+      };
+      if (full || (i == 0 && block >= level)) {
+        for (std::int64_t j = 0; j < pivots; ++j) add(j);
+      } else if (block <= level) {
+        add(0);
+        if (block == level) add(i);
       }
     }
     a.offsets.push_back(static_cast<std::int64_t>(a.values.size()));
@@ -82,11 +86,12 @@ struct Chains {
 
 Chains chains_of(std::int64_t pivots, std::int64_t factor_entries) {
   const std::int64_t fronts = factor_entries / (5 * pivots * pivots) + 1;
-  return {pivots, std::max<std::int64_t>((fronts + kLevels - 1) / kLevels, 2), kLevels};
+  const std::int64_t levels = std::clamp(fronts / kFrontsOfALevel, kLeastLevels, kMostLevels);
+  return {pivots, std::max<std::int64_t>(fronts / levels, 2), levels};
 }
 Chains chain_alone(std::int64_t pivots, std::int64_t factor_entries) {
   const std::int64_t levels = std::min(kPivotsAlone, factor_entries / (5 * pivots)) / pivots;
-  return {pivots, 1, std::clamp(levels, kLevels, kMostLevels)};
+  return {pivots, 1, std::clamp(levels, kLeastLevels, kMostLevelsAlone)};
 }
 
 // Of at least three, and of as many as a fifth of a second holds.
@@ -115,8 +120,6 @@ struct Measured {
   double size = 0, flops = 0;
   double refactor = 0, solve = 0;  // s
   Report report;
-  /// So many levels of one chain would be full: the last ones have smaller borders.
-  double full_levels() const { return flops / (2 * size * size * size); }
 };
 
 Measured measure(const Chains& chains, bool full, Options options) {
@@ -131,24 +134,81 @@ Measured measure(const Chains& chains, bool full, Options options) {
   found.refactor = least_time([&] { solver.refactor(a.view()); });
   found.solve = least_time([&] { solver.solve(b.data(), x.data()); });
   found.report = solver.report();
-  double flops = 0, weighted = 0;
+  double weighted = 0;
   for (const DepthSummary& depth : solver.depths()) {
-    flops += depth.flops.total();
+    found.flops += depth.flops.total();
     weighted += depth.flops.total() * equivalent_size(depth);
   }
-  found.size = weighted / flops;
-  found.flops = flops;
+  found.size = weighted / found.flops;
   return found;
+}
+
+// What a call takes beside fronts, from two chains of the smallest that differ in their length.
+void measure_call(const Options& options, MachineRates& rates) {
+  constexpr std::int64_t kShort = 4, kLong = 64;
+  const Measured few = measure({kPivots[0], 1, kShort}, false, options);
+  const Measured many = measure({kPivots[0], 1, kLong}, false, options);
+  const auto call = [](double few, double many) {
+    return std::max(0.0, few - (many - few) / (kLong - kShort) * kShort);
+  };
+  rates.refactor_call = call(few.refactor, many.refactor);
+  rates.solve_call = call(few.solve, many.solve);
 }
 
 // What an entry of the matrix costs beside the factors, from two matrices with the same fronts.
 void measure_entries(const Options& options, std::int64_t factor_entries, MachineRates& rates) {
   constexpr std::int64_t kPivotsOfEntries = 32;
-  const Chains chains = chains_of(kPivotsOfEntries, factor_entries / 2);
+  const Chains chains = chains_of(kPivotsOfEntries, 2 * factor_entries);
   const Measured few = measure(chains, false, options), many = measure(chains, true, options);
   const auto entries = static_cast<double>(many.report.nnz - few.report.nnz);
   rates.refactor_seconds_per_entry = std::max(0.0, (many.refactor - few.refactor) / entries);
   rates.solve_seconds_per_entry = std::max(0.0, (many.solve - few.solve) / entries);
+}
+
+/// Chains beside each other, one of them, and a longer one.
+struct MeasuredChains {
+  Chains chains, longer;
+  Measured many, one, alone;
+};
+MeasuredChains measure_chains(std::int64_t pivots, std::int64_t factor_entries, const Options& options) {
+  MeasuredChains found{chains_of(pivots, factor_entries), chain_alone(pivots, factor_entries), {}, {}, {}};
+  found.many = measure(found.chains, false, options);
+  found.one = measure({pivots, 1, found.chains.levels}, false, options);
+  found.alone = measure(found.longer, false, options);
+  return found;
+}
+
+/// s for the factors of a front of this size, by the best rate at which fronts were added so far.
+double least_solve(double size, const std::vector<FrontRate>& smaller) {
+  double best = 0;
+  for (const FrontRate& rate : smaller) best = std::max(best, entries_of_front(rate.size) / rate.solve_each);
+  return best > 0 ? entries_of_front(size) / best : 0;
+}
+
+/// `rates` has what a call takes, and smaller fronts. Times are of levels whose fronts are all full, but a
+/// solve of one chain, which takes as long as its pivots.
+FrontRate front_rate(const MeasuredChains& measured, const MachineRates& rates) {
+  constexpr double kLeast = 1e-3;            // clocks are not exact
+  constexpr std::int64_t kFewToCompare = 8;  // hardly take longer than one
+  const auto& [chains, longer, many, one, alone] = measured;
+  const auto beside_call = [](double time, double call) { return std::max(time - call, time / 10); };
+  const auto count = static_cast<double>(chains.count);
+  const auto entries = static_cast<double>(many.report.nnz_factor);
+  FrontRate rate;
+  rate.size = many.size;
+  const double flops = flops_of_front(rate.size), added = (count - 1) / count;
+  rate.flops_per_second = many.flops / beside_call(many.refactor, rates.refactor_call);
+  rate.entries_per_second = entries / beside_call(many.solve, rates.solve_call);
+  rate.refactor_alone = beside_call(alone.refactor, rates.refactor_call) * flops / alone.flops;
+  rate.refactor_each =
+      std::max((many.refactor - one.refactor) * flops / (added * many.flops), kLeast * rate.refactor_alone);
+  rate.solve_alone = beside_call(alone.solve, rates.solve_call) / static_cast<double>(longer.levels);
+  rate.solve_each = std::max((many.solve - one.solve) * entries_of_front(rate.size) / (added * entries),
+                             kLeast * rate.solve_alone);
+  // Memory is not faster for large fronts than for those that were enough to tell.
+  if (chains.count < kFewToCompare)
+    rate.solve_each = std::max(rate.solve_each, least_solve(rate.size, rates.fronts));
+  return rate;
 }
 
 /// The least memory limit that factors of this system can do with.
@@ -192,19 +252,14 @@ MachineRates measure_rates(const Options& options, std::int64_t factor_entries,
   const auto sizes = std::count_if(std::begin(kPivots), std::end(kPivots),
                                    [&](std::int64_t pivots) { return on_device || pivots <= kMostOnHost; });
   MachineRates rates;
+  measure_call(own, rates);
   for (std::ptrdiff_t i = 0; i < sizes; ++i) {
-    const std::int64_t pivots = kPivots[i];
     progress(static_cast<double>(i) / static_cast<double>(sizes));
-    const std::int64_t times = on_device && pivots >= kFromPivots ? kTimesAsMany : 1;
-    const std::int64_t entries = times * factor_entries;
-    const Chains chains = chains_of(pivots, entries);
-    const Measured many = measure(chains, false, own);
-    const Measured alone = measure(chain_alone(pivots, entries), false, own);
-    if (many.report.partial) break;  // a small device
-    rates.fronts.push_back({many.size, static_cast<double>(chains.count), many.flops / many.refactor,
-                            static_cast<double>(many.report.nnz_factor) / many.solve,
-                            alone.refactor / alone.full_levels(), alone.solve / alone.full_levels()});
-    rates.key = rates_key(own.backend, many.report.threads);
+    const std::int64_t times = on_device && kPivots[i] >= kFromPivots ? kTimesAsMany : 1;
+    const MeasuredChains measured = measure_chains(kPivots[i], times * factor_entries, own);
+    if (measured.many.report.partial) break;  // a small device
+    rates.fronts.push_back(front_rate(measured, rates));
+    rates.key = rates_key(own.backend, measured.many.report.threads);
   }
   measure_entries(own, factor_entries, rates);
   if (on_device) measure_link(own, kTimesAsMany * factor_entries, rates);

@@ -20,7 +20,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kFormat = 2;
+constexpr int kFormat = 3;
 
 std::string host_processor() {
   std::ifstream file("/proc/cpuinfo");
@@ -37,32 +37,16 @@ std::string library_version(const std::string& name) {
   return "";
 }
 
-double flops_of(double size) {
-  return 2 * size * size * size;
-}
-
-// Of a front with twice as many border rows as pivots.
-double entries_of(double size) {
-  const double pivots = size / equivalent_size(1, 2);
-  return 5 * pivots * pivots;
-}
-
 /// Of one front on a level, and of each further one, s.
 struct LevelTime {
   double alone, each;
   double of(double fronts) const { return alone + std::max(fronts - 1, 0.0) * each; }
 };
-LevelTime level_time(double alone, double many, double fronts) {
-  constexpr double kLeast = 1e-3;  // clocks are not exact
-  return {alone, std::max((many - alone) / (fronts - 1), kLeast * alone)};
-}
 LevelTime refactor_time(const FrontRate& rate) {
-  return level_time(rate.refactor_alone, rate.fronts * flops_of(rate.size) / rate.flops_per_second,
-                    rate.fronts);
+  return {rate.refactor_alone, rate.refactor_each};
 }
 LevelTime solve_time(const FrontRate& rate) {
-  return level_time(rate.solve_alone, rate.fronts * entries_of(rate.size) / rate.entries_per_second,
-                    rate.fronts);
+  return {rate.solve_alone, rate.solve_each};
 }
 
 LevelTime interpolated(const std::vector<FrontRate>& rates, LevelTime (*time)(const FrontRate&),
@@ -84,17 +68,20 @@ Json to_json(const MachineRates& rates) {
   Json fronts = Json::array();
   for (const FrontRate& rate : rates.fronts)
     fronts.push_back({{"size", rate.size},
-                      {"fronts", rate.fronts},
                       {"flops_per_second", rate.flops_per_second},
                       {"entries_per_second", rate.entries_per_second},
                       {"refactor_alone", rate.refactor_alone},
-                      {"solve_alone", rate.solve_alone}});
+                      {"refactor_each", rate.refactor_each},
+                      {"solve_alone", rate.solve_alone},
+                      {"solve_each", rate.solve_each}});
   return {{"processor", rates.key.processor},
           {"blas", rates.key.blas},
           {"backend", rates.key.backend},
           {"threads", rates.key.threads},
           {"date", rates.date},
           {"fronts", fronts},
+          {"refactor_call", rates.refactor_call},
+          {"solve_call", rates.solve_call},
           {"refactor_seconds_per_entry", rates.refactor_seconds_per_entry},
           {"solve_seconds_per_entry", rates.solve_seconds_per_entry},
           {"link_bytes_per_second", rates.link_bytes_per_second}};
@@ -105,24 +92,24 @@ MachineRates from_json(const Json& json) {
   MachineRates rates{{json.at("processor"), json.at("blas"), json.at("backend"), json.at("threads")},
                      json.at("date"),
                      {},
+                     json.at("refactor_call"),
+                     json.at("solve_call"),
                      json.at("refactor_seconds_per_entry"),
                      json.at("solve_seconds_per_entry"),
                      json.at("link_bytes_per_second")};
-  for (const double number :
-       {rates.refactor_seconds_per_entry, rates.solve_seconds_per_entry, rates.link_bytes_per_second})
+  for (const double number : {rates.refactor_call, rates.solve_call, rates.refactor_seconds_per_entry,
+                              rates.solve_seconds_per_entry, rates.link_bytes_per_second})
     if (!(number >= 0) || !std::isfinite(number)) throw std::domain_error("a number that cannot be");
   double last = 0;
   for (const Json& front : json.at("fronts")) {
-    const FrontRate rate{front.at("size"),
-                         front.at("fronts"),
-                         front.at("flops_per_second"),
-                         front.at("entries_per_second"),
-                         front.at("refactor_alone"),
-                         front.at("solve_alone")};
-    for (const double number : {rate.size, rate.fronts, rate.flops_per_second, rate.entries_per_second,
-                                rate.refactor_alone, rate.solve_alone})
+    const FrontRate rate{
+        front.at("size"),           front.at("flops_per_second"), front.at("entries_per_second"),
+        front.at("refactor_alone"), front.at("refactor_each"),    front.at("solve_alone"),
+        front.at("solve_each")};
+    for (const double number : {rate.size, rate.flops_per_second, rate.entries_per_second,
+                                rate.refactor_alone, rate.refactor_each, rate.solve_alone, rate.solve_each})
       if (!(number > 0) || !std::isfinite(number)) throw std::domain_error("a rate that none can be");
-    if (!(rate.size > last) || rate.fronts < 2) throw std::domain_error("fronts that none can be");
+    if (!(rate.size > last)) throw std::domain_error("sizes that do not rise");
     last = rate.size;
     rates.fronts.push_back(rate);
   }
@@ -139,6 +126,15 @@ bool RatesKey::operator==(const RatesKey& other) const {
 
 double equivalent_size(double p, double b) {
   return std::cbrt(p * p * p / 3 + p * p * b + p * b * b);
+}
+
+double flops_of_front(double size) {
+  return 2 * size * size * size;
+}
+
+double entries_of_front(double size) {
+  const double pivots = size / equivalent_size(1, 2);
+  return 5 * pivots * pivots;
 }
 
 // Of sums over fronts of p pivots and b border rows: those of 2 p b^2 over those of 2 b^2 are a mean of p in
@@ -159,14 +155,15 @@ double equivalent_size(const DepthSummary& d) {
 
 Prediction predict(const MachineRates& rates, const Report& report, const std::vector<DepthSummary>& depths) {
   const auto entries = static_cast<double>(report.nnz);
-  Prediction sum{entries * rates.refactor_seconds_per_entry, entries * rates.solve_seconds_per_entry,
-                 rates.date};
+  Prediction sum{rates.refactor_call + entries * rates.refactor_seconds_per_entry,
+                 rates.solve_call + entries * rates.solve_seconds_per_entry, rates.date};
   for (const DepthSummary& depth : depths) {
     const double size =
         std::clamp(equivalent_size(depth), rates.fronts.front().size, rates.fronts.back().size);
-    sum.refactor += interpolated(rates.fronts, refactor_time, size).of(depth.flops.total() / flops_of(size));
+    sum.refactor +=
+        interpolated(rates.fronts, refactor_time, size).of(depth.flops.total() / flops_of_front(size));
     sum.solve += interpolated(rates.fronts, solve_time, size)
-                     .of(static_cast<double>(depth.factor_entries) / entries_of(size));
+                     .of(static_cast<double>(depth.factor_entries) / entries_of_front(size));
   }
   if (report.partial) {
     const auto moving = [&](std::int64_t bytes) {

@@ -14,15 +14,14 @@
 
 namespace mfs::program {
 
-/// Of fronts of one size, on levels of so many, and of one: fronts that fill the machine take as long as
-/// their operations and their entries say, one alone as long as its chain of pivots.
+/// Of fronts of one size on a level of the tree: one alone takes as long as its chain of pivots, each further
+/// one what it adds. Rates of many are what the machine reaches where they fill it.
 struct FrontRate {
   double size = 0;                ///< equivalent_size()
-  double fronts = 0;              ///< of a level, at least 2
-  double flops_per_second = 0;    ///< of a refactorization
-  double entries_per_second = 0;  ///< of the factors, in a solve for one right-hand side
-  double refactor_alone = 0;      ///< s, of a level with one front
-  double solve_alone = 0;         ///< s, the same
+  double flops_per_second = 0;    ///< of a refactorization, many fronts on each level
+  double entries_per_second = 0;  ///< of the factors, in a solve for one right-hand side, the same
+  double refactor_alone = 0, refactor_each = 0;  ///< s
+  double solve_alone = 0, solve_each = 0;        ///< s
 };
 
 /// What rates hold for: they are compared as a whole.
@@ -36,8 +35,9 @@ struct RatesKey {
 
 struct MachineRates {
   RatesKey key;
-  std::string date;               ///< of the measurement, 2026-11-25
-  std::vector<FrontRate> fronts;  ///< sizes ascending
+  std::string date;                          ///< of the measurement, 2026-11-25
+  std::vector<FrontRate> fronts;             ///< sizes ascending
+  double refactor_call = 0, solve_call = 0;  ///< s that a call takes whatever the fronts are
   /// What each entry of the matrix adds: it is put into its front, and read for the residual.
   double refactor_seconds_per_entry = 0, solve_seconds_per_entry = 0;
   /// Between the memories of host and device, as a solve brings factors back; 0: not measured.
@@ -62,12 +62,15 @@ struct Prediction {
 double equivalent_size(const DepthSummary& depth);
 /// Of one front of so many pivots and border rows.
 double equivalent_size(double pivots, double border);
+/// Of a front of this size with twice as many border rows as pivots: operations, and entries of the factors.
+double flops_of_front(double size);
+double entries_of_front(double size);
 
-/// From the entries of the matrix and fronts by depth: the time of one front of the depth's size, and for
-/// each further one what that adds. Both are interpolated between sizes that were measured (in logarithms); a
-/// front beyond them is so many of the last. Factors that do not fit a device take `report.slowdown` times
-/// that, at least what leaves at the rate of the link, and a solve what comes back by it besides.
-/// `rates.fronts` must not be empty.
+/// What a call takes and the entries of the matrix, and by depth the time of one front of the depth's size,
+/// and for each further one what that adds. Both are interpolated between sizes that were measured (in
+/// logarithms); a front beyond them is so many of the last. Factors that do not fit a device take
+/// `report.slowdown` times that, at least what leaves at the rate of the link, and a solve what comes back by
+/// it besides. `rates.fronts` must not be empty.
 Prediction predict(const MachineRates& rates, const Report& report, const std::vector<DepthSummary>& depths);
 
 /// Of this machine; `threads` as the solver's report has them.

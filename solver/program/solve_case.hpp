@@ -23,7 +23,7 @@ struct SolveRequest {
   std::optional<std::int64_t> nrhs;  ///< columns; a file brings its own
   bool transpose = false;
   double tolerance = 1e-12;  ///< for the solver and for the program's own check
-  int refactor = 0;          ///< refactorizations with the same values, to time them
+  int refactor = 0;          ///< refactorizations and further solves with the same values, to time them
   std::string output;        ///< array file for X; empty: none
   bool condition = false;    ///< estimate the condition number
   bool determinant = false;

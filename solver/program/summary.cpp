@@ -69,7 +69,7 @@ void prediction_line(Text& text, const CaseResult& r) {
                        taken > 0 ? fmt::format(" (took {:.3g} s)", taken) : std::string());
   };
   const double factor = r.time_refactor > 0 ? r.time_refactor : r.report->time_factor;
-  const double solve = r.right_hand_sides == 1 && r.backward_error ? r.report->time_solve : 0;
+  const double solve = r.right_hand_sides == 1 && r.backward_error ? r.time_solve : 0;
   line(text, "prediction", "refactor {}, solve of one right-hand side {}, by rates of {}",
        with_taken(r.prediction->refactor, factor), with_taken(r.prediction->solve, solve),
        r.prediction->date);
@@ -137,9 +137,10 @@ std::string solve_summary(const CaseResult& r) {
          rate(report.flops.total(), r.time_refactor), r.refactorizations);
   examination_lines(text, r);
   if (!r.backward_error) return fmt::to_string(text);
-  line(text, "solve", "{:.3f} s, {}, {}", report.time_solve,
+  line(text, "solve", "{:.3f} s, {}, {}{}", r.time_solve,
        count(r.right_hand_sides, "right-hand side", "right-hand sides"),
-       count(report.refinement_steps, "refinement step", "refinement steps"));
+       count(report.refinement_steps, "refinement step", "refinement steps"),
+       r.refactorizations > 0 ? fmt::format(", the least of {}", r.refactorizations + 1) : std::string());
   ladder_line(text, report);
   line(text, "backward error", "{:.2e} (componentwise, asked {:.0e})", *r.backward_error, r.tolerance);
   if (r.prediction) prediction_line(text, r);

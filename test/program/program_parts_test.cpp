@@ -147,13 +147,17 @@ TEST(Json, FiguresOfTheReport) {
   result.report->time_refactor = 9;
   result.entries = 6;
   result.time_refactor = 8;
+  result.report->time_solve = 7;
   result.backward_error = 0.5;
+  EXPECT_EQ(nlohmann::json::parse(json_line(result))["time_solve"], 7);
+  result.time_solve = 6;
   const auto json = nlohmann::json::parse(json_line(result));
   EXPECT_EQ(json["nnz"], 5);
   EXPECT_EQ(json["threads"], 3);
   EXPECT_EQ(json["flops"], 7);
   EXPECT_EQ(json["flops_gemm"], 4);
   EXPECT_EQ(json["time_refactor"], 8);
+  EXPECT_EQ(json["time_solve"], 6);
   EXPECT_EQ(json["backward_error"], 0.5);
   result.backward_error = kInfinity;
   EXPECT_TRUE(nlohmann::json::parse(json_line(result))["backward_error"].is_null());

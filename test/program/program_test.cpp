@@ -80,6 +80,9 @@ TEST_F(Program, OptionsReachTheSolver) {
   EXPECT_EQ(json["threads"], 1);
   EXPECT_EQ(json["backend"], "serial");
   EXPECT_GT(json["time_refactor"], 0);
+  EXPECT_THAT(run_program({"solve", a, "--refactor", "3"}).out,
+              AllOf(HasSubstr("the least of 3\n"), HasSubstr("refinement steps, the least of 4\n")));
+  EXPECT_THAT(run_program({"solve", a}).out, Not(HasSubstr("least")));
 }
 
 // ---- JSON ----

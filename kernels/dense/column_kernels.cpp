@@ -9,24 +9,56 @@ namespace mfs::small {
 
 namespace {
 
-// y (m) -= A x for A (m x k).
-#define MFS_SUBTRACT_PRODUCT(S)                                                                             \
-  MFS_SIMD_CLONES void subtract_product_of(Vertex m, Vertex k, const S* a, Offset ld, const S* x, S* out) { \
-    S* const __restrict y = out;                                                                            \
-    Vertex j = 0;                                                                                           \
-    for (; j + 8 <= k; j += 8, a += 8 * ld, x += 8) {                                                       \
-      const S *a1 = a + ld, *a2 = a1 + ld, *a3 = a2 + ld, *a4 = a3 + ld, *a5 = a4 + ld, *a6 = a5 + ld,      \
-              *a7 = a6 + ld;                                                                                \
-      for (Vertex i = 0; i < m; ++i)                                                                        \
-        y[i] -= ((a[i] * x[0] + a1[i] * x[1]) + (a2[i] * x[2] + a3[i] * x[3])) +                            \
-                ((a4[i] * x[4] + a5[i] * x[5]) + (a6[i] * x[6] + a7[i] * x[7]));                            \
-    }                                                                                                       \
-    for (; j < k; ++j, a += ld, ++x) {                                                                      \
-      for (Vertex i = 0; i < m; ++i) y[i] -= a[i] * x[0];                                                   \
-    }                                                                                                       \
+/// y -= A x by registers of kBytes, what is left of the rows by smaller ones.
+template <class Number, int kBytes>
+struct Product : Register<Number, kBytes> {
+  using Base = Register<Number, kBytes>;
+  using Base::kLanes, Base::load, Base::store;
+  using typename Base::Real;
+  using typename Base::Vector;
+
+  // kLanes rows; sums of two, of four, of eight.
+  template <int kColumns>
+  static MFS_INLINE void subtract(const Real* a, Offset ld, const Real* x, Real* y) {
+    Vector sum[kColumns], to;
+#pragma GCC unroll 8
+    for (int j = 0; j < kColumns; ++j) {
+      load(a + j * ld, sum[j]);
+      sum[j] *= x[j];
+    }
+#pragma GCC unroll 8
+    for (int apart = 1; apart < kColumns; apart *= 2) {
+#pragma GCC unroll 8
+      for (int j = 0; j < kColumns; j += 2 * apart) sum[j] += sum[j + apart];
+    }
+    load(y, to);
+    to -= sum[0];
+    store(to, y);
   }
-MFS_SUBTRACT_PRODUCT(float)
-MFS_SUBTRACT_PRODUCT(double)
+  template <int kColumns>
+  static MFS_INLINE void rows(Vertex m, const Real* a, Offset ld, const Real* x, Real* y) {
+    Vertex i = 0;
+    for (; i + kLanes <= m; i += kLanes) subtract<kColumns>(a + i, ld, x, y + i);
+    if constexpr (kLanes > 1) {
+      if (i < m) Product<Number, kBytes / 2>::template rows<kColumns>(m - i, a + i, ld, x, y + i);
+    }
+  }
+  static MFS_INLINE void columns(Vertex m, Vertex k, const Real* a, Offset ld, const Real* x, Real* y) {
+    Vertex j = 0;
+    for (; j + 8 <= k; j += 8) rows<8>(m, a + j * ld, ld, x + j, y);
+    if (k - j >= 4) rows<4>(m, a + j * ld, ld, x + j, y), j += 4;
+    if (k - j >= 2) rows<2>(m, a + j * ld, ld, x + j, y), j += 2;
+    if (k - j >= 1) rows<1>(m, a + j * ld, ld, x + j, y);
+  }
+};
+
+// y (m) -= A x for A (m x k).
+#define MFS_PRODUCT_FOR(TARGET, S, BYTES)                                                        \
+  TARGET void subtract_product_of(Vertex m, Vertex k, const S* a, Offset ld, const S* x, S* y) { \
+    Product<S, BYTES>::columns(m, k, a, ld, x, y);                                               \
+  }
+MFS_FOR_SIMD_REGISTERS(MFS_PRODUCT_FOR, float)
+MFS_FOR_SIMD_REGISTERS(MFS_PRODUCT_FOR, double)
 
 /// The registers for blocks of kBlock rows, of at most kBytes.
 template <class Number, int kBytes, int kBlock>

@@ -34,8 +34,8 @@ struct SolveVectors {
 
 /// v(pivots of f) and border(f) += what the children left.
 template <class Scalar, class Value>
-void gather_children(const FrontStore<Scalar, Value>& store, const SolveVectors<Scalar>& vectors, Vertex f) {
-  const Front<Scalar> front = store.front(f);
+void gather_children(const FrontStore<Scalar, Value>& store, const Front<Scalar>& front,
+                     const SolveVectors<Scalar>& vectors, Vertex f) {
   const Vertex p = front.pivots, width = vectors.width;
   Scalar* const pivots = vectors.row(vectors.v, store.pivot_begin[f]);
   Scalar* const border = vectors.row(vectors.border, store.border_begin[f]);
@@ -142,7 +142,7 @@ void forward_front(const Split& split, const FrontStore<Scalar, Value>& store,
                    const SolveVectors<Scalar>& vectors, Vertex f, bool transposed) {
   const Front<Scalar> front = store.front(f);
   const Offset first = store.pivot_begin[f];
-  gather_children(store, vectors, f);
+  gather_children(store, front, vectors, f);
   Scalar *const v = vectors.row(vectors.v, first), *const y = vectors.row(vectors.y, first);
   if (transposed) {
     std::copy_n(v, static_cast<Offset>(front.pivots) * vectors.width, y);

@@ -410,7 +410,7 @@ class Integrator::Impl {
     const std::string until = " until t = " + time_text(line.t);
     if (verdict == Verdict::ever_faster)
       throw Error(left + "they have become ever shorter" + until + ", as " +
-                  find_fastest(given_, on_host(*executor_, state_), time_unit_) + " per s");
+                  find_fastest(given_, on_host(*executor_, state_), time_unit_));
     throw Error(
         left + "the last " + std::to_string(StepWatch::kLooksBack) + until +
         " were short, and many were tried again: a force jumps or turns about by the motion itself, on " +
@@ -421,7 +421,7 @@ class Integrator::Impl {
   /// What a model does that no step gets past, with names.
   std::string obstacle() const {
     const State there = on_host(*executor_, state_);
-    std::string text = find_jump(given_, there, kMoment * resolved_step(), options_);
+    std::string text = find_jump(given_, there, kMoment * resolved_step(), options_, time_unit_);
     if (text.empty()) text = redundancy_->singular_start();
     if (text.empty()) text = redundancy_->nearly_redundant(there.t, there.q, report_.redundant);
     if (text.empty()) text = find_pole(given_, there, kMoment * resolved_step(), options_);

@@ -7,6 +7,7 @@
 #include <mfs/error.hpp>
 
 #include "dae/integrator/initial_conditions.hpp"
+#include "dae/integrator/jumps.hpp"
 #include "dae/mechanics/number_text.hpp"
 
 namespace mfs::dae {
@@ -100,7 +101,10 @@ std::optional<Dependencies> Redundancy::look_at(const StateView& there, const In
     violated = violation(there, options, found);
   }
   const bool fewer = exact.redundant().size() < redundant().size();
-  if (violated && !fewer) throw_contradiction(*violated, there.t);
+  if (violated && !fewer) {
+    const std::string too_fast = find_too_fast(given_, there.t, q, options, time_unit_);
+    throw_contradiction(*violated, there.t, too_fast.empty() ? "" : ", as " + too_fast);
+  }
   if (violated) found = std::move(exact);
   may_be_singular_ = fewer && found.redundant().size() >= redundant().size();
   if (!fewer || may_be_singular_) return std::nullopt;
@@ -207,7 +211,7 @@ std::string Redundancy::others_of(int row, SparseRow shares) const {
   return list.empty() ? "itself" : list;
 }
 
-void Redundancy::throw_contradiction(const Violation& violation, double t, const char* note) const {
+void Redundancy::throw_contradiction(const Violation& violation, double t, const std::string& note) const {
   const auto place = std::find(redundant().begin(), redundant().end(), violation.row) - redundant().begin();
   const SparseRow& shares = left_out_.combination(static_cast<std::size_t>(place));
   const double unit = given_.constraint_unit(violation.row) / std::pow(time_unit_, violation.level);

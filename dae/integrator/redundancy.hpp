@@ -70,7 +70,7 @@ class Redundancy {
   Dependencies choose(Dependencies exact, double t, const std::vector<double>& q) const;
   /// Names of those besides the owner of `row` that take part in a combination.
   std::string others_of(int row, SparseRow shares) const;
-  [[noreturn]] void throw_contradiction(const Violation& violation, double t, const char* note = "") const;
+  [[noreturn]] void throw_contradiction(const Violation& violation, double t, const std::string& note = "") const;
 
   const ConstrainedSystem& given_;
   std::vector<double> scale_;

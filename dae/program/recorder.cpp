@@ -30,14 +30,25 @@ Recorder::Recorder(ResultFiles& files, double end, program::ProgressDisplay& dis
     : files_(files),
       end_(end),
       display_(display),
+      on_terminal_(static_cast<bool>(display.callback())),
+      progress_(end, on_terminal_),
       threads_(kMostBytes, std::min(kMostThreads, files.worth_threads())) {}
 
 void Recorder::step(const StepReport& step, const std::function<const State&()>& state) {
   steps_.push_back({step, files_.along_steps() ? state() : State()});
   bytes_ += sizeof(Step) + bytes_of(steps_.back().state);
   if (bytes_ > kBytesAtOnce || since_given_.seconds() > kSecondsAtOnce) give_steps();
-  display_.show(fmt::format("step {:<5}", step.number), step.t / end_);
+  tell(step);
   program::throw_if_interrupted();
+}
+
+void Recorder::tell(const StepReport& step) {
+  const std::string text = progress_.after_step(step.number, step.t, since_begun_.seconds());
+  if (text.empty()) return;
+  if (on_terminal_)
+    display_.show(text, step.t / end_);
+  else
+    fmt::print(stderr, "mfs-dae: {}\n", text);
 }
 
 void Recorder::output(const State& state) {

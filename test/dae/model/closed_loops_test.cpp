@@ -219,6 +219,29 @@ TEST(Motions, WithoutBoundEndARunThatWouldTakeDays) {
                         HasSubstr("motion drive, equation 1 of 1 (about [0 0 1]) has become as fast as")))));
 }
 
+// A slide is followed until that is not possible any more: it does not jump, and a spring on it contradicts
+// nothing.
+TEST(Motions, WithoutBoundOfASlideAreNamedByTheirRate) {
+  Json json = mechanism(1.0, 1, kNone);
+  json["bodies"]["cart"] = {{"type", "rigid"}, {"mass", 1.0}, {"inertia", {1, 1, 1}}};
+  json["joints"]["rail"] = joint("translational", "ground", "cart", kNone, Vector3d::UnitX());
+  const auto drive = [&](const char* distance) {
+    json["motions"]["drive"] = {{"type", "translation"}, {"joint", "rail"}, {"distance", distance}};
+  };
+  const auto too_fast = HasSubstr("motion drive, equation 1 of 1 (along [1 0 0]) has become as fast as ");
+  for (const char* distance : {"exp(1000*t) - 1", "tan(2*t)", "1/(1 - 2*t) - 1"}) {
+    drive(distance);
+    expect_ended(json, AllOf(too_fast, Not(HasSubstr("jumps"))));
+  }
+  drive("if(t < 0.5, 3*t, 3*t + 1)");
+  expect_ended(json, HasSubstr("motion drive, equation 1 of 1 (along [1 0 0]) jumps"));
+  drive("exp(1000*t) - 1");
+  json["bodies"]["load"] = {{"type", "rigid"}, {"mass", 1.0}, {"inertia", {1, 1, 1}}};
+  json["joints"]["guide"] = joint("translational", "cart", "load", kNone, Vector3d::UnitX());
+  json["forces"]["spring"] = {{"type", "translational_spring"}, {"joint", "guide"}, {"stiffness", 100}};
+  EXPECT_THAT([&] { run(json); }, Throws<Error>(Property(&Error::what, too_fast)));
+}
+
 // The hinges share the weight, and the moment of the weight: a pair of forces H at 0.8 m and two moments M
 // with 1.6 H + 2 M = g / 2 and the least sum of squares.
 TEST(Door, OnTwoHingesTurnsAndHangsOnBoth) {

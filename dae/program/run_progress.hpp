@@ -1,0 +1,49 @@
+// What is told while a run goes on, by the clock: on a terminal a line that changes (of 80 characters at
+// most, with its bar), in a log a line each time the run has taken twice as long as at the one before.
+// Telling it after every step would take longer than small mechanisms take for one.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include <fmt/format.h>
+
+namespace mfs::dae {
+
+/// "90 s", "15 min", "3 h", "12 d".
+inline std::string duration_text(double seconds) {
+  constexpr struct {
+    double length;
+    const char* name;
+  } kUnits[] = {{1.0, "s"}, {60.0, "min"}, {3600.0, "h"}};
+  for (const auto& unit : kUnits)
+    if (seconds < 100.0 * unit.length) return fmt::format("{:.0f} {}", seconds / unit.length, unit.name);
+  return fmt::format("{:.3g} d", seconds / 86400.0);
+}
+
+class RunProgress {
+ public:
+  RunProgress(double end, bool on_terminal) : end_(end), on_terminal_(on_terminal) {}
+
+  /// After a step, `wall` s after the run has begun; empty: nothing is to be told. What is left is expected
+  /// to take as long as what has been done since something was told.
+  std::string after_step(std::int64_t number, double t, double wall) {
+    if (wall < next_) return {};
+    const double left = (end_ - t) * (wall - told_at_) / (t - t_then_);
+    told_at_ = wall;
+    t_then_ = t;
+    next_ = on_terminal_ ? wall + kOnTerminal : 2.0 * wall;
+    const std::string time = on_terminal_ ? "" : fmt::format(", t = {:.6g} of {:.6g} s", t, end_);
+    return fmt::format("step {}{}, {} to go", number, time, duration_text(left));
+  }
+
+  static constexpr double kOnTerminal = 0.2, kFirstInLog = 60.0;  ///< s
+
+ private:
+  double end_;
+  bool on_terminal_;
+  double next_ = on_terminal_ ? kOnTerminal : kFirstInLog;
+  double told_at_ = 0.0, t_then_ = 0.0;
+};
+
+}  // namespace mfs::dae

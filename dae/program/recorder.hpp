@@ -10,7 +10,6 @@
 #include "dae/program/result_files.hpp"
 #include "dae/program/run_progress.hpp"
 #include "ordering/stopwatch.hpp"
-#include "parts/progress_display.hpp"
 
 namespace mfs::dae {
 
@@ -34,14 +33,10 @@ class Recorder final : public Observer {
     State state;
   };
   void give_steps();
-  void tell(const StepReport& step);
 
   ResultFiles& files_;
-  double end_;
-  program::ProgressDisplay& display_;
-  const bool on_terminal_;
-  RunProgress progress_;
-  Stopwatch since_begun_;
+  RunDisplay display_;
+  std::int64_t steps_done_ = 0;
   std::vector<Step> steps_;  // not yet given
   std::size_t bytes_ = 0;    // of their states
   Stopwatch since_given_;

@@ -8,6 +8,9 @@
 
 #include <fmt/format.h>
 
+#include "ordering/stopwatch.hpp"
+#include "parts/progress_display.hpp"
+
 namespace mfs::dae {
 
 /// "90 s", "15 min", "3 h", "12 d".
@@ -44,6 +47,34 @@ class RunProgress {
   bool on_terminal_;
   double next_ = on_terminal_ ? kOnTerminal : kFirstInLog;
   double told_at_ = 0.0, t_then_ = 0.0;
+};
+
+/// Tells it, by the clock of the machine from now on.
+class RunDisplay {
+ public:
+  /// `display` has to live as long. `end`: of the run, s.
+  RunDisplay(program::ProgressDisplay& display, double end)
+      : display_(display),
+        end_(end),
+        on_terminal_(static_cast<bool>(display.callback())),
+        progress_(end, on_terminal_) {}
+
+  /// After a step, or an output within one.
+  void tell(std::int64_t number, double t) {
+    const std::string text = progress_.after_step(number, t, since_begun_.seconds());
+    if (text.empty()) return;
+    if (on_terminal_)
+      display_.show(text, t / end_);
+    else
+      fmt::print(stderr, "mfs-dae: {}\n", text);
+  }
+
+ private:
+  program::ProgressDisplay& display_;
+  const double end_;
+  const bool on_terminal_;
+  RunProgress progress_;
+  Stopwatch since_begun_;
 };
 
 }  // namespace mfs::dae

@@ -3,6 +3,7 @@
 // Telling it after every step would take longer than small mechanisms take for one.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <string>
 
@@ -28,16 +29,19 @@ class RunProgress {
  public:
   RunProgress(double end, bool on_terminal) : end_(end), on_terminal_(on_terminal) {}
 
-  /// After a step, `wall` s after the run has begun; empty: nothing is to be told. What is left is expected
-  /// to take as long as what has been done since something was told.
+  /// After a step or an output, `wall` s after the run has begun; empty: nothing is to be told. What is left
+  /// is expected to take as long as what has been done since something was told.
   std::string after_step(std::int64_t number, double t, double wall) {
     if (wall < next_) return {};
-    const double left = (end_ - t) * (wall - told_at_) / (t - t_then_);
+    const bool is_later = t > t_then_;  // outputs are told after the step that they are in
+    const double took = is_later ? wall - told_at_ : wall, done = is_later ? t - t_then_ : t;
+    const double left = (end_ - t) * took / done;
     told_at_ = wall;
     t_then_ = t;
     next_ = on_terminal_ ? wall + kOnTerminal : 2.0 * wall;
     const std::string time = on_terminal_ ? "" : fmt::format(", t = {:.6g} of {:.6g} s", t, end_);
-    return fmt::format("step {}{}, {} to go", number, time, duration_text(left));
+    return fmt::format("step {}{}", number, time) +
+           (std::isfinite(left) ? fmt::format(", {} to go", duration_text(left)) : "");
   }
 
   static constexpr double kOnTerminal = 0.2, kFirstInLog = 60.0;  ///< s

@@ -34,6 +34,9 @@ TEST(RunProgress, SaysHowLongItTakes) {
   EXPECT_EQ(progress.after_step(70000, 0.05, 60.0), "step 70000, t = 0.05 of 1 s, 19 min to go");
   EXPECT_EQ(progress.after_step(70001, 0.051, 119.9), "");
   EXPECT_EQ(progress.after_step(100000, 0.07, 120.0), "step 100000, t = 0.07 of 1 s, 46 min to go");
+  // An output within that step, and one at which nothing has been done.
+  EXPECT_EQ(progress.after_step(100000, 0.06, 240.0), "step 100000, t = 0.06 of 1 s, 63 min to go");
+  EXPECT_EQ(progress.after_step(100000, 0.0, 480.0), "step 100000, t = 0 of 1 s");
   RunProgress on_terminal(1.0, true);
   EXPECT_EQ(on_terminal.after_step(70000, 0.05, 60.0), "step 70000, 19 min to go");
   EXPECT_EQ(duration_text(99.4), "99 s");

@@ -175,7 +175,10 @@ TEST(Motions, ThatJumpAreNamed) {
   }
   json["motions"].clear();
   json["forces"]["motor"] = {{"type", "actuator"}, {"joint", "A"}, {"torque", "log(0.5 - t)"}};
-  expect_ended(json, HasSubstr("expression 'log(0.5 - t)': it or a derivative is not finite at t = 0.5"));
+  expect_ended(
+      json,
+      HasSubstr(
+          "forces.motor.torque: expression 'log(0.5 - t)': it or a derivative is not finite at t = 0.5"));
 }
 
 TEST(Forces, WithAPoleAreNamedByWhatTheyActOn) {

@@ -26,7 +26,7 @@ void check(bool good, const char* option, const std::string& what) {
 }  // namespace
 
 void check_options(const IntegratorOptions& o) {
-  check(o.rtol >= 0.0 && std::isfinite(o.rtol), "rtol", "must be zero or positive");
+  check(o.rtol >= 0.0 && o.rtol <= 1.0, "rtol", "must be 0 ... 1");
   check(o.rtol == 0.0 || o.rtol >= kLeastRtol || o.fixed_step > 0.0, "rtol",
         "must be zero or at least 1e-12: rounding is all that steps would see with less");
   for (const auto& [name, value] :
@@ -67,10 +67,13 @@ void check_vector(const std::vector<double>& values, int n, const char* name) {
 
 void check_times(double t0, double t_end, const std::vector<double>& outputs) {
   check(std::isfinite(t0) && std::isfinite(t_end) && t_end > t0, "t_end", "must be finite and after t0");
+  const auto refuse = [](double t, const char* why) {
+    throw InvalidInput("outputs", "time " + number_text(t) + " " + why);
+  };
   double last = -std::numeric_limits<double>::infinity();
   for (const double t : outputs) {
-    check(t >= t0 && t <= t_end, "outputs", "time " + number_text(t) + " is not within t0 ... t_end");
-    check(t > last, "outputs", "time " + number_text(t) + " does not come after the one before");
+    if (!(t >= t0 && t <= t_end)) refuse(t, "is not within t0 ... t_end");
+    if (!(t > last)) refuse(t, "does not come after the one before");
     last = t;
   }
 }

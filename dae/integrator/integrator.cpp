@@ -14,6 +14,7 @@
 #include "dae/integrator/condensed_newton.hpp"
 #include "dae/integrator/dense_output.hpp"
 #include "dae/integrator/error_weights.hpp"
+#include "dae/integrator/final_errors.hpp"
 #include "dae/integrator/formula.hpp"
 #include "dae/integrator/initial_conditions.hpp"
 #include "dae/integrator/input_checks.hpp"
@@ -53,27 +54,11 @@ constexpr double kLeastRestart = 1.0 / 16;
 constexpr double kEvenedOut = 8.0;
 /// By how much the last of them may be longer than the error control asks for.
 constexpr double kStretch = 1.05;
+/// Where a motion leaves the singular position in which it has begun, constraints hold to this part of their
+/// bounds, as so little is left of one of them that determines a velocity, but not below rounding.
+constexpr double kLeaveSingular = 1e-3, kRoundedPosition = 1e-14;
 /// How far ahead of a step that became too small its cause may be, in shortest steps.
 constexpr double kMoment = 64.0;
-
-/// What no shorter step can cure.
-void rethrow_if_final(const std::exception_ptr& thrown) {
-  try {
-    std::rethrow_exception(thrown);
-  } catch (const InvalidInput&) {
-    return;  // a NaN or Inf in the matrix, by too long a step
-  } catch (const SingularMatrix&) {
-    return;
-  } catch (const AccuracyNotReached&) {
-    return;
-  } catch (const Error&) {
-    throw;
-  } catch (const std::bad_alloc&) {
-    throw;
-  } catch (...) {
-    return;
-  }
-}
 
 /// On the line through two values at the ends of the last step, `ratio` steps after it.
 struct Extrapolate {
@@ -146,13 +131,32 @@ class Integrator::Impl {
     report_.coordinates = system_->coordinates();
     report_constraints();
     make_equations();
-    const double h = kTypicalStep * (t_end_ - state_.t);
-    condensed_ ? condensed_->find_accelerations(state_, h) : newton_->find_accelerations(state_, h);
+    find_accelerations();
     if (redundancy_->filters()) redundancy_->check_start(view(state_), options_);
+    formula_ = make_formula(options_, *executor_);
+    start_formula();
+  }
+
+  double typical_step() const { return kTypicalStep * (t_end_ - state_.t); }
+  void find_accelerations() {
+    const double h = typical_step();
+    condensed_ ? condensed_->find_accelerations(state_, h) : newton_->find_accelerations(state_, h);
+  }
+  void start_formula() {
     set_weights();
     step_ = first_step();
-    formula_ = make_formula(options_, *executor_);
-    formula_->start(state_, step_, h);
+    formula_->start(state_, step_, typical_step());
+  }
+
+  /// From where what was left out holds again.
+  void leave_singular_start() {
+    IntegratorOptions closer = options_;
+    closer.constraint_position = std::max(kLeaveSingular * closer.constraint_position, kRoundedPosition);
+    closer.constraint_velocity *= kLeaveSingular;
+    assign(*executor_, consistent_motion(*system_, closer, on_host(*executor_, state_)), state_);
+    find_accelerations();
+    tolerances_->relax();
+    start_formula();
   }
 
   void report_constraints() {
@@ -181,6 +185,7 @@ class Integrator::Impl {
     if (!found) return true;
     leave_out(std::move(*found));
     make_equations();
+    if (redundancy_->has_left_singular_start()) leave_singular_start();
     return false;
   }
 
@@ -336,6 +341,7 @@ class Integrator::Impl {
       line.newton_iterations += outcome.iterations;
       if (outcome.converged && !redundant_hold(next_)) {
         ++report_.newton_rejections;
+        h = std::min(h, kStretch * step_);  // which is less where the formula has been started anew
       } else if (outcome.converged) {
         const double error = formula_->local_error(next_, weights_, filter_);
         if (options_.fixed_step > 0.0 || error <= 1.0) {
@@ -410,7 +416,7 @@ class Integrator::Impl {
     const std::string until = " until t = " + time_text(line.t);
     if (verdict == Verdict::ever_faster)
       throw Error(left + "they have become ever shorter" + until + ", as " +
-                  find_fastest(given_, on_host(*executor_, state_), time_unit_) + " per s");
+                  find_fastest(given_, on_host(*executor_, state_), time_unit_));
     throw Error(
         left + "the last " + std::to_string(StepWatch::kLooksBack) + until +
         " were short, and many were tried again: a force jumps or turns about by the motion itself, on " +
@@ -421,7 +427,7 @@ class Integrator::Impl {
   /// What a model does that no step gets past, with names.
   std::string obstacle() const {
     const State there = on_host(*executor_, state_);
-    std::string text = find_jump(given_, there, kMoment * resolved_step(), options_);
+    std::string text = find_jump(given_, there, kMoment * resolved_step(), options_, time_unit_);
     if (text.empty()) text = redundancy_->singular_start();
     if (text.empty()) text = redundancy_->nearly_redundant(there.t, there.q, report_.redundant);
     if (text.empty()) text = find_pole(given_, there, kMoment * resolved_step(), options_);

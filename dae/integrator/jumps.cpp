@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 #include <vector>
 
 #include <mfs/error.hpp>
@@ -54,18 +56,40 @@ std::string changed_force(const ConstrainedSystem& system, const std::vector<dou
   return {};
 }
 
+/// What each constraint asks for by time alone, per unit of time.
+std::vector<double> prescribed_rates(const ConstrainedSystem& system, double t,
+                                     const std::vector<double>& q) {
+  const std::vector<double> zero(q.size() + static_cast<std::size_t>(system.constraints()), 0.0);
+  Residual at_rest = make_residual(system);
+  system.evaluate({t, q.data(), zero.data(), zero.data(), zero.data()}, at_rest);
+  return std::move(at_rest.velocity);
+}
+
+std::string fast_text(const std::string& name, double rate) {
+  return name + " has become as fast as " + number_text(std::abs(rate)) + " per s";
+}
+
+std::string fastest_motion(const ConstrainedSystem& system, const std::vector<double>& rates,
+                           double time_unit) {
+  const std::size_t row = place_of_largest(rates);
+  const auto j = static_cast<int>(row);
+  return fast_text(system.constraint_name(j), rates[row] * system.constraint_unit(j) / time_unit);
+}
+
 }  // namespace
 
 std::string find_jump(const ConstrainedSystem& system, const State& state, double moment,
-                      const IntegratorOptions& options) {
+                      const IntegratorOptions& options, double time_unit) {
   const std::vector<double> no_multipliers(static_cast<std::size_t>(system.constraints()), 0.0);
   const std::vector<double> no_accelerations(state.a.size(), 0.0);  // leave F the forces alone
   StateView there{state.t, state.q.data(), state.v.data(), no_accelerations.data(), no_multipliers.data()};
   Residual before = make_residual(system), after = before;
+  std::vector<double> rates;
   try {
     system.evaluate(there, before);
     there.t += moment;
     system.evaluate(there, after);
+    rates = prescribed_rates(system, state.t, state.q);
   } catch (const InvalidInput& e) {
     return e.what();
   }
@@ -73,6 +97,8 @@ std::string find_jump(const ConstrainedSystem& system, const State& state, doubl
     const auto same = [&](const std::vector<double>& now, const std::vector<double>& then, double bound) {
       return std::abs(then[row] - now[row]) <= kJump * bound;
     };
+    if (std::abs(rates[row]) * moment > kJump * options.constraint_position)
+      return fast_text(system.constraint_name(row), rates[row] * system.constraint_unit(row) / time_unit);
     if (!same(before.position, after.position, options.constraint_position) ||
         !same(before.velocity, after.velocity, options.constraint_velocity) ||
         !same(before.acceleration, after.acceleration, options.constraint_acceleration))
@@ -84,22 +110,20 @@ std::string find_jump(const ConstrainedSystem& system, const State& state, doubl
 }
 
 std::string find_fastest(const ConstrainedSystem& system, const State& state, double time_unit) {
-  const std::vector<double> zero(state.q.size() + static_cast<std::size_t>(system.constraints()), 0.0);
-  Residual at_rest = make_residual(system);
-  system.evaluate({state.t, state.q.data(), zero.data(), zero.data(), zero.data()}, at_rest);
-  const std::vector<double>& prescribed = at_rest.velocity;
-  const auto text = [&](const std::string& name, double rate, double unit) {
-    return name + " has become as fast as " + number_text(std::abs(rate) * unit / time_unit);
-  };
-  if (largest_size(prescribed) > 0.0) {
-    const std::size_t row = place_of_largest(prescribed);
-    const auto j = static_cast<int>(row);
-    return text(system.constraint_name(j), prescribed[row], system.constraint_unit(j));
-  }
+  const std::vector<double> rates = prescribed_rates(system, state.t, state.q);
+  if (largest_size(rates) > 0.0) return fastest_motion(system, rates, time_unit);
   const std::size_t largest = place_of_largest(state.v);
   const auto i = static_cast<int>(largest);
   const double scale = 1.0 / (system.force_unit(i) * time_unit * time_unit);
-  return text(system.coordinate_name(i), state.v[largest], scale);
+  return fast_text(system.coordinate_name(i), state.v[largest] * scale / time_unit);
+}
+
+std::string find_too_fast(const ConstrainedSystem& system, double t, const std::vector<double>& q,
+                          const IntegratorOptions& options, double time_unit) {
+  const std::vector<double> rates = prescribed_rates(system, t, q);
+  const double rounded = std::numeric_limits<double>::epsilon() * std::abs(t);
+  if (!(largest_size(rates) * rounded > options.constraint_position)) return {};
+  return fastest_motion(system, rates, time_unit);
 }
 
 std::string least_foreseen(const ConstrainedSystem& system, const std::vector<double>& v,

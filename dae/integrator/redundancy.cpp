@@ -7,6 +7,7 @@
 #include <mfs/error.hpp>
 
 #include "dae/integrator/initial_conditions.hpp"
+#include "dae/integrator/jumps.hpp"
 #include "dae/mechanics/number_text.hpp"
 
 namespace mfs::dae {
@@ -17,6 +18,9 @@ namespace {
 constexpr double kInexact = 100.0;
 /// What is left of a constraint, in parts of its largest entry, where it determines motions well.
 constexpr double kNearlySingular = 1e-3;
+/// How far, in the scales of coordinates, a motion is followed to see whether its position is singular: then
+/// more than that is left of a constraint, and what follows everywhere is off by the square alone.
+constexpr double kBeside = 1e-2;
 /// A constraint takes part in a contradiction if its share is at least this part of the largest.
 constexpr double kTakesPart = 1e-6;
 /// How many of them an error message names.
@@ -65,12 +69,27 @@ void Redundancy::check(const StateView& state, const IntegratorOptions& options)
 void Redundancy::check_start(const StateView& state, const IntegratorOptions& options) {
   begun_with_ = redundant();
   const auto violated = violation(state, options, left_out_);
-  if (!violated) return;
+  if (!violated) {
+    starts_singular_ = is_singular(state);
+    return;
+  }
   // Of what follows everywhere accelerations do where positions and velocities do.
   const bool singular = violated->level == 2;
   const char* const note =
-      ": the position is singular, and on none of the ways out of it bodies have these velocities";
+      ": the position is singular, and on none of the ways out of it bodies have these velocities; give them "
+      "those of "
+      "the way that is meant, or begin a little beside it";
   throw_contradiction(*violated, state.t, singular ? note : "");
+}
+
+bool Redundancy::is_singular(const StateView& state) const {
+  std::vector<double> beside(state.q, state.q + given_.coordinates());
+  double fastest = 0.0;
+  for (std::size_t i = 0; i < beside.size(); ++i)
+    fastest = std::max(fastest, std::abs(state.v[i]) / scale_[i]);
+  for (std::size_t i = 0; i < beside.size() && fastest > 0.0; ++i)
+    beside[i] += kBeside / fastest * state.v[i];
+  return find(state.t, beside, kNearlySingular).redundant().size() < redundant().size();
 }
 
 std::string Redundancy::singular_start() const {
@@ -91,7 +110,7 @@ std::string Redundancy::singular_start() const {
 std::optional<Dependencies> Redundancy::look_at(const StateView& there, const IntegratorOptions& options) {
   if (redundant().empty()) return std::nullopt;
   auto violated = violation(there, options, left_out_);
-  if (!violated && !may_be_singular_) return std::nullopt;
+  if (!violated && !may_be_singular_ && !starts_singular_) return std::nullopt;
   const std::vector<double> q(there.q, there.q + given_.coordinates());
   Dependencies exact = find(there.t, q), found = choose(exact, there.t, q);
   const bool as_many = found.redundant().size() == redundant().size();
@@ -100,10 +119,14 @@ std::optional<Dependencies> Redundancy::look_at(const StateView& there, const In
     violated = violation(there, options, found);
   }
   const bool fewer = exact.redundant().size() < redundant().size();
-  if (violated && !fewer) throw_contradiction(*violated, there.t);
+  if (violated && !fewer) {
+    const std::string too_fast = find_too_fast(given_, there.t, q, options, time_unit_);
+    throw_contradiction(*violated, there.t, too_fast.empty() ? "" : ", as " + too_fast);
+  }
   if (violated) found = std::move(exact);
   may_be_singular_ = fewer && found.redundant().size() >= redundant().size();
   if (!fewer || may_be_singular_) return std::nullopt;
+  has_left_start_ = std::exchange(starts_singular_, false);
   return found;
 }
 
@@ -207,7 +230,7 @@ std::string Redundancy::others_of(int row, SparseRow shares) const {
   return list.empty() ? "itself" : list;
 }
 
-void Redundancy::throw_contradiction(const Violation& violation, double t, const char* note) const {
+void Redundancy::throw_contradiction(const Violation& violation, double t, const std::string& note) const {
   const auto place = std::find(redundant().begin(), redundant().end(), violation.row) - redundant().begin();
   const SparseRow& shares = left_out_.combination(static_cast<std::size_t>(place));
   const double unit = given_.constraint_unit(violation.row) / std::pow(time_unit_, violation.level);

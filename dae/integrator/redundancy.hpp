@@ -5,6 +5,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "dae/integrator/dependencies.hpp"
@@ -41,6 +42,9 @@ class Redundancy {
   void check(const StateView& state, const IntegratorOptions& options) const;
   /// The same where the motion begins.
   void check_start(const StateView& state, const IntegratorOptions& options);
+  /// Whether look_at() has just taken back what was left out since the motion began in a singular position:
+  /// it does not hold exactly, as nothing kept to it.
+  bool has_left_singular_start() { return std::exchange(has_left_start_, false); }
   /// Says that it began in a singular position, which has no unique motion; empty: it did not.
   std::string singular_start() const;
   /// Looks at where a step has arrived with what is left out. Returns what is to be left out
@@ -68,9 +72,12 @@ class Redundancy {
   std::optional<Violation> violation(const StateView& state, const IntegratorOptions& options,
                                      const Dependencies& by) const;
   Dependencies choose(Dependencies exact, double t, const std::vector<double>& q) const;
+  /// Whether fewer constraints follow from others where the velocities lead.
+  bool is_singular(const StateView& state) const;
   /// Names of those besides the owner of `row` that take part in a combination.
   std::string others_of(int row, SparseRow shares) const;
-  [[noreturn]] void throw_contradiction(const Violation& violation, double t, const char* note = "") const;
+  [[noreturn]] void throw_contradiction(const Violation& violation, double t,
+                                        const std::string& note = "") const;
 
   const ConstrainedSystem& given_;
   std::vector<double> scale_;
@@ -79,6 +86,7 @@ class Redundancy {
   Dependencies left_out_;
   std::vector<int> begun_with_;  ///< redundant where the motion began
   bool may_be_singular_ = true;  ///< the position for which that was found
+  bool starts_singular_ = false, has_left_start_ = false;
   std::optional<IndependentConstraints> filtered_;
 };
 

@@ -115,12 +115,20 @@ double rate_of(const ConstrainedSystem& system, const State& start, double t_end
   return most;
 }
 
+double unit_for(double rate, double longest) {
+  if (rate == 0.0 || (rate >= kSlowest && rate <= kFastest)) return 1.0;
+  return std::exp2(std::round(std::log2(std::min(kMoved / rate, longest))));
+}
+
 }  // namespace
 
 double time_unit(const ConstrainedSystem& system, const State& start, double t_end) {
-  const double rate = rate_of(system, start, t_end);
-  if (rate == 0.0 || (rate >= kSlowest && rate <= kFastest)) return 1.0;
-  return std::exp2(std::round(std::log2(std::min(kMoved / rate, kLongest * (t_end - start.t)))));
+  return unit_for(rate_of(system, start, t_end), kLongest * (t_end - start.t));
+}
+
+double time_unit_at_rest(const ConstrainedSystem& system, double t, const std::vector<double>& q) {
+  const State there{t, q, {}, {}, {}};
+  return unit_for(ModelRates(system, there).of_forces(t), HUGE_VAL);
 }
 
 }  // namespace mfs::dae

@@ -1,4 +1,4 @@
-// The unit of time that a run is integrated in.
+// The unit of time that a run is integrated in, and an equilibrium is searched in.
 //
 // Errors of velocities are allowed to be atol_velocity, and constraints may leave as much of their rates,
 // in units of length over the unit of time. That is of use where velocities are ordinary numbers: in
@@ -11,6 +11,8 @@
 // that is slow, at some times until its end.
 #pragma once
 
+#include <vector>
+
 #include "dae/integrator/integrator.hpp"
 #include "dae/mechanics/constrained_system.hpp"
 
@@ -19,5 +21,8 @@ namespace mfs::dae {
 /// For a run from `start`, whose accelerations and multipliers do not matter, to `t_end`: a power of two, in
 /// the system's own unit.
 double time_unit(const ConstrainedSystem& system, const State& start, double t_end);
+
+/// The same of a system that is at rest in `q` (n) at `t`, by its forces there alone.
+double time_unit_at_rest(const ConstrainedSystem& system, double t, const std::vector<double>& q);
 
 }  // namespace mfs::dae

@@ -60,7 +60,7 @@ class OfOneVariable final : public SmoothFunction {
   }
   Jet checked(double x, const Jet& jet) const {
     if (!std::isfinite(jet.value) || !std::isfinite(jet.first) || !std::isfinite(jet.second))
-      throw InvalidInput("expression '" + expression_.text() + "'",
+      throw InvalidInput(expression_.name(),
                          "it or a derivative is not finite at " +
                              (variable_ < 0 ? "any time" : expression_.variables()[variable_]) + " = " +
                              number_text(x));

@@ -20,12 +20,15 @@ class Expression {
  public:
   /// Operators + - * / ^ < > <= >= == != && ||, functions sin cos tan asin acos atan atan2 sinh cosh tanh exp
   /// log log10 sqrt abs sign min max if, pi. Throws InvalidInput("`text`") that says what is wrong and where.
-  explicit Expression(const std::string& text);
+  /// `place`: where it stands, for messages about its values; may be empty.
+  explicit Expression(const std::string& text, std::string place = "");
 
   /// As messages have it: the beginning of a long one.
   std::string text() const {
     return text_.size() <= kMostShown ? text_ : text_.substr(0, kMostShown) + "...";
   }
+  /// "`place`: expression '`text`'".
+  std::string name() const { return (place_.empty() ? "" : place_ + ": ") + "expression '" + text() + "'"; }
   /// Names that stand for numbers, in the order in which they are first used. They are made of letters,
   /// digits, _ and dots.
   const std::vector<std::string>& variables() const { return variables_; }
@@ -84,7 +87,7 @@ class Expression {
   template <class T>
   void spread_function(std::size_t i, const std::vector<T>& result, std::vector<T>& derivative) const;
 
-  std::string text_;
+  std::string text_, place_;
   std::vector<std::string> variables_;
   std::vector<Operation> operations_;  // the last is the result
 };

@@ -168,7 +168,7 @@ class ExpressionReader final : public mu::ParserBase {
 
 thread_local ExpressionReader* ExpressionReader::active = nullptr;
 
-Expression::Expression(const std::string& text) : text_(text) {
+Expression::Expression(const std::string& text, std::string place) : text_(text), place_(std::move(place)) {
   ExpressionReader(*this).read();
 }
 

@@ -26,7 +26,7 @@ StateFunction::StateFunction(Expression expression, std::vector<Argument> argume
 
 double StateFunction::checked(double t, double value) const {
   if (std::isfinite(value)) return value;
-  throw InvalidInput(expression_ ? "expression '" + expression_->text() + "'" : "function",
+  throw InvalidInput(expression_ ? expression_->name() : "function",
                      "it or a derivative is not finite at t = " + number_text(t));
 }
 

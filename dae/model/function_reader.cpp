@@ -56,7 +56,7 @@ Argument meaning_of(const std::string& name, const JsonObject& object, const std
 
 Expression parsed(const std::string& text, const JsonObject& object, const std::string& key) {
   try {
-    return Expression(text);
+    return Expression(text, object.place_of(key));
   } catch (const InvalidInput& e) {
     object.refuse(key, e.what());
   }

@@ -104,6 +104,11 @@ void check_motions(const MultibodyModel& model) {
                              " off; beside flexible bodies a motion has to begin where bodies are placed");
 }
 
+/// Squares of steps, and their inverses, are numbers.
+constexpr double kLatest = 1e100;
+/// Their times alone are 0.8 GB.
+constexpr int kMostOutputs = 100000000;
+
 }  // namespace
 
 MultibodyModel make_model(const Json& json, const std::string& folder, int threads, Backend backend) {
@@ -118,7 +123,8 @@ MultibodyModel make_model(const Json& json, const std::string& folder, int threa
     read_parameters(parameters, parts.parameters);
   }
   model.end = file.positive("end");
-  model.outputs = file.integer("outputs", 1);
+  if (!(model.end <= kLatest)) file.refuse("end", "must not be more than 1e100");
+  model.outputs = file.integer("outputs", 1, kMostOutputs);
   if (file.has("start"))
     model.starts_at_rest = file.choice<bool>("start", {{"as_given", false}, {"equilibrium", true}});
   parts.gravity = file.vector("gravity", parts.gravity);

@@ -5,8 +5,6 @@
 #include <memory>
 #include <utility>
 
-#include <fmt/format.h>
-
 #include "parts/interrupt.hpp"
 
 namespace mfs::dae {
@@ -28,19 +26,22 @@ std::size_t bytes_of(const State& state) {
 
 Recorder::Recorder(ResultFiles& files, double end, program::ProgressDisplay& display)
     : files_(files),
-      end_(end),
-      display_(display),
+      display_(display, end),
       threads_(kMostBytes, std::min(kMostThreads, files.worth_threads())) {}
 
 void Recorder::step(const StepReport& step, const std::function<const State&()>& state) {
   steps_.push_back({step, files_.along_steps() ? state() : State()});
   bytes_ += sizeof(Step) + bytes_of(steps_.back().state);
   if (bytes_ > kBytesAtOnce || since_given_.seconds() > kSecondsAtOnce) give_steps();
-  display_.show(fmt::format("step {:<5}", step.number), step.t / end_);
+  steps_done_ = step.number;
+  display_.tell(steps_done_, step.t);
   program::throw_if_interrupted();
 }
 
 void Recorder::output(const State& state) {
+  // Of one step there may be millions.
+  display_.tell(steps_done_, state.t);
+  program::throw_if_interrupted();
   give_steps();
   // Beside the state, what is drawn of it.
   const std::size_t bytes = 3 * bytes_of(state);

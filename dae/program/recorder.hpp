@@ -8,8 +8,8 @@
 #include "dae/integrator/integrator.hpp"
 #include "dae/output/output_threads.hpp"
 #include "dae/program/result_files.hpp"
+#include "dae/program/run_progress.hpp"
 #include "ordering/stopwatch.hpp"
-#include "parts/progress_display.hpp"
 
 namespace mfs::dae {
 
@@ -35,8 +35,8 @@ class Recorder final : public Observer {
   void give_steps();
 
   ResultFiles& files_;
-  double end_;
-  program::ProgressDisplay& display_;
+  RunDisplay display_;
+  std::int64_t steps_done_ = 0;
   std::vector<Step> steps_;  // not yet given
   std::size_t bytes_ = 0;    // of their states
   Stopwatch since_given_;

@@ -14,6 +14,7 @@
 #include "dae/program/host_threads.hpp"
 #include "dae/program/mode_files.hpp"
 #include "dae/program/result_files.hpp"
+#include "dae/program/run_progress.hpp"
 #include "dae/program/run_report.hpp"
 #include "dae/statics/equilibrium.hpp"
 #include "dae/statics/linearization.hpp"
@@ -43,7 +44,10 @@ State equilibrium(const MultibodyModel& model) {
 class FirstOutput : public Observer {
  public:
   struct Taken {};
-  void step(const StepReport&, const std::function<const State&()>&) override {
+  /// `t`: of that output.
+  explicit FirstOutput(double t) : display_(on_terminal_, t) {}
+  void step(const StepReport& step, const std::function<const State&()>&) override {
+    display_.tell(step.number, step.t);
     program::throw_if_interrupted();
   }
   void output(const State& state) override {
@@ -51,13 +55,17 @@ class FirstOutput : public Observer {
     throw Taken();
   }
   State taken;
+
+ private:
+  program::ProgressDisplay on_terminal_;
+  RunDisplay display_;
 };
 
 /// Of the motion at time t, with accelerations and multipliers.
 State state_at(MultibodyModel& model, double t) {
   start_model(model);
   Integrator integrator = make_integrator(model);
-  FirstOutput first;
+  FirstOutput first(t);
   try {
     integrator.run(0.0, model.q0, model.v0, std::max(t, model.end), {t}, first);
   } catch (const FirstOutput::Taken&) {

@@ -8,6 +8,7 @@
 
 #include "dae/integrator/initial_conditions.hpp"
 #include "dae/integrator/scaled_system.hpp"
+#include "dae/integrator/time_unit.hpp"
 #include "dae/mechanics/number_text.hpp"
 #include "dae/statics/constrained_matrix.hpp"
 #include "dae/statics/independent_system.hpp"
@@ -22,8 +23,10 @@ constexpr double kLongest = 0.3;
 constexpr double kConverged = 1e-9;
 /// Steps that are as short and do not get shorter are rounding.
 constexpr double kRounding = 1e-6;
-/// s, 1/s^2: at first, and between a period of ten minutes, which is that of no mechanism, and what stiff
-/// springs and small masses have.
+/// Steps of so many times what constraints are violated by, and longer, do more than mend that.
+constexpr double kMending = 10.0;
+/// s, over the square of the unit of time: at first, and between a period of ten minutes, which is that of no
+/// mechanism, and what stiff springs and small masses have.
 constexpr double kFirst = 1.0, kLeast = 1e-4, kMost = 1e16;
 
 double dot(const std::vector<double>& x, const std::vector<double>& y) {
@@ -59,13 +62,16 @@ class Search {
 
   void run(const std::function<bool()>& go_on) {
     project();
+    const double time = time_unit_at_rest(system_, state_.t, state_.q), per_square = 1.0 / (time * time);
+    s_ = kFirst * std::max(1.0, per_square);
+    least_ = kLeast * std::min(1.0, per_square);
     system_.evaluate(view(state_), residual_);
     for (report_.iterations = 1; report_.iterations <= kMostSteps; ++report_.iterations) {
       report_.stopped = go_on && !go_on();
       if (report_.stopped) return finish();
       if (!step()) {
         s_ *= 10;
-        if (s_ > kMost) break;
+        if (s_ > kMost * std::max(1.0, per_square)) break;
         continue;
       }
       const bool slow = s_ > least_;
@@ -129,7 +135,9 @@ class Search {
     if (!all_finite(residual.force) || !all_finite(residual.position)) return false;
     // Of the forces without those of constraints, which work only where the constraints were not fulfilled.
     const double work = -dot(change, residual_.force) - dot(state_.lambda, residual_.position);
-    if (report_.last_step > kRounding && !(work > 0)) return false;
+    // A step that does little more than mend constraints may go against the forces.
+    const double mends = kMending * largest(residual_.position);
+    if (report_.last_step > std::max(kRounding, mends) && !(work > 0)) return false;
     return accept(std::move(trial), std::move(residual));
   }
 
@@ -193,7 +201,8 @@ class Search {
   Residual residual_;  // of state_
   Tangent tangent_;    // of state_, where is_tangent_there_
   bool is_tangent_there_ = false;
-  double s_ = kFirst, least_ = kLeast, before_ = HUGE_VAL;  // the accepted step before
+  double s_ = 0.0, least_ = 0.0;
+  double before_ = HUGE_VAL;  // the accepted step before
   int moves_most_ = 0;
 };
 

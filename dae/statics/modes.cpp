@@ -34,6 +34,8 @@ constexpr double kShift = 1e-4;
 /// Of the eigenpairs of the operator: asked for, and in the end.
 constexpr double kTolerance = 1e-11, kAccepted = 1e-6;
 constexpr int kMostRestarts = 100, kMostRounds = 50;
+/// Powers of the response to inertia that are taken to tell the rate of the slowest modes.
+constexpr int kLooksAtRate = 3;
 
 /// M, D and K in a state, and Phi_q.
 class Matrices {
@@ -91,6 +93,12 @@ struct Eigenpairs {
   MatrixXcd x;
 };
 
+/// The rate of the slowest modes, 1/s, by which s x is divided beside x: without it one of the two is next to
+/// nothing where time is in hours or microseconds. `square`: of 1 / rate.
+double rate_of_slowest(double square) {
+  return square > 0 && std::isfinite(square) ? 1 / std::sqrt(square) : 1.0;
+}
+
 /// All of them: with x = N y, the columns of N a basis of what the constraints leave free.
 Eigenpairs solve_reduced(const Matrices& matrices, int n, int m, double c) {
   MatrixXd basis = MatrixXd::Identity(n, n);
@@ -105,18 +113,27 @@ Eigenpairs solve_reduced(const Matrices& matrices, int n, int m, double c) {
   const Index f = n - m;
   const Eigen::FullPivLU<MatrixXd> lu(reduced(Block::force_q) + c * damping + c * c * mass);
   if (!lu.isInvertible()) throw Error("modes: a motion has neither stiffness nor inertia");
+  const MatrixXd by_inertia = lu.solve(mass);
+  const double rate = rate_of_slowest(by_inertia.norm());
   MatrixXd response(2 * f, 2 * f);
   response.topLeftCorner(f, f) = -lu.solve(damping + c * mass);
-  response.topRightCorner(f, f) = -lu.solve(mass);
-  response.bottomRows(f) = c * response.topRows(f);
-  response.bottomLeftCorner(f, f) += MatrixXd::Identity(f, f);
+  response.topRightCorner(f, f) = -rate * by_inertia;
+  response.bottomRows(f) = c / rate * response.topRows(f);
+  response.bottomLeftCorner(f, f) += MatrixXd::Identity(f, f) / rate;
   const Eigen::EigenSolver<MatrixXd> solver(response);
   if (solver.info() != Eigen::Success)
     throw Error("modes: the eigenvalues of the reduced system are not found");
   return {solver.eigenvalues(), basis * solver.eigenvectors().topRows(f)};
 }
 
-/// The operator, on vectors (a, b), less what lies in the space of those found.
+/// Of no symmetry that a mode could have.
+VectorXd irregular(Index size, int number) {
+  VectorXd x(size);
+  for (Index i = 0; i < size; ++i) x[i] = std::sin(1.0 + 1.7 * static_cast<double>(i * number));
+  return x;
+}
+
+/// The operator, on vectors (a, b / rate), less what lies in the space of those found.
 class Response {
  public:
   using Scalar = double;
@@ -132,6 +149,13 @@ class Response {
         go_on_(std::move(go_on)),
         matrix_(system, threads) {
     matrix_.factor(matrices.tangent(), {c * c, c, 1.0});
+    // Of what constraints and inertia leave of any motion.
+    VectorXd x = by_inertia(irregular(n_, 1));
+    for (int i = 0; i < kLooksAtRate && x.norm() > 0; ++i) {
+      const VectorXd next = by_inertia(x.normalized());
+      rate_ = rate_of_slowest(next.norm());
+      x = next;
+    }
   }
 
   Index rows() const { return 2 * n_; }
@@ -143,15 +167,11 @@ class Response {
     Eigen::Map<VectorXd>(out, 2 * n_) = rest(apply(rest(z)));
   }
   VectorXd apply(const VectorXd& z) const {
-    const VectorXd a = z.head(n_), b = z.tail(n_);
-    const VectorXd force =
-        -matrices_.times(Block::force_a, VectorXd(b + c_ * a)) - matrices_.times(Block::force_v, a);
-    std::vector<double> right_side(static_cast<std::size_t>(n_ + m_), 0.0);
-    std::copy(force.begin(), force.end(), right_side.begin());
-    const std::vector<double> solution = matrix_.solve(std::move(right_side));
+    const VectorXd a = z.head(n_), b = rate_ * z.tail(n_);
     VectorXd answer(2 * n_);
-    answer.head(n_) = Eigen::Map<const VectorXd>(solution.data(), n_);
-    answer.tail(n_) = a + c_ * answer.head(n_);
+    answer.head(n_) =
+        -moved_by(matrices_.times(Block::force_a, b + c_ * a) + matrices_.times(Block::force_v, a));
+    answer.tail(n_) = (a + c_ * answer.head(n_)) / rate_;
     return answer;
   }
 
@@ -167,12 +187,21 @@ class Response {
   }
 
  private:
+  /// x of a force.
+  VectorXd moved_by(const VectorXd& force) const {
+    std::vector<double> right_side(static_cast<std::size_t>(n_ + m_), 0.0);
+    std::copy(force.begin(), force.end(), right_side.begin());
+    const std::vector<double> solution = matrix_.solve(std::move(right_side));
+    return Eigen::Map<const VectorXd>(solution.data(), n_);
+  }
+  VectorXd by_inertia(const VectorXd& x) const { return moved_by(matrices_.times(Block::force_a, x)); }
   VectorXd rest(const VectorXd& z) const {
     return found_.cols() == 0 ? z : VectorXd(z - found_ * (found_.transpose() * z));
   }
 
   const Index n_, m_;
   const double c_;
+  double rate_ = 1.0;
   const Matrices& matrices_;
   const std::function<bool()> go_on_;
   mutable ConstrainedMatrix matrix_;
@@ -188,8 +217,7 @@ void find_vectors(Response& response, Index wanted) {
     const Index steps = std::min(size, std::max<Index>(2 * count + 20, 40));
     Spectra::GenEigsSolver<Response> solver(response, count, steps);
     // From a motion that constraints allow.
-    VectorXd start(size);
-    for (Index i = 0; i < size; ++i) start[i] = std::sin(1.0 + 1.7 * static_cast<double>(i * (round + 1)));
+    const VectorXd start = irregular(size, round + 1);
     VectorXd begun(size);
     response.perform_op(start.data(), begun.data());
     solver.init(begun.data());

@@ -297,6 +297,7 @@ TEST(Refusals, NameTheArgument) {
   using O = IntegratorOptions;
   const std::vector<double> q0 = pendulum_at(1.0);
   refused("rtol", with(&O::rtol, -1.0), q0, 1.0, {});
+  refused("rtol", with(&O::rtol, 1.5), q0, 1.0, {});
   refused("atol_position", with(&O::atol_position, -1.0), q0, 1.0, {});
   refused("atol_position", with(&O::rtol, 0.0), q0, 1.0, {});
   refused("max_order", with(&O::max_order, 6), q0, 1.0, {});

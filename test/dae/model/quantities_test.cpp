@@ -112,6 +112,32 @@ TEST(Recorded, Pendulum) {
   EXPECT_GT(largest, 1.2);  // it has swung
 }
 
+// What the motors of an arm of two links have to do: its equations (as in Craig, "Introduction to Robotics",
+// section 6.7, with links of I = 0.05 kg m^2 about their middles).
+TEST(Recorded, MotorsOfAnArm) {
+  const Recording r = record(R"json({"name": "arm", "end": 2, "outputs": 20, "gravity": [0, -9.81, 0],
+    "bodies": {"upper": {"type": "rigid", "mass": 2, "inertia": [0.05, 0.05, 0.05], "position": [0.5, 0, 0]},
+               "lower": {"type": "rigid", "mass": 1, "inertia": [0.05, 0.05, 0.05], "position": [1.5, 0, 0]}},
+    "joints": {"shoulder": {"type": "revolute", "a": "ground", "b": "upper", "point": [0, 0, 0], "axis": [0, 0, 1]},
+               "elbow": {"type": "revolute", "a": "upper", "b": "lower", "point": [1, 0, 0], "axis": [0, 0, 1]}},
+    "motions": {"m1": {"type": "rotation", "joint": "shoulder", "angle": "0.8*sin(3*t) - 0.3*t^2"},
+                "m2": {"type": "rotation", "joint": "elbow", "angle": "1 - cos(5*t)"}},
+    "integrator": {"rtol": 1e-6}})json");
+  constexpr double kG = 9.81, kI = 0.05, kL = 0.5;  // of the middles of both from their joints
+  for (std::size_t i = 0; i < r.times.size(); ++i) {
+    const double t = r.times[i], a = 0.8 * std::sin(3 * t) - 0.3 * t * t, b = 1 - std::cos(5 * t);
+    const double a1 = 2.4 * std::cos(3 * t) - 0.6 * t, b1 = 5 * std::sin(5 * t);
+    const double a2 = -7.2 * std::sin(3 * t) - 0.6, b2 = 25 * std::cos(5 * t);
+    const double lower = (kI + kL * kL) * (a2 + b2) + kG * kL * std::cos(a + b);
+    const double across = kL * std::sin(b), along = kL * std::cos(b);
+    const double elbow = lower + along * a2 + across * a1 * a1;
+    const double shoulder = lower + (kI + 2 * kL * kL + 1) * a2 + along * (2 * a2 + b2) -
+                            across * (2 * a1 + b1) * b1 + kG * (2 * kL + 1) * std::cos(a);
+    EXPECT_NEAR(r.number("motions.m1.moment_about_axis", i), shoulder, 1e-6) << t;
+    EXPECT_NEAR(r.number("motions.m2.moment_about_axis", i), elbow, 1e-6) << t;
+  }
+}
+
 // A rotor with a centre beside its axis and a product of inertia, driven evenly: the bearing turns its
 // angular momentum (Jxz w, 0, Jz w) and its centre; the drive lifts the weight.
 TEST(Recorded, DrivenRotor) {

@@ -400,5 +400,97 @@ TEST(SliderOnATurningGuide, LeavesItsAxis) {
   }
 }
 
+/// A wheel of 1 kg, `hub` above the ground's plane by its radius, on an axle of `carrier`.
+void add_wheel(Json& json, const std::string& name, const std::string& carrier, const Vector3d& hub,
+               const Vector3d& axle = kY) {
+  json["bodies"][name] = block(hub);
+  json["joints"][name + "_axle"] = joint("revolute", carrier, name, hub, axle);
+  json["joints"][name + "_road"] = joint("rolling_wheel", "ground", name, hub);
+  json["joints"][name + "_road"]["axis_b"] = triple(axle);
+  json["joints"][name + "_road"]["radius"] = hub[2];
+}
+
+// Three constraints are redundant: the fourth wheel touches by itself, and two slip to no side then. Wheels
+// weigh J / R^2 more than they do.
+TEST(Wagon, RollsDownOnFourWheels) {
+  constexpr double kR = 0.2, kSlope = 0.3, kG = 9.81;
+  Json json = mechanism(2.0, 10, {kG * sin(kSlope), 0, -kG * cos(kSlope)});
+  json["bodies"]["wagon"] = block({0, 0, 0.3}, 10.0);
+  for (const int i : {0, 1, 2, 3})
+    add_wheel(json, "wheel" + std::to_string(i), "wagon", {i < 2 ? 0.5 : -0.5, i % 2 ? 0.4 : -0.4, kR});
+  const MotionRun result = run(json, 1e-6);
+  EXPECT_THAT(result.report.redundant, SizeIs(3));
+  const double a = kG * sin(kSlope) * 14 / (14 + 4 * 0.01 / (kR * kR));
+  for (const State& state : result.outputs) {
+    const Vector3d expected(0.5 * a * state.t * state.t, 0, 0.3);
+    EXPECT_LT((result.position(state, "wagon") - expected).norm(), 1e-4) << state.t;
+  }
+}
+
+// The front wheel is driven and turned by a fixed angle: rear hubs and fork go on circles about one point.
+TEST(Tricycle, GoesInCircles) {
+  constexpr double kR = 0.2, kLength = 1.0, kSteer = 0.3, kSpeed = 1.5, kAhead = 0.4;
+  Json json = mechanism(2.0, 10, {0, 0, -9.81});
+  json["bodies"] = {{"frame", block({kAhead, 0, 0.3}, 10.0)}, {"fork", block({kLength, 0, 0.4})}};
+  json["joints"]["head"] = joint("revolute", "frame", "fork", {kLength, 0, 0.4});
+  add_wheel(json, "left", "frame", {0, 0.4, kR});
+  add_wheel(json, "right", "frame", {0, -0.4, kR});
+  add_wheel(json, "front", "fork", {kLength, 0, kR}, {-sin(kSteer), cos(kSteer), 0});
+  json["motions"] = {{"steer", turns("head", "0")}, {"drive", drive("front_axle", 0.0, kSpeed / kR)}};
+  const MotionRun result = run(json, 1e-6);
+  EXPECT_THAT(result.report.redundant, SizeIs(1));
+  const double rate = kSpeed * sin(kSteer) / kLength, radius = kLength / std::tan(kSteer);
+  for (const State& state : result.outputs) {
+    const double angle = rate * state.t;
+    const Vector3d rear(radius * sin(angle), radius * (1 - cos(angle)), 0.3);
+    const Vector3d expected = rear + kAhead * Vector3d(cos(angle), sin(angle), 0);
+    EXPECT_LT((result.position(state, "frame") - expected).norm(), 1e-5) << state.t;
+  }
+}
+
+// It goes half as far as the plate above it.
+TEST(BallBetweenPlates, GoesHalfTheWay) {
+  constexpr double kR = 0.1;
+  const Vector3d middle(0, 0, kR), above(0, 0, 0.25);
+  Json json = mechanism(3.0, 15, {0, 0, -9.81});
+  json["bodies"] = {{"ball", block(middle)}, {"stage", block(above)}, {"plate", block(above)}};
+  json["joints"] = {{"x", joint("translational", "ground", "stage", above, kX)},
+                    {"y", joint("translational", "stage", "plate", above, kY)},
+                    {"below", joint("rolling_ball", "ground", "ball", middle)},
+                    {"above", joint("rolling_ball", "plate", "ball", middle, -kZ)}};
+  for (const char* side : {"below", "above"}) json["joints"][side]["radius"] = kR;
+  json["motions"] = {{"x", {{"type", "translation"}, {"joint", "x"}, {"distance", "0.3*sin(2*t)"}}},
+                     {"y", {{"type", "translation"}, {"joint", "y"}, {"distance", "0.2 - 0.2*cos(3*t)"}}}};
+  const MotionRun result = run(json, 1e-7);
+  EXPECT_THAT(result.report.redundant, SizeIs(1));
+  for (const State& state : result.outputs) {
+    const Vector3d expected(0.15 * sin(2 * state.t), 0.1 - 0.1 * cos(3 * state.t), kR);
+    EXPECT_LT((result.position(state, "ball") - expected).norm(), 1e-6) << state.t;
+  }
+}
+
+// Arms that meet in a ball where shafts bent by 0.8 rad are mirrored: both turn alike.
+TEST(ClemensCoupling, TurnsBothShaftsAlike) {
+  const Vector3d first(cos(0.4), sin(0.4), 0), second(cos(0.4), -sin(0.4), 0), ball(0, 0, 0.8);
+  Json json = mechanism(2.0, 20, kNone);
+  json["bodies"] = {{"driving", block(-first)},
+                    {"driven", block(second)},
+                    {"arm1", block(0.5 * (ball - first))},
+                    {"arm2", block(0.5 * (ball + second))}};
+  json["joints"] = {{"in", joint("revolute", "ground", "driving", -first, first)},
+                    {"out", joint("revolute", "ground", "driven", second, second)},
+                    {"hinge1", joint("revolute", "driving", "arm1", -first, first.cross(kZ))},
+                    {"hinge2", joint("revolute", "driven", "arm2", second, second.cross(kZ))},
+                    {"ball", joint("spherical", "arm1", "arm2", ball)}};
+  json["motions"]["drive"] = turns("in", "3*t + 0.5*sin(4*t)");
+  const MotionRun result = run(json, 1e-6);
+  EXPECT_THAT(result.report.redundant, SizeIs(0));
+  for (const State& state : result.outputs) {
+    const Eigen::Quaterniond expected(Eigen::AngleAxisd(3 * state.t + 0.5 * sin(4 * state.t), second));
+    const double* const p = &state.q[result.at("driven") + 3];
+    EXPECT_LT(expected.angularDistance(Eigen::Quaterniond(p[0], p[1], p[2], p[3])), 1e-7) << state.t;
+  }
+}
+
 }  // namespace
 }  // namespace mfs::dae::test

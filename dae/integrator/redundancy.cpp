@@ -77,8 +77,7 @@ void Redundancy::check_start(const StateView& state, const IntegratorOptions& op
   const bool singular = violated->level == 2;
   const char* const note =
       ": the position is singular, and on none of the ways out of it bodies have these velocities; give them "
-      "those of "
-      "the way that is meant, or begin a little beside it";
+      "those of the way that is meant, or begin a little beside it";
   throw_contradiction(*violated, state.t, singular ? note : "");
 }
 

@@ -165,7 +165,7 @@ void measure_entries(const Options& options, std::int64_t factor_entries, Machin
   rates.solve_seconds_per_entry = std::max(0.0, (many.solve - few.solve) / entries);
 }
 
-/// Chains beside each other, one of them, and a longer one.
+/// Chains beside each other, one of them, and one that is as long or longer.
 struct MeasuredChains {
   Chains chains, longer;
   Measured many, one, alone;
@@ -174,14 +174,15 @@ MeasuredChains measure_chains(std::int64_t pivots, std::int64_t factor_entries, 
   MeasuredChains found{chains_of(pivots, factor_entries), chain_alone(pivots, factor_entries), {}, {}, {}};
   found.many = measure(found.chains, false, options);
   found.one = measure({pivots, 1, found.chains.levels}, false, options);
-  found.alone = measure(found.longer, false, options);
+  found.alone =
+      found.longer.levels == found.chains.levels ? found.one : measure(found.longer, false, options);
   return found;
 }
 
 /// s for the factors of a front of this size, by the best rate at which fronts were added so far.
 double least_solve(double size, const std::vector<FrontRate>& smaller) {
   double best = 0;
-  for (const FrontRate& rate : smaller) best = std::max(best, entries_of_front(rate.size) / rate.solve_each);
+  for (const FrontRate& rate : smaller) best = std::max(best, entries_of_front(rate.size) / rate.solve.each);
   return best > 0 ? entries_of_front(size) / best : 0;
 }
 
@@ -199,15 +200,15 @@ FrontRate front_rate(const MeasuredChains& measured, const MachineRates& rates) 
   const double flops = flops_of_front(rate.size), added = (count - 1) / count;
   rate.flops_per_second = many.flops / beside_call(many.refactor, rates.refactor_call);
   rate.entries_per_second = entries / beside_call(many.solve, rates.solve_call);
-  rate.refactor_alone = beside_call(alone.refactor, rates.refactor_call) * flops / alone.flops;
-  rate.refactor_each =
-      std::max((many.refactor - one.refactor) * flops / (added * many.flops), kLeast * rate.refactor_alone);
-  rate.solve_alone = beside_call(alone.solve, rates.solve_call) / static_cast<double>(longer.levels);
-  rate.solve_each = std::max((many.solve - one.solve) * entries_of_front(rate.size) / (added * entries),
-                             kLeast * rate.solve_alone);
+  rate.refactor.alone = beside_call(alone.refactor, rates.refactor_call) * flops / alone.flops;
+  rate.refactor.each =
+      std::max((many.refactor - one.refactor) * flops / (added * many.flops), kLeast * rate.refactor.alone);
+  rate.solve.alone = beside_call(alone.solve, rates.solve_call) / static_cast<double>(longer.levels);
+  rate.solve.each = std::max((many.solve - one.solve) * entries_of_front(rate.size) / (added * entries),
+                             kLeast * rate.solve.alone);
   // Memory is not faster for large fronts than for those that were enough to tell.
   if (chains.count < kFewToCompare)
-    rate.solve_each = std::max(rate.solve_each, least_solve(rate.size, rates.fronts));
+    rate.solve.each = std::max(rate.solve.each, least_solve(rate.size, rates.fronts));
   return rate;
 }
 

@@ -37,30 +37,21 @@ std::string library_version(const std::string& name) {
   return "";
 }
 
-/// Of one front on a level, and of each further one, s.
-struct LevelTime {
-  double alone, each;
-  double of(double fronts) const { return alone + std::max(fronts - 1, 0.0) * each; }
-};
-LevelTime refactor_time(const FrontRate& rate) {
-  return {rate.refactor_alone, rate.refactor_each};
-}
-LevelTime solve_time(const FrontRate& rate) {
-  return {rate.solve_alone, rate.solve_each};
+double time_of(const LevelTime& level, double fronts) {
+  return level.alone + std::max(fronts - 1, 0.0) * level.each;
 }
 
-LevelTime interpolated(const std::vector<FrontRate>& rates, LevelTime (*time)(const FrontRate&),
-                       double size) {
+LevelTime interpolated(const std::vector<FrontRate>& rates, LevelTime FrontRate::*time, double size) {
   const auto above =
       std::find_if(rates.begin(), rates.end(), [&](const FrontRate& r) { return r.size >= size; });
-  if (above == rates.begin()) return time(rates.front());
-  if (above == rates.end()) return time(rates.back());
+  if (above == rates.begin()) return rates.front().*time;
+  if (above == rates.end()) return rates.back().*time;
   const FrontRate &low = *std::prev(above), &high = *above;
   const double part = std::log(size / low.size) / std::log(high.size / low.size);
   const auto mean = [&](double a, double b) {
     return std::exp((1 - part) * std::log(a) + part * std::log(b));
   };
-  const LevelTime a = time(low), b = time(high);
+  const LevelTime &a = low.*time, &b = high.*time;
   return {mean(a.alone, b.alone), mean(a.each, b.each)};
 }
 
@@ -70,10 +61,10 @@ Json to_json(const MachineRates& rates) {
     fronts.push_back({{"size", rate.size},
                       {"flops_per_second", rate.flops_per_second},
                       {"entries_per_second", rate.entries_per_second},
-                      {"refactor_alone", rate.refactor_alone},
-                      {"refactor_each", rate.refactor_each},
-                      {"solve_alone", rate.solve_alone},
-                      {"solve_each", rate.solve_each}});
+                      {"refactor_alone", rate.refactor.alone},
+                      {"refactor_each", rate.refactor.each},
+                      {"solve_alone", rate.solve.alone},
+                      {"solve_each", rate.solve.each}});
   return {{"processor", rates.key.processor},
           {"blas", rates.key.blas},
           {"backend", rates.key.backend},
@@ -102,12 +93,13 @@ MachineRates from_json(const Json& json) {
     if (!(number >= 0) || !std::isfinite(number)) throw std::domain_error("a number that cannot be");
   double last = 0;
   for (const Json& front : json.at("fronts")) {
-    const FrontRate rate{
-        front.at("size"),           front.at("flops_per_second"), front.at("entries_per_second"),
-        front.at("refactor_alone"), front.at("refactor_each"),    front.at("solve_alone"),
-        front.at("solve_each")};
+    const FrontRate rate{front.at("size"),
+                         front.at("flops_per_second"),
+                         front.at("entries_per_second"),
+                         {front.at("refactor_alone"), front.at("refactor_each")},
+                         {front.at("solve_alone"), front.at("solve_each")}};
     for (const double number : {rate.size, rate.flops_per_second, rate.entries_per_second,
-                                rate.refactor_alone, rate.refactor_each, rate.solve_alone, rate.solve_each})
+                                rate.refactor.alone, rate.refactor.each, rate.solve.alone, rate.solve.each})
       if (!(number > 0) || !std::isfinite(number)) throw std::domain_error("a rate that none can be");
     if (!(rate.size > last)) throw std::domain_error("sizes that do not rise");
     last = rate.size;
@@ -160,10 +152,10 @@ Prediction predict(const MachineRates& rates, const Report& report, const std::v
   for (const DepthSummary& depth : depths) {
     const double size =
         std::clamp(equivalent_size(depth), rates.fronts.front().size, rates.fronts.back().size);
-    sum.refactor +=
-        interpolated(rates.fronts, refactor_time, size).of(depth.flops.total() / flops_of_front(size));
-    sum.solve += interpolated(rates.fronts, solve_time, size)
-                     .of(static_cast<double>(depth.factor_entries) / entries_of_front(size));
+    sum.refactor += time_of(interpolated(rates.fronts, &FrontRate::refactor, size),
+                            depth.flops.total() / flops_of_front(size));
+    sum.solve += time_of(interpolated(rates.fronts, &FrontRate::solve, size),
+                         static_cast<double>(depth.factor_entries) / entries_of_front(size));
   }
   if (report.partial) {
     const auto moving = [&](std::int64_t bytes) {

@@ -14,14 +14,18 @@
 
 namespace mfs::program {
 
+/// s of a level of the tree: of one front, and of each further one.
+struct LevelTime {
+  double alone = 0, each = 0;
+};
+
 /// Of fronts of one size on a level of the tree: one alone takes as long as its chain of pivots, each further
 /// one what it adds. Rates of many are what the machine reaches where they fill it.
 struct FrontRate {
   double size = 0;                ///< equivalent_size()
   double flops_per_second = 0;    ///< of a refactorization, many fronts on each level
   double entries_per_second = 0;  ///< of the factors, in a solve for one right-hand side, the same
-  double refactor_alone = 0, refactor_each = 0;  ///< s
-  double solve_alone = 0, solve_each = 0;        ///< s
+  LevelTime refactor, solve;
 };
 
 /// What rates hold for: they are compared as a whole.

@@ -74,7 +74,7 @@ TEST(Rates, SizeOfFrontsInTiles) {
 MachineRates some_rates() {
   return {{"a processor", "a BLAS", "openmp", 2},
           "2026-11-25",
-          {{10, 1e8, 1e6, 4e-5, 1e-5, 1e-4, 2e-5}, {1000, 1e10, 4e6, 0.3, 0.1, 0.2, 0.05}},
+          {{10, 1e8, 1e6, {4e-5, 1e-5}, {1e-4, 2e-5}}, {1000, 1e10, 4e6, {0.3, 0.1}, {0.2, 0.05}}},
           1e-4,
           2e-4,
           3e-9,
@@ -125,7 +125,7 @@ TEST(RatesFile, KeepsOneEntryForEachKey) {
   second.key.threads = 16;
   keep_rates(path, first);
   keep_rates(path, second);
-  first.fronts = {{5, 1.0 / 3, 2, 3, 4, 5, 6}};
+  first.fronts = {{5, 1.0 / 3, 2, {3, 4}, {5, 6}}};
   keep_rates(path, first);
   const RatesFile found = read_rates(path);
   EXPECT_FALSE(found.damaged);
@@ -221,7 +221,7 @@ TEST(MeasureRates, SizesAreThoseOfTheChains) {
     EXPECT_NEAR(rate.size, size_of(pivots, 2 * pivots), 0.1 * rate.size) << pivots;
     EXPECT_GT(rate.flops_per_second, 0);
     EXPECT_GT(rate.entries_per_second, 0);
-    for (const double time : {rate.refactor_alone, rate.refactor_each, rate.solve_alone, rate.solve_each})
+    for (const double time : {rate.refactor.alone, rate.refactor.each, rate.solve.alone, rate.solve.each})
       EXPECT_GT(time, 0);
     pivots *= 2;
   }

@@ -63,13 +63,17 @@ class Matrices {
   double shift() const { return kShift * typical_frequency(); }
 
  private:
-  /// 1/s: the median over coordinates that have both a mass and a stiffness.
+  /// 1/s: the median over coordinates that have both a mass and a stiffness, as the stiffest and the heaviest
+  /// have it where no coordinate has both; 1 where nothing is stiff.
   double typical_frequency() const {
     const VectorXd m = diagonal(Block::force_a), k = diagonal(Block::force_q);
     std::vector<double> all;
     for (Index i = 0; i < m.size(); ++i)
       if (m[i] > 0 && k[i] > 0) all.push_back(std::sqrt(k[i] / m[i]));
-    if (all.empty()) return 1.0;
+    if (all.empty()) {
+      const double stiffest = k.maxCoeff(), heaviest = m.maxCoeff();
+      return stiffest > 0 && heaviest > 0 ? std::sqrt(stiffest / heaviest) : 1.0;
+    }
     const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
     std::nth_element(all.begin(), middle, all.end());
     return *middle;

@@ -164,6 +164,14 @@ std::vector<RemoteTangent*> ScaledSystem::remote_tangents() const {
   return remotes;
 }
 
+std::vector<double> ScaledSystem::ranges(const double* q) const {
+  std::vector<double> there(q, q + coordinates());
+  multiply(scale_, 1, 1.0, there);
+  std::vector<double> ranges = system_.ranges(there.data());
+  multiply(scale_, -1, 1.0, ranges);
+  return ranges;
+}
+
 std::vector<PointRange> ScaledSystem::turning_bodies() const {
   const auto* turning = dynamic_cast<const TurningBodies*>(&system_);
   return turning != nullptr ? turning->turning_bodies() : std::vector<PointRange>();

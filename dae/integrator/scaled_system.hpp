@@ -47,6 +47,7 @@ class ScaledSystem final : public ConstrainedSystem, public TurningBodies {
   bool is_normalization(int row) const override { return system_.is_normalization(row); }
   bool is_nonholonomic(int row) const override { return system_.is_nonholonomic(row); }
   bool is_measure(int i) const override { return system_.is_measure(i); }
+  std::vector<double> ranges(const double* q) const override;
   double constraint_unit(int row) const override { return unit_[row]; }
   double force_unit(int i) const override { return 1.0 / (scale_[i] * time_ * time_); }
   /// T.

@@ -27,8 +27,6 @@ constexpr double kUnchanged = 0.7;
 constexpr double kConverged = 1e-9;
 /// Steps that are as short and do not get shorter are rounding.
 constexpr double kRounding = 1e-6;
-/// Steps of so many times what constraints are violated by, and longer, do more than mend that.
-constexpr double kMending = 10.0;
 /// What s grows by at least and at most where a step does not succeed.
 constexpr double kSlower = 3.0, kMuchSlower = 10.0;
 /// s, over the square of the unit of time: at first, and between a period of ten minutes, which is that of no
@@ -154,9 +152,7 @@ class Search {
       return false;
     }
     if (!all_finite(residual.force) || !all_finite(residual.position)) return false;
-    if (report_.last_step > std::max(kRounding, kMending * largest(residual_.position)) &&
-        !(work_of(change) > 0))
-      return false;
+    if (report_.last_step > kRounding && !(work_of(change) > 0)) return false;
     std::swap(state_, trial);
     residual_ = std::move(residual);
     is_tangent_there_ = false;

@@ -262,6 +262,24 @@ TEST_F(DaeProgram, NamesAUniversalJointWhoseAxesAreNotPerpendicular) {
               HasSubstr("the axes of joint cross are 45 degrees apart where bodies are placed"));
 }
 
+// Bodies in mm beside joints in m; a mass point on a rod of a metre is meant.
+TEST_F(DaeProgram, NamesJointsThatAreFarFromTheirBodies) {
+  const auto notes = [&](double a, double b, double radius) {
+    ordered_json json = {{"name", "pair"}, {"end", 0.01}, {"outputs", 1}};
+    const double inertia = 2 * radius * radius;
+    json["bodies"]["left"] = {
+        {"type", "rigid"}, {"mass", 2}, {"inertia", {inertia, inertia, inertia}}, {"position", {a, 0, 0}}};
+    json["bodies"]["right"] = json["bodies"]["left"];
+    json["bodies"]["right"]["position"] = {b, 0, 0};
+    json["joints"]["hip"] = {
+        {"type", "revolute"}, {"a", "left"}, {"b", "right"}, {"point", {0.1, 0, 0}}, {"axis", {0, 0, 1}}};
+    return run_program({"check", file("pair.json", json.dump())}).out;
+  };
+  EXPECT_THAT(notes(50.1, 150.1, 0.05), HasSubstr("joint hip is 816 radii of gyration"));
+  EXPECT_THAT(notes(50, 150, 50), Not(HasSubstr("note")));
+  EXPECT_THAT(notes(0.1, 1.1, 1e-6), Not(HasSubstr("note")));
+}
+
 // Not one of them is out of line.
 TEST_F(DaeProgram, HasNoNotesOnItsOwnModels) {
   std::istringstream list(run_program({"models"}).out);

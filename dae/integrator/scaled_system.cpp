@@ -165,11 +165,19 @@ std::vector<RemoteTangent*> ScaledSystem::remote_tangents() const {
 }
 
 std::vector<double> ScaledSystem::ranges(const double* q) const {
-  std::vector<double> there(q, q + coordinates());
-  multiply(scale_, 1, 1.0, there);
-  std::vector<double> ranges = system_.ranges(there.data());
+  std::vector<double> ranges = system_.ranges(given(q).data());
   multiply(scale_, -1, 1.0, ranges);
   return ranges;
+}
+
+std::string ScaledSystem::most_pressed(const double* q) const {
+  return system_.most_pressed(given(q).data());
+}
+
+std::vector<double> ScaledSystem::given(const double* q) const {
+  std::vector<double> there(q, q + coordinates());
+  multiply(scale_, 1, 1.0, there);
+  return there;
 }
 
 std::vector<PointRange> ScaledSystem::turning_bodies() const {

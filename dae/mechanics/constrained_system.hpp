@@ -218,6 +218,9 @@ class ConstrainedSystem {
     for (int i = 0; i < coordinates(); ++i) ranges.push_back(coordinate_scale(i));
     return ranges;
   }
+  /// What is pressed together so far in `q` (n) that no step may lead on, for a message: "body arm, element
+  /// 17 is pressed to 0.4 of its length"; empty: nothing.
+  virtual std::string most_pressed(const double* /*q*/) const { return {}; }
   /// What a value of a constraint is multiplied by for a message, where it is not in the unit of whoever
   /// reads that (scaled_system.hpp), and one of F.
   virtual double constraint_unit(int /*row*/) const { return 1.0; }

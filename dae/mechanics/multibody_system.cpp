@@ -12,6 +12,7 @@
 #include <mfs/version.hpp>
 
 #include "dae/mechanics/divided_residual.hpp"
+#include "dae/mechanics/number_text.hpp"
 
 namespace mfs::dae {
 namespace {
@@ -23,6 +24,8 @@ constexpr LocalStructure kNothing{Kind::zero, Kind::zero, Kind::zero, false, fal
 
 /// Elements without a colour that are computed together.
 constexpr std::size_t kMostWaiting = 512;
+/// Elements that are longer have not been pressed so far that a message tells of it.
+constexpr double kPressed = 0.7;
 
 BlockSet blocks_of(const ElementGroup& group, const LocalStructure& structure) {
   BlockSet blocks;
@@ -355,6 +358,24 @@ std::vector<double> Multibody::ranges(const double* q) const {
       if (i % components < body.lengths) ranges[body.range.first + i] = lengths;
   }
   return ranges;
+}
+
+std::string Multibody::most_pressed(const double* q) const {
+  double least = kPressed;
+  std::string text;
+  std::vector<double> local;
+  for (const auto& group : groups_) {
+    local.resize(static_cast<std::size_t>(group->local_coordinates()));
+    for (int e = 0; e < group->size(); ++e) {
+      for (std::size_t i = 0; i < local.size(); ++i) local[i] = q[group->coordinates(e)[i]];
+      const double stretch = group->least_stretch(e, local.data());
+      if (!(stretch < least)) continue;
+      least = stretch;
+      text =
+          group->name(e) + " is pressed to " + number_text(least) + " of its length" + group->pressed_note();
+    }
+  }
+  return text;
 }
 
 std::string Multibody::coordinate_name(int coordinate) const {

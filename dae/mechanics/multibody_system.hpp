@@ -46,6 +46,7 @@ class Multibody final : public ConstrainedSystem, public TurningBodies {
   bool is_nonholonomic(int row) const override { return place_of(row).group.is_nonholonomic(); }
   double coordinate_scale(int coordinate) const override;
   std::vector<double> ranges(const double* q) const override;
+  std::string most_pressed(const double* q) const override;
   bool is_measure(int coordinate) const override { return body_of(coordinate).is_measure; }
   std::vector<PointRange> turning_bodies() const override;
   std::vector<RemoteTangent*> remote_tangents() const override {

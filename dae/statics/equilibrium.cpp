@@ -91,7 +91,7 @@ class Search {
     throw Error("no static equilibrium has been found in " +
                 std::to_string(std::min(report_.iterations, most_)) +
                 " steps: " + system_.coordinate_name(moves_most_) + " moves most, by " +
-                number_text(report_.last_step) + " in the last one" + what_rolls());
+                number_text(report_.last_step) + " in the last one" + what_rolls() + what_is_pressed());
   }
 
  private:
@@ -106,6 +106,11 @@ class Search {
         return "; what rolls (" + system_.constraint_owner(row) +
                ") may be held up by its motion alone, and falls over or rolls away at rest";
     return "";
+  }
+
+  std::string what_is_pressed() const {
+    const std::string pressed = system_.most_pressed(state_.q.data());
+    return pressed.empty() ? pressed : "; " + pressed;
   }
 
   void project() {

@@ -1,5 +1,7 @@
 #include "dae/fem/solid_group.hpp"
 
+#include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <mfs/error.hpp>
 #include <utility>
@@ -12,6 +14,13 @@ namespace mfs::dae {
 namespace {
 
 constexpr int kMostNodes = 20;
+
+Eigen::Matrix3d matrix(const std::array<Point3, 3>& rows) {
+  Eigen::Matrix3d out;
+  for (int a = 0; a < 3; ++a)
+    for (int b = 0; b < 3; ++b) out(a, b) = rows[static_cast<std::size_t>(a)][static_cast<std::size_t>(b)];
+  return out;
+}
 
 void require(bool sound, const std::string& body, const std::string& field, const char* rule) {
   if (!sound) throw InvalidInput("body " + body + ", " + field, rule);
@@ -176,6 +185,24 @@ Power SolidGroup::power(int e, const LocalState& state) const {
   add_internal_force(mesh_->kind, constants_, nodes, state.q, rest, resting);
   for (int n = 0; n < 3 * nodes_; ++n) power.dissipated += (moving[n] - resting[n]) * state.v[n];
   return power;
+}
+
+double SolidGroup::least_stretch(int e, const double* q) const {
+  std::vector<double> nodes(static_cast<std::size_t>(3 * nodes_));
+  gather_nodes(e, nodes.data());
+  double least = 1.0;
+  for (const Point3& point : stiffness_rule(mesh_->kind).points) {
+    const Eigen::Matrix3d f = matrix(jacobian(mesh_->kind, point, q)) *
+                              matrix(jacobian(mesh_->kind, point, nodes.data())).inverse();
+    least = std::min(least, f.jacobiSvd().singularValues()[2]);
+  }
+  return least;
+}
+
+/// Of a bar with S = E (l^2 - 1) / 2 the force l S is largest where 3 l^2 = 1.
+std::string SolidGroup::pressed_note() const {
+  if (constants_.law != MaterialLaw::st_venant_kirchhoff) return {};
+  return "; st_venant_kirchhoff is for small strains, and gives way below 0.577";
 }
 
 std::string SolidGroup::name(int e) const {

@@ -44,6 +44,8 @@ class SolidGroup : public ElementGroup {
   Energy energy(int e, const LocalState& state) const override;
   Power power(int e, const LocalState& state) const override;
   std::unique_ptr<DeviceForce> device_force(int coordinates, int threads) const override;
+  double least_stretch(int e, const double* q) const override;
+  std::string pressed_note() const override;
   std::string name(int e) const override;
 
   const std::string& body() const { return body_; }

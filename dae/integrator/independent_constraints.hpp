@@ -26,6 +26,8 @@ class IndependentConstraints : public ConstrainedSystem {
   bool is_normalization(int row) const override { return system_.is_normalization(kept_[row]); }
   bool is_nonholonomic(int row) const override { return system_.is_nonholonomic(kept_[row]); }
   double coordinate_scale(int i) const override { return system_.coordinate_scale(i); }
+  std::vector<double> ranges(const double* q) const override { return system_.ranges(q); }
+  std::string most_pressed(const double* q) const override { return system_.most_pressed(q); }
   double constraint_unit(int row) const override { return system_.constraint_unit(kept_[row]); }
   double force_unit(int i) const override { return system_.force_unit(i); }
   bool is_measure(int i) const override { return system_.is_measure(i); }

@@ -431,6 +431,7 @@ class Integrator::Impl {
     if (text.empty()) text = redundancy_->singular_start();
     if (text.empty()) text = redundancy_->nearly_redundant(there.t, there.q, report_.redundant);
     if (text.empty()) text = find_pole(given_, there, kMoment * resolved_step(), options_);
+    if (text.empty()) text = given_.most_pressed(there.q.data());
     return text.empty() ? text : "; " + text;
   }
 

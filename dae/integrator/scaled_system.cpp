@@ -164,6 +164,22 @@ std::vector<RemoteTangent*> ScaledSystem::remote_tangents() const {
   return remotes;
 }
 
+std::vector<double> ScaledSystem::ranges(const double* q) const {
+  std::vector<double> ranges = system_.ranges(given(q).data());
+  multiply(scale_, -1, 1.0, ranges);
+  return ranges;
+}
+
+std::string ScaledSystem::most_pressed(const double* q) const {
+  return system_.most_pressed(given(q).data());
+}
+
+std::vector<double> ScaledSystem::given(const double* q) const {
+  std::vector<double> there(q, q + coordinates());
+  multiply(scale_, 1, 1.0, there);
+  return there;
+}
+
 std::vector<PointRange> ScaledSystem::turning_bodies() const {
   const auto* turning = dynamic_cast<const TurningBodies*>(&system_);
   return turning != nullptr ? turning->turning_bodies() : std::vector<PointRange>();

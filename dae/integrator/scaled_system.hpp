@@ -47,6 +47,8 @@ class ScaledSystem final : public ConstrainedSystem, public TurningBodies {
   bool is_normalization(int row) const override { return system_.is_normalization(row); }
   bool is_nonholonomic(int row) const override { return system_.is_nonholonomic(row); }
   bool is_measure(int i) const override { return system_.is_measure(i); }
+  std::vector<double> ranges(const double* q) const override;
+  std::string most_pressed(const double* q) const override;
   double constraint_unit(int row) const override { return unit_[row]; }
   double force_unit(int i) const override { return 1.0 / (scale_[i] * time_ * time_); }
   /// T.
@@ -57,6 +59,7 @@ class ScaledSystem final : public ConstrainedSystem, public TurningBodies {
   class Remote;
   /// The state for the system given, in arrays of this one.
   StateView given(const StateView& state) const;
+  std::vector<double> given(const double* q) const;
 
   const ConstrainedSystem& system_;
   const double time_;

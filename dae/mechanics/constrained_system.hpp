@@ -211,8 +211,18 @@ class ConstrainedSystem {
   virtual bool is_nonholonomic(int /*row*/) const { return false; }
   /// A typical size of a coordinate, in its own unit: what the integrator measures it in. A power of two.
   virtual double coordinate_scale(int) const { return 1.0; }
-  /// What a value of a constraint is multiplied by for a message, where it is not in the unit of whoever reads
-  /// that (scaled_system.hpp), and one of F.
+  /// How far each coordinate may go while the mechanism moves: of lengths, the extent of the whole mechanism
+  /// in `q` (n), where that is more than the scale.
+  virtual std::vector<double> ranges(const double* /*q*/) const {
+    std::vector<double> ranges;
+    for (int i = 0; i < coordinates(); ++i) ranges.push_back(coordinate_scale(i));
+    return ranges;
+  }
+  /// What is pressed together so far in `q` (n) that no step may lead on, for a message: "body arm, element
+  /// 17 is pressed to 0.4 of its length"; empty: nothing.
+  virtual std::string most_pressed(const double* /*q*/) const { return {}; }
+  /// What a value of a constraint is multiplied by for a message, where it is not in the unit of whoever
+  /// reads that (scaled_system.hpp), and one of F.
   virtual double constraint_unit(int /*row*/) const { return 1.0; }
   virtual double force_unit(int /*coordinate*/) const { return 1.0; }
   /// Whether a constraint of its own makes the coordinate a function of the others: where initial values are

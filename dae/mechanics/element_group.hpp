@@ -128,6 +128,12 @@ class ElementGroup {
     return nullptr;
   }
 
+  // For messages where no step leads on.
+  /// The least length of a line in element e, of 1 undeformed; `q`: its coordinates. 1 where it has none.
+  virtual double least_stretch(int /*e*/, const double* /*q*/) const { return 1.0; }
+  /// What is to be said about an element that is pressed far: "; ...".
+  virtual std::string pressed_note() const { return {}; }
+
   /// What an error message calls element e: "joint crank_pin", "body arm, element 17".
   virtual std::string name(int e) const = 0;
   /// What the constraint `row` of an element holds, where that has a name: "along ground x".

@@ -3,6 +3,7 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <utility>
@@ -11,6 +12,7 @@
 #include <mfs/version.hpp>
 
 #include "dae/mechanics/divided_residual.hpp"
+#include "dae/mechanics/number_text.hpp"
 
 namespace mfs::dae {
 namespace {
@@ -22,6 +24,8 @@ constexpr LocalStructure kNothing{Kind::zero, Kind::zero, Kind::zero, false, fal
 
 /// Elements without a colour that are computed together.
 constexpr std::size_t kMostWaiting = 512;
+/// Elements that are longer have not been pressed so far that a message tells of it.
+constexpr double kPressed = 0.7;
 
 BlockSet blocks_of(const ElementGroup& group, const LocalStructure& structure) {
   BlockSet blocks;
@@ -327,6 +331,51 @@ double Multibody::coordinate_scale(int coordinate) const {
   const BodyCoordinates& body = body_of(coordinate);
   const int components = std::max(1, static_cast<int>(body.components.size()));
   return (coordinate - body.range.first) % components < body.lengths ? length_unit_ : 1.0;
+}
+
+/// The longest edge of the box around all frames and nodes.
+double Multibody::extent(const double* q) const {
+  double longest = 0.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    double least = HUGE_VAL, most = -HUGE_VAL;
+    for (const BodyCoordinates& body : bodies_)
+      for (int i = axis; body.lengths == 3 && i < body.range.count;
+           i += static_cast<int>(body.components.size())) {
+        least = std::min(least, q[body.range.first + i]);
+        most = std::max(most, q[body.range.first + i]);
+      }
+    longest = std::max(longest, most - least);
+  }
+  return longest;
+}
+
+std::vector<double> Multibody::ranges(const double* q) const {
+  const double lengths = std::max(length_unit_, extent(q));
+  std::vector<double> ranges(static_cast<std::size_t>(n_), 1.0);
+  for (const BodyCoordinates& body : bodies_) {
+    const int components = std::max(1, static_cast<int>(body.components.size()));
+    for (int i = 0; i < body.range.count; ++i)
+      if (i % components < body.lengths) ranges[body.range.first + i] = lengths;
+  }
+  return ranges;
+}
+
+std::string Multibody::most_pressed(const double* q) const {
+  double least = kPressed;
+  std::string text;
+  std::vector<double> local;
+  for (const auto& group : groups_) {
+    local.resize(static_cast<std::size_t>(group->local_coordinates()));
+    for (int e = 0; e < group->size(); ++e) {
+      for (std::size_t i = 0; i < local.size(); ++i) local[i] = q[group->coordinates(e)[i]];
+      const double stretch = group->least_stretch(e, local.data());
+      if (!(stretch < least)) continue;
+      least = stretch;
+      text =
+          group->name(e) + " is pressed to " + number_text(least) + " of its length" + group->pressed_note();
+    }
+  }
+  return text;
 }
 
 std::string Multibody::coordinate_name(int coordinate) const {

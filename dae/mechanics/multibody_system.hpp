@@ -45,6 +45,8 @@ class Multibody final : public ConstrainedSystem, public TurningBodies {
   bool is_normalization(int row) const override { return place_of(row).group.normalizes(); }
   bool is_nonholonomic(int row) const override { return place_of(row).group.is_nonholonomic(); }
   double coordinate_scale(int coordinate) const override;
+  std::vector<double> ranges(const double* q) const override;
+  std::string most_pressed(const double* q) const override;
   bool is_measure(int coordinate) const override { return body_of(coordinate).is_measure; }
   std::vector<PointRange> turning_bodies() const override;
   std::vector<RemoteTangent*> remote_tangents() const override {
@@ -58,6 +60,7 @@ class Multibody final : public ConstrainedSystem, public TurningBodies {
   void number_constraints();
   void find_constraint_blocks();
   const BodyCoordinates& body_of(int coordinate) const;
+  double extent(const double* q) const;
   struct ConstraintPlace {
     const ElementGroup& group;
     int element, row;

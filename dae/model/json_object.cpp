@@ -13,6 +13,8 @@
 namespace mfs::dae {
 namespace {
 
+/// Squares of numbers, and their inverses, are numbers.
+constexpr double kLargest = 1e100;
 // Names become those of files and columns of tables.
 constexpr const char* kNameCharacters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-";
 
@@ -63,7 +65,12 @@ const Json& JsonObject::at(const std::string& key) {
 }
 
 double JsonObject::number(const std::string& key) {
-  return evaluated(key, "must be a number, not ", at(key));
+  return ordinary(key, evaluated(key, "must be a number, not ", at(key)));
+}
+
+double JsonObject::ordinary(const std::string& key, double number) const {
+  if (!(std::abs(number) <= kLargest)) refuse(key, "must not be more than 1e100 in size");
+  return number;
 }
 
 /// A number, or the value of a text that is an expression of parameters.
@@ -128,6 +135,12 @@ std::string JsonObject::text(const std::string& key) {
 }
 
 std::vector<double> JsonObject::numbers(const std::string& key) {
+  std::vector<double> numbers = any_numbers(key);
+  for (const double each : numbers) ordinary(key, each);
+  return numbers;
+}
+
+std::vector<double> JsonObject::any_numbers(const std::string& key) {
   const Json& value = at(key);
   if (!value.is_array()) refuse(key, "must be an array of numbers, not " + kind_of(value));
   std::vector<double> numbers;
@@ -149,7 +162,7 @@ std::vector<std::string> JsonObject::texts(const std::string& key) {
 }
 
 Eigen::Vector3d JsonObject::vector(const std::string& key) {
-  const std::vector<double> values = numbers(key);
+  const std::vector<double> values = any_numbers(key);  // axes may be of any length
   if (values.size() != 3) refuse(key, "must have three numbers, not " + std::to_string(values.size()));
   return {values[0], values[1], values[2]};
 }

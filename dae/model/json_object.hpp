@@ -79,6 +79,8 @@ class JsonObject {
  private:
   const Json& at(const std::string& key);
   double evaluated(const std::string& key, const std::string& expected, const Json& value) const;
+  double ordinary(const std::string& key, double number) const;
+  std::vector<double> any_numbers(const std::string& key);
 
   const Json* json_;
   std::string place_;

@@ -1,6 +1,7 @@
 #include "dae/model/model.hpp"
 
 #include <cmath>
+#include <set>
 
 #include <mfs/error.hpp>
 
@@ -104,8 +105,6 @@ void check_motions(const MultibodyModel& model) {
                              " off; beside flexible bodies a motion has to begin where bodies are placed");
 }
 
-/// Squares of steps, and their inverses, are numbers.
-constexpr double kLatest = 1e100;
 /// Their times alone are 0.8 GB.
 constexpr int kMostOutputs = 100000000;
 
@@ -123,7 +122,6 @@ MultibodyModel make_model(const Json& json, const std::string& folder, int threa
     read_parameters(parameters, parts.parameters);
   }
   model.end = file.positive("end");
-  if (!(model.end <= kLatest)) file.refuse("end", "must not be more than 1e100");
   model.outputs = file.integer("outputs", 1, kMostOutputs);
   if (file.has("start"))
     model.starts_at_rest = file.choice<bool>("start", {{"as_given", false}, {"equilibrium", true}});
@@ -135,8 +133,11 @@ MultibodyModel make_model(const Json& json, const std::string& folder, int threa
   read_all(file, "motions", parts, read_and_keep_motion);
   read_all(file, "forces", parts, read_and_keep_force);
   model.reactions = file.texts("reactions");
-  for (const std::string& joint : model.reactions)
+  std::set<std::string> reacting;
+  for (const std::string& joint : model.reactions) {
     if (parts.joints.count(joint) == 0) file.refuse("reactions", "there is no joint '" + joint + "'");
+    if (!reacting.insert(joint).second) file.refuse("reactions", "joint '" + joint + "' is named twice");
+  }
   model.record = file.texts("record");
   if (file.has("integrator")) {
     JsonObject integrator = file.object("integrator");

@@ -19,6 +19,9 @@ constexpr double kRounding = 1e-7, kMeant = 3.0 * M_PI / 180.0;
 constexpr double kBeside = 0.1;
 /// What is left of a constraint, in parts of its largest entry, that the axes may be all that holds.
 constexpr double kNearly = 0.06;
+/// A joint that is farther from both its bodies, in radii of gyration, is not meant to be. A mass point on a
+/// rod is as far from its pivot, but two that are joined have their joint in one of them.
+constexpr double kFar = 300.0;
 /// Pairs of so many directions are looked at without delay.
 constexpr std::size_t kMostDirections = 3000;
 
@@ -131,11 +134,32 @@ void add_universal_joints(const MultibodyModel& model, std::vector<std::string>&
   }
 }
 
+/// How far a joint's point is from the centre of mass of what it holds on to, in radii of gyration; 0: that
+/// is no rigid body.
+double distance_in_radii(const MultibodyModel& model, const Attachment& side) {
+  for (const RigidPart& body : model.rigid_bodies)
+    if (body.frame.first == side.frame.first && body.mass > 0)
+      return side.point.norm() / std::sqrt(0.5 * body.inertia.trace() / body.mass);
+  return 0.0;
+}
+
+void add_far_joints(const MultibodyModel& model, std::vector<std::string>& notes) {
+  for (const ModelJoint& joint : model.joints) {
+    const double nearer = std::min(distance_in_radii(model, joint.a), distance_in_radii(model, joint.b));
+    if (nearer > kFar)
+      notes.push_back(
+          fmt::format("joint {} is {:.3g} radii of gyration and more away from both its bodies: "
+                      "lengths may be in different units",
+                      joint.name, nearer));
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> alignment_notes(const MultibodyModel& model, const std::vector<double>& q) {
   std::vector<std::string> notes;
   add_universal_joints(model, notes);
+  add_far_joints(model, notes);
   State state;
   state.q = q;
   state.v = state.a = std::vector<double>(q.size(), 0.0);

@@ -1,4 +1,5 @@
-// Axes of joints that nearly agree. A door on two hinges turns where their axes are one line; where they are
+// Joints that may not be where they are meant to be: axes that nearly agree, and points far from what they
+// join. A door on two hinges turns where their axes are one line; where they are
 // half a degree apart its constraints are independent, and it is locked. Nothing is wrong with such a model,
 // so it is told of and not refused.
 #pragma once
@@ -16,7 +17,9 @@ namespace mfs::dae {
 ///   - a universal joint whose axes are not perpendicular where bodies are placed;
 ///   - a revolute, cylindrical or translational joint whose axis is less than 3 degrees off that of another
 ///     one, or as hinge of the same two bodies beside it by less than a tenth of their distance along it,
-///     where constraints of both are so nearly redundant that the axes alone may hold a motion.
+///     where constraints of both are so nearly redundant that the axes alone may hold a motion;
+///   - a joint of two rigid bodies, hundreds of radii of gyration away from both: lengths may be in two
+///   units.
 ///
 /// `q`: positions at t = 0 that fulfil the constraints.
 std::vector<std::string> alignment_notes(const MultibodyModel& model, const std::vector<double>& q);

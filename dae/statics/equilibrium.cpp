@@ -16,15 +16,19 @@
 namespace mfs::dae {
 namespace {
 
-constexpr int kMostSteps = 300;
-/// The longest step, in scales of coordinates (m, Euler parameters): a third of a turn at most.
-constexpr double kLongest = 0.3;
+/// And so many more for each body that turns: a chain that stands on its head comes down link by link.
+constexpr int kMostSteps = 300, kMostOfEach = 2;
+/// The longest step, in ranges of coordinates (Euler parameters: a third of a turn at most), and the one that
+/// s is chosen for.
+constexpr double kLongest = 0.3, kAim = 0.24;
+/// Steps that are still so many times as long after s has grown do not depend on it.
+constexpr double kUnchanged = 0.7;
 /// Of the last step; steps converge quadratically in the end.
 constexpr double kConverged = 1e-9;
 /// Steps that are as short and do not get shorter are rounding.
 constexpr double kRounding = 1e-6;
-/// Steps of so many times what constraints are violated by, and longer, do more than mend that.
-constexpr double kMending = 10.0;
+/// What s grows by at least and at most where a step does not succeed.
+constexpr double kSlower = 3.0, kMuchSlower = 10.0;
 /// s, over the square of the unit of time: at first, and between a period of ten minutes, which is that of no
 /// mechanism, and what stiff springs and small masses have.
 constexpr double kFirst = 1.0, kLeast = 1e-4, kMost = 1e16;
@@ -58,7 +62,11 @@ class Search {
         matrix_(system, options.threads),
         rest_(static_cast<std::size_t>(n_), 0.0),
         residual_(make_residual(system)),
-        tangent_(make_tangent(system)) {}
+        tangent_(make_tangent(system)),
+        most_(kMostSteps) {
+    for (int row = 0; row < m_; ++row)
+      if (system.is_normalization(row)) most_ += kMostOfEach;
+  }
 
   void run(const std::function<bool()>& go_on) {
     project();
@@ -66,24 +74,24 @@ class Search {
     s_ = kFirst * std::max(1.0, per_square);
     least_ = kLeast * std::min(1.0, per_square);
     system_.evaluate(view(state_), residual_);
-    for (report_.iterations = 1; report_.iterations <= kMostSteps; ++report_.iterations) {
+    for (report_.iterations = 1; report_.iterations <= most_; ++report_.iterations) {
       report_.stopped = go_on && !go_on();
       if (report_.stopped) return finish();
       if (!step()) {
-        s_ *= 10;
+        s_ *= std::clamp(1.5 * reach_ / kAim, kSlower, kMuchSlower);
         if (s_ > kMost * std::max(1.0, per_square)) break;
         continue;
       }
       const bool slow = s_ > least_;
-      s_ = std::max(least_, 0.1 * s_);
+      s_ = std::max({least_, reach_ / kAim * s_, s_ / kMuchSlower});
       const bool at_rounding = report_.last_step < kRounding && report_.last_step > 0.5 * before_;
       before_ = report_.last_step;
       if (!slow && (report_.last_step < kConverged || at_rounding)) return finish();
     }
     throw Error("no static equilibrium has been found in " +
-                std::to_string(std::min(report_.iterations, kMostSteps)) +
+                std::to_string(std::min(report_.iterations, most_)) +
                 " steps: " + system_.coordinate_name(moves_most_) + " moves most, by " +
-                number_text(report_.last_step) + " in the last one" + what_rolls());
+                number_text(report_.last_step) + " in the last one" + what_rolls() + what_is_pressed());
   }
 
  private:
@@ -100,6 +108,11 @@ class Search {
     return "";
   }
 
+  std::string what_is_pressed() const {
+    const std::string pressed = system_.most_pressed(state_.q.data());
+    return pressed.empty() ? pressed : "; " + pressed;
+  }
+
   void project() {
     State moved = consistent_motion(system_, options_, {state_.t, state_.q, rest_, {}, {}});
     state_.q = std::move(moved.q);
@@ -107,6 +120,7 @@ class Search {
 
   /// Whether it has succeeded.
   bool step() {
+    reach_ = HUGE_VAL;
     if (!is_tangent_there_) {
       system_.evaluate(view(state_), tangent_, {Block::force_q, Block::force_a, Block::position_q});
       is_tangent_there_ = true;
@@ -122,7 +136,17 @@ class Search {
     }
     if (!all_finite(change)) return false;
     find_largest(change);
-    if (report_.last_step > kLongest) return false;
+    double reach = reach_of(change);
+    if (reach > kLongest) {
+      // What mends the constraints does not become shorter with a larger s, so a part of it is taken.
+      if (!(reach > kUnchanged * std::exchange(too_long_, reach))) {
+        reach_ = reach;
+        return false;
+      }
+      for (double& each : change) each *= kAim / reach;
+      reach = kAim;
+    }
+    too_long_ = HUGE_VAL;
     State trial{state_.t, state_.q, {}, {}, state_.lambda};
     for (int i = 0; i < n_; ++i) trial.q[i] += change[i];
     for (int j = 0; j < m_; ++j) trial.lambda[j] += change[n_ + j];
@@ -133,12 +157,20 @@ class Search {
       return false;
     }
     if (!all_finite(residual.force) || !all_finite(residual.position)) return false;
-    // Of the forces without those of constraints, which work only where the constraints were not fulfilled.
-    const double work = -dot(change, residual_.force) - dot(state_.lambda, residual_.position);
-    // A step that does little more than mend constraints may go against the forces.
-    const double mends = kMending * largest(residual_.position);
-    if (report_.last_step > std::max(kRounding, mends) && !(work > 0)) return false;
-    return accept(std::move(trial), std::move(residual));
+    if (report_.last_step > kRounding && !(work_of(change) > 0)) return false;
+    std::swap(state_, trial);
+    residual_ = std::move(residual);
+    is_tangent_there_ = false;
+    reach_ = reach;
+    return true;
+  }
+
+  /// Of all forces along a step, less what it takes to mend the constraints against their multipliers at its
+  /// end.
+  double work_of(const std::vector<double>& change) const {
+    double work = -dot(change, residual_.force);
+    for (int j = 0; j < m_; ++j) work += change[n_ + j] * residual_.position[j];
+    return work;
   }
 
   /// Near the equilibrium, where a free motion has no stiffness, s stays larger.
@@ -165,27 +197,16 @@ class Search {
     }
   }
 
-  /// False: the step leads to where the constraints cannot be fulfilled.
-  bool accept(State trial, Residual residual) {
-    std::swap(state_, trial);
-    if (largest(residual.position) >
-        1e2 * options_.constraint_position) {  // otherwise the next step mends it
-      try {
-        project();
-      } catch (const InvalidInput&) {  // as of a wheel that falls flat
-        std::swap(state_, trial);
-        return false;
-      }
-      system_.evaluate(view(state_), residual);
-    }
-    residual_ = std::move(residual);
-    is_tangent_there_ = false;
-    return true;
+  double reach_of(const std::vector<double>& change) const {
+    const std::vector<double> range = system_.ranges(state_.q.data());
+    double reach = 0.0;
+    for (int i = 0; i < n_; ++i) reach = std::max(reach, std::abs(change[i]) / range[i]);
+    return reach;
   }
 
   void finish() {
-    const double violation = largest(residual_.position);
-    if (!(violation <= options_.constraint_position)) project();
+    const bool holds = largest(residual_.position) <= options_.constraint_position;
+    if (!holds && !report_.stopped) project();
     system_.evaluate(view(state_), residual_);
     report_.force = largest(residual_.force);
     state_.v = state_.a = rest_;
@@ -201,9 +222,12 @@ class Search {
   Residual residual_;  // of state_
   Tangent tangent_;    // of state_, where is_tangent_there_
   bool is_tangent_there_ = false;
+  int most_;  // steps
   double s_ = 0.0, least_ = 0.0;
   double before_ = HUGE_VAL;  // the accepted step before
   int moves_most_ = 0;
+  double too_long_ = HUGE_VAL;  // the step before in ranges, where that was rejected for its length
+  double reach_ = 0.0;  // of the last step, in ranges; infinite: it was rejected, and not for its length
 };
 
 }  // namespace
@@ -228,7 +252,9 @@ State find_equilibrium(const ConstrainedSystem& system, const IntegratorOptions&
   Search(independent.system(), options, state, told).run(go_on);
   IntegratorOptions at_rest = options;  // velocities are those of no motion
   at_rest.constraint_velocity = at_rest.constraint_acceleration = HUGE_VAL;
-  independent.check({state.t, state.q.data(), state.v.data(), state.a.data(), state.lambda.data()}, at_rest);
+  if (!told.stopped)
+    independent.check({state.t, state.q.data(), state.v.data(), state.a.data(), state.lambda.data()},
+                      at_rest);
   return independent.whole(std::move(state));
 }
 

@@ -161,6 +161,21 @@ TEST(Solid, HasNoForceOnADeviceThatIsNotThere) {
   EXPECT_THROW((void)body.device_force(body.local_coordinates(), 1), BackendError);
 }
 
+// Whatever it is turned by.
+TEST(Solid, TellsTheLeastStretchOfAnElement) {
+  const auto mesh = std::make_shared<Mesh>(box_mesh({2, 1, 1}, {1, 1, 1}, ElementKind::hex20));
+  const SolidGroup body("bar", mesh, {MaterialLaw::st_venant_kirchhoff, 1, 0.3, 1}, {}, 0);
+  std::vector<double> q(static_cast<std::size_t>(body.local_coordinates()));
+  for (std::size_t i = 0; i < q.size() / 3; ++i) {
+    const auto& node = mesh->nodes[static_cast<std::size_t>(mesh->elements[i])];
+    const double x = 0.4 * node[0], y = 1.5 * node[1];
+    q[3 * i] = 0.6 * x - 0.8 * y;
+    q[3 * i + 1] = 0.8 * x + 0.6 * y;
+    q[3 * i + 2] = node[2];
+  }
+  EXPECT_NEAR(body.least_stretch(0, q.data()), 0.4, 1e-12);
+}
+
 TEST(Solid, RefusesWhatMakesNoSense) {
   const Mesh box = box_mesh({1, 1, 1}, {2, 1, 1}, ElementKind::hex8);
   const auto law = MaterialLaw::st_venant_kirchhoff;

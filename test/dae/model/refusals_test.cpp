@@ -41,6 +41,7 @@ const Mistake kMistakes[] = {
     {"/materials", "[]", "materials", "must be an object, not of type array"},
     {"/reactions", "\"tip\"", "reactions", "must be an array of texts"},
     {"/reactions/0", "4", "reactions", "must be an array of texts"},
+    {"/reactions/1", "\"tip\"", "reactions", "joint 'tip' is named twice"},
     {"/reactions/0", "\"top\"", "reactions", "there is no joint 'top'"},
 
     {"/materials/steel/law", "\"rubber\"", "materials.steel.law",
@@ -139,6 +140,9 @@ const Mistake kMistakes[] = {
     {"/forces/cushion/type", "\"pillow\"", "forces.cushion.type", "'pillow' is none of: "},
     {"/forces/cushion/stiffness", "[1, 2, 3]", "forces.cushion.stiffness", "must have six numbers"},
     {"/forces/cushion/stiffness/3", "-4", "forces.cushion", "negative"},
+    {"/forces/cushion/stiffness/3", "1e300", "forces.cushion.stiffness",
+     "must not be more than 1e100 in size"},
+    {"/forces/strut/stiffness", "1e300", "forces.strut.stiffness", "must not be more than 1e100 in size"},
     {"/forces/strut/stiffness", "-1", "forces.strut.stiffness", "must not be negative"},
     {"/forces/strut/point_a", "[0, 3.5, 0.1]", "forces.strut", "strut"},
     {"/forces/push/x", "", "forces.push", "push"},

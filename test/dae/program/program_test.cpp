@@ -262,6 +262,24 @@ TEST_F(DaeProgram, NamesAUniversalJointWhoseAxesAreNotPerpendicular) {
               HasSubstr("the axes of joint cross are 45 degrees apart where bodies are placed"));
 }
 
+// Bodies in mm beside joints in m; a mass point on a rod of a metre is meant.
+TEST_F(DaeProgram, NamesJointsThatAreFarFromTheirBodies) {
+  const auto notes = [&](double a, double b, double radius) {
+    ordered_json json = {{"name", "pair"}, {"end", 0.01}, {"outputs", 1}};
+    const double inertia = 2 * radius * radius;
+    json["bodies"]["left"] = {
+        {"type", "rigid"}, {"mass", 2}, {"inertia", {inertia, inertia, inertia}}, {"position", {a, 0, 0}}};
+    json["bodies"]["right"] = json["bodies"]["left"];
+    json["bodies"]["right"]["position"] = {b, 0, 0};
+    json["joints"]["hip"] = {
+        {"type", "revolute"}, {"a", "left"}, {"b", "right"}, {"point", {0.1, 0, 0}}, {"axis", {0, 0, 1}}};
+    return run_program({"check", file("pair.json", json.dump())}).out;
+  };
+  EXPECT_THAT(notes(50.1, 150.1, 0.05), HasSubstr("joint hip is 816 radii of gyration"));
+  EXPECT_THAT(notes(50, 150, 50), Not(HasSubstr("note")));
+  EXPECT_THAT(notes(0.1, 1.1, 1e-6), Not(HasSubstr("note")));
+}
+
 // Not one of them is out of line.
 TEST_F(DaeProgram, HasNoNotesOnItsOwnModels) {
   std::istringstream list(run_program({"models"}).out);
@@ -271,6 +289,28 @@ TEST_F(DaeProgram, HasNoNotesOnItsOwnModels) {
     EXPECT_THAT(run_program({"check", name}).out, Not(HasSubstr("note"))) << name;
   }
   EXPECT_GE(count, 20);
+}
+
+// A bar that is pressed at its end: the law has its largest force at 1 / sqrt(3) of the length, and beyond
+// that shorter elements push less than longer ones. What was reached is there.
+TEST_F(DaeProgram, NamesTheElementThatIsPressedTooFar) {
+  ordered_json json = {{"name", "press"}, {"end", 1}, {"outputs", 10}};
+  json["materials"]["soft"] = {
+      {"law", "st_venant_kirchhoff"}, {"young", 1e7}, {"poisson", 0.3}, {"density", 1000}};
+  json["bodies"]["bar"] = {{"type", "flexible"}, {"material", "soft"}, {"damping", {{"beta", 1e-3}}}};
+  json["bodies"]["bar"]["mesh"] = {{"generator", "box"},
+                                   {"element", "hex8"},
+                                   {"refine", 1},
+                                   {"size", {1, 0.1, 0.1}},
+                                   {"divisions", {10, 1, 1}}};
+  json["motions"]["wall"] = {{"type", "nodes"}, {"side", "bar:x0"}, {"x", "0"}, {"y", "0"}, {"z", "0"}};
+  json["motions"]["ram"] = {{"type", "nodes"}, {"side", "bar:x1"}, {"x", "-0.9 * t"}, {"y", "0"}, {"z", "0"}};
+  const std::string why = complaint(
+      {"run", file("press.json", json.dump()), "-o", path("out"), "--no-plots", "--threads", "1"}, 7);
+  EXPECT_THAT(why,
+              testing::ContainsRegex("t = 0[.]4[0-9]* s.*; body bar, element [0-9]+ is pressed to [0-9.e-]* "
+                                     "of its length; st_venant_kirchhoff is for small strains"));
+  EXPECT_THAT(text_of(path("out/time_series.csv")), HasSubstr("\n0.4,"));
 }
 
 TEST_F(DaeProgram, SaysWhyALeaningWheelHasNoEquilibrium) {

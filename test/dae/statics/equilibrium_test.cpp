@@ -25,7 +25,20 @@ class Equilibrium : public testing::Test {
         find_equilibrium(*model_.system, model_.integrator, {0.0, model_.q0, model_.v0, {}, {}}, &report_);
   }
   double q(const std::string& name) const { return state_.q[test::coordinate(*model_.system, name)]; }
-  /// Of a frame from where it began, about z.
+  /// Rods of the chain lie at these angles from the x axis.
+  void expect_at(const std::vector<double>& angles, double within) const {
+    double x = 0.0, y = 0.0, most = 0.0;
+    for (std::size_t k = 0; k < angles.size(); ++k) {
+      const std::string rod = "rod" + std::to_string(k);
+      const double along_x = std::cos(angles[k]), along_y = std::sin(angles[k]);
+      most = std::max(
+          {most, std::abs(q(rod + ".x") - x - 0.5 * along_x), std::abs(q(rod + ".y") - y - 0.5 * along_y)});
+      x += along_x;
+      y += along_y;
+    }
+    EXPECT_LT(most, within);
+  }
+  /// Of a body, and of a frame from where it began, about z.
   double turn(const std::string& frame) const { return 2 * std::atan2(q(frame + ".e3"), q(frame + ".e0")); }
   MultibodyModel model_;
   State state_;
@@ -63,6 +76,65 @@ TEST_F(Equilibrium, APendulumHangsDownFromWhereverItBegins) {
 }
 
 /// m g l cos(a) = k (pi / 2 - ...): the spring is relaxed where the bar is horizontal.
+/// The end goes 350 m, whatever the links are allowed.
+TEST_F(Equilibrium, AChainThatIsHeldOutHangsDown) {
+  find(test::chain(std::vector<double>(250, 0.0)));
+  expect_at(std::vector<double>(250, -0.5 * kPi), 1e-8);
+  EXPECT_LT(report_.iterations, 60);
+}
+
+/// What is below a rod's middle and what pulls at the end give its direction.
+TEST_F(Equilibrium, AChainThatIsPulledAtItsEndIsTheFunicularPolygon) {
+  Json json = test::chain(std::vector<double>(100, 0.0));
+  json["forces"]["pull"] = {{"type", "point"}, {"side", "rod99"}, {"point", {100, 0, 0}}, {"x", "300"}};
+  find(json);
+  std::vector<double> angles;
+  for (int k = 0; k < 100; ++k) angles.push_back(std::atan2(-9.81 * (99.5 - k), 300));
+  expect_at(angles, 1e-8);
+}
+
+/// An arch of links between two supports falls through, to the polygon that hangs between them. It is
+/// symmetric, so that the horizontal pull alone is unknown; SciPy's brentq on the span.
+TEST_F(Equilibrium, AnArchOfLinksFallsToTheCatenary) {
+  const int rods = 50;
+  std::vector<double> arch;
+  double span = 0.0;
+  for (int k = 0; k < rods; ++k) {
+    arch.push_back(1.2 * (rods - 1 - 2 * k) / (rods - 1));
+    span += std::cos(arch.back());
+  }
+  Json json = test::chain(arch);
+  json["joints"]["support"] = {
+      {"type", "revolute"}, {"a", "ground"}, {"b", "rod49"}, {"point", {span, 0, 0}}, {"axis", {0, 0, 1}}};
+  find(json);
+  std::vector<double> angles;
+  for (int k = 0; k < rods; ++k) angles.push_back(std::atan2(9.81 * (k - 24.5), 145.9819399717196));
+  expect_at(angles, 1e-8);
+}
+
+/// Where links snap through, what mends their joints is longer than a step may be, whatever s is.
+TEST_F(Equilibrium, AFoldedChainBetweenSupportsComesDownLinkByLink) {
+  std::vector<double> folded;
+  double span = 0.0, rise = 0.0;
+  for (int k = 0; k < 250; ++k) {
+    folded.push_back(k % 2 ? 0.9 : -0.8);
+    span += std::cos(folded.back());
+    rise += std::sin(folded.back());
+  }
+  Json json = test::chain(folded);
+  json["joints"]["support"] = {{"type", "revolute"},
+                               {"a", "ground"},
+                               {"b", "rod249"},
+                               {"point", {span, rise, 0}},
+                               {"axis", {0, 0, 1}}};
+  find(json);
+  // One pull H and one weight at the left end fulfil all links.
+  const auto slope = [&](int k) { return std::tan(turn("rod" + std::to_string(k))); };
+  const double per_link = slope(1) - slope(0);
+  EXPECT_GT(per_link, 0.0);
+  for (int k = 2; k < 250; ++k) EXPECT_NEAR(slope(k), slope(0) + k * per_link, 1e-6) << k;
+}
+
 TEST_F(Equilibrium, ATorsionSpringHoldsThePendulum) {
   Json json = test::pendulum(0);
   json["forces"]["coil"] = {{"type", "rotational_spring"}, {"joint", "hinge"}, {"stiffness", 7.5}};

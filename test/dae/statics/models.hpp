@@ -1,7 +1,9 @@
 // Models for statics and modes.
 #pragma once
 
+#include <cmath>
 #include <string>
+#include <vector>
 
 #include "dae/model/model.hpp"
 
@@ -18,6 +20,30 @@ inline dae::Json pendulum(double angle) {
   })");
   json["bodies"]["bar"]["position"] = {0.6 * std::cos(angle), 0.6 * std::sin(angle), 0};
   json["bodies"]["bar"]["rotation"] = {{"axis", {0, 0, 1}}, {"angle", angle}};
+  return json;
+}
+
+/// Rods of 1 m and 1 kg on hinges about z, the first at the origin, each at its angle from the x axis;
+/// gravity along -y.
+inline dae::Json chain(const std::vector<double>& angles) {
+  dae::Json json = dae::Json::parse(
+      R"({"name": "chain", "end": 1, "outputs": 1, "gravity": [0, -9.81, 0], "bodies": {}, "joints": {}, "forces": {}})");
+  double x = 0.0, y = 0.0;
+  std::string before = "ground";
+  for (std::size_t k = 0; k < angles.size(); ++k) {
+    const double along_x = std::cos(angles[k]), along_y = std::sin(angles[k]);
+    const std::string rod = "rod" + std::to_string(k);
+    json["bodies"][rod] = {{"type", "rigid"},
+                           {"mass", 1},
+                           {"inertia", {0.01, 1.0 / 12, 1.0 / 12}},
+                           {"position", {x + 0.5 * along_x, y + 0.5 * along_y, 0}},
+                           {"rotation", {{"axis", {0, 0, 1}}, {"angle", angles[k]}}}};
+    json["joints"]["hinge" + std::to_string(k)] = {
+        {"type", "revolute"}, {"a", before}, {"b", rod}, {"point", {x, y, 0}}, {"axis", {0, 0, 1}}};
+    x += along_x;
+    y += along_y;
+    before = rod;
+  }
   return json;
 }
 

@@ -63,12 +63,13 @@ inline WorkList work_list(const DepthSchedule& depth) {
   return {static_cast<Vertex>(depth.large.size()), static_cast<Vertex>(depth.group_begin.size()) - 1};
 }
 
-/// Calls large(f, threads that it is worth) or small(f) for each front of item i of a depth's list.
+/// Calls large(f, threads that it is worth) for item i of a depth's list, or small(fronts, count).
 template <class Large, class Small>
-void for_each_front(const DepthSchedule& depth, Vertex i, const Large& large, const Small& small) {
+void for_fronts(const DepthSchedule& depth, Vertex i, const Large& large, const Small& small) {
   const Vertex group = i - static_cast<Vertex>(depth.large.size());
   if (group < 0) return large(depth.large[i], depth.share[i]);
-  for (Vertex k = depth.group_begin[group]; k < depth.group_begin[group + 1]; ++k) small(depth.small[k]);
+  const Vertex begin = depth.group_begin[group];
+  small(depth.small.data() + begin, depth.group_begin[group + 1] - begin);
 }
 
 /// What a worker does to fronts in a factorization.
@@ -135,10 +136,13 @@ void factor_tree(const Exec& exec, Workers& workers, StackPool& stacks,
         if (k < tree.before()) {
           do_subtrees(i, tally);
         } else {
-          for_each_front(
+          for_fronts(
               tree.depths[k - tree.before()], i,
               [&](Vertex f, int share) { work.shared(worker, f, share, tally); },
-              [&](Vertex f) { work.alone(PlannedFronts<Scalar, Value>{store}, f, tally); });
+              [&](const Vertex* fronts, Vertex count) {
+                for (Vertex m = 0; m < count; ++m)
+                  work.alone(PlannedFronts<Scalar, Value>{store}, fronts[m], tally);
+              });
         }
         add_to_status(store.status, tally);
       },
@@ -157,11 +161,19 @@ void solve_tree(const Exec& exec, Workers& workers, const FrontStore<Scalar, Val
   const std::size_t count = tree.lists();
   const std::size_t forward = what.forward ? count : 0, backward = what.backward ? count : 0;
   const auto list_of = [=](std::size_t k) { return k < forward ? k : count - 1 - (k - forward); };
-  const auto alone = [&](bool down, Vertex f) {
-    if (down) {
-      backward_front(SequentialSplit(), store, vectors, f, what.transposed);
-    } else {
-      forward_front(SequentialSplit(), store, vectors, f, what.transposed);
+  // From the last front to the first, or from the first on. A small front's factors are on their way while
+  // two others are solved: by the time that one takes they would come too late, or their first lines at
+  // least.
+  const auto alone = [&](bool down, bool reversed, const Vertex* fronts, Vertex count) {
+    constexpr Vertex kAhead = 2;
+    const auto at = [=](Vertex k) { return fronts[reversed ? count - 1 - k : k]; };
+    for (Vertex k = 0; k < count; ++k) {
+      if (k + kAhead < count) prefetch_factors(store.front(at(k + kAhead)), down != what.transposed);
+      if (down) {
+        backward_front(SequentialSplit(), store, vectors, at(k), what.transposed);
+      } else {
+        forward_front(SequentialSplit(), store, vectors, at(k), what.transposed);
+      }
     }
   };
   const auto shared = [&](const Worker& worker, bool down, Vertex f) {
@@ -173,7 +185,7 @@ void solve_tree(const Exec& exec, Workers& workers, const FrontStore<Scalar, Val
   };
   const auto do_subtrees = [&](bool down, Vertex task) {
     const Vertex begin = tree.subtrees->begin[task], end = tree.subtrees->begin[task + 1];
-    for (Vertex k = begin; k < end; ++k) alone(down, tree.subtrees->front[down ? begin + end - 1 - k : k]);
+    alone(down, down, tree.subtrees->front.data() + begin, end - begin);
   };
   workers.run(
       exec, "mfs::solve", forward + backward, [&](std::size_t k) { return tree.list(list_of(k)); },
@@ -181,9 +193,9 @@ void solve_tree(const Exec& exec, Workers& workers, const FrontStore<Scalar, Val
         const bool down = k >= forward;
         const std::size_t list = list_of(k);
         if (list < tree.before()) return do_subtrees(down, i);
-        for_each_front(
+        for_fronts(
             tree.depths[list - tree.before()], i, [&](Vertex f, int) { shared(worker, down, f); },
-            [&](Vertex f) { alone(down, f); });
+            [&](const Vertex* fronts, Vertex number) { alone(down, false, fronts, number); });
       },
       done, may_begin);
 }

@@ -16,20 +16,6 @@ namespace {
 /// Sizes from 2^-6 to 2^6 are taken as they are given.
 constexpr double kOrdinary = 6.0;
 
-/// Of points x y z: the longest edge of their box.
-double extent(const std::vector<double>& points) {
-  double longest = 0.0;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    double least = points[axis], most = least;
-    for (std::size_t i = axis; i < points.size(); i += 3) {
-      least = std::min(least, points[i]);
-      most = std::max(most, points[i]);
-    }
-    longest = std::max(longest, most - least);
-  }
-  return longest;
-}
-
 /// Throws InvalidInput unless the coordinates of each element exist and differ.
 void check_coordinates(const ElementGroup& group, int n) {
   std::vector<int> sorted(static_cast<std::size_t>(group.local_coordinates()));

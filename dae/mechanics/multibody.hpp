@@ -3,6 +3,7 @@
 // values are summed by several threads in an order that does not depend on their number.
 #pragma once
 
+#include <algorithm>
 #include <map>
 #include <memory>
 #include <string>
@@ -27,6 +28,9 @@ struct BodyCoordinates {
   std::vector<std::string> components;
   int lengths = 0;  ///< of the components so many, the first, are lengths
   bool is_measure = false;
+
+  /// `i`: from the first coordinate of the body.
+  bool is_length(int i) const { return i % std::max(1, static_cast<int>(components.size())) < lengths; }
 };
 
 /// Collects the parts; `build` makes the system of them.

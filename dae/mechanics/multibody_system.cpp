@@ -327,36 +327,34 @@ const BodyCoordinates& Multibody::body_of(int coordinate) const {
   return *(after - 1);
 }
 
-double Multibody::coordinate_scale(int coordinate) const {
-  const BodyCoordinates& body = body_of(coordinate);
-  const int components = std::max(1, static_cast<int>(body.components.size()));
-  return (coordinate - body.range.first) % components < body.lengths ? length_unit_ : 1.0;
-}
-
-/// The longest edge of the box around all frames and nodes.
-double Multibody::extent(const double* q) const {
+double extent(const std::vector<double>& points) {
   double longest = 0.0;
-  for (int axis = 0; axis < 3; ++axis) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
     double least = HUGE_VAL, most = -HUGE_VAL;
-    for (const BodyCoordinates& body : bodies_)
-      for (int i = axis; body.lengths == 3 && i < body.range.count;
-           i += static_cast<int>(body.components.size())) {
-        least = std::min(least, q[body.range.first + i]);
-        most = std::max(most, q[body.range.first + i]);
-      }
+    for (std::size_t i = axis; i < points.size(); i += 3) {
+      least = std::min(least, points[i]);
+      most = std::max(most, points[i]);
+    }
     longest = std::max(longest, most - least);
   }
   return longest;
 }
 
+double Multibody::coordinate_scale(int coordinate) const {
+  const BodyCoordinates& body = body_of(coordinate);
+  return body.is_length(coordinate - body.range.first) ? length_unit_ : 1.0;
+}
+
 std::vector<double> Multibody::ranges(const double* q) const {
-  const double lengths = std::max(length_unit_, extent(q));
+  std::vector<double> points;  // frames and nodes
+  for (const BodyCoordinates& body : bodies_)
+    for (int i = 0; body.lengths == 3 && i < body.range.count; ++i)
+      if (body.is_length(i)) points.push_back(q[body.range.first + i]);
+  const double lengths = std::max(length_unit_, extent(points));
   std::vector<double> ranges(static_cast<std::size_t>(n_), 1.0);
-  for (const BodyCoordinates& body : bodies_) {
-    const int components = std::max(1, static_cast<int>(body.components.size()));
+  for (const BodyCoordinates& body : bodies_)
     for (int i = 0; i < body.range.count; ++i)
-      if (i % components < body.lengths) ranges[body.range.first + i] = lengths;
-  }
+      if (body.is_length(i)) ranges[body.range.first + i] = lengths;
   return ranges;
 }
 

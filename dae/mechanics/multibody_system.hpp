@@ -19,6 +19,9 @@
 
 namespace mfs::dae {
 
+/// Of points x y z: the longest edge of their box; 0 where there are none.
+double extent(const std::vector<double>& points);
+
 class Multibody final : public ConstrainedSystem, public TurningBodies {
  public:
   Multibody(Groups groups, std::vector<BodyCoordinates> bodies, double length_unit, int coordinates,
@@ -60,7 +63,6 @@ class Multibody final : public ConstrainedSystem, public TurningBodies {
   void number_constraints();
   void find_constraint_blocks();
   const BodyCoordinates& body_of(int coordinate) const;
-  double extent(const double* q) const;
   struct ConstraintPlace {
     const ElementGroup& group;
     int element, row;

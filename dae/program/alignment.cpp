@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include <fmt/format.h>
@@ -134,18 +135,17 @@ void add_universal_joints(const MultibodyModel& model, std::vector<std::string>&
   }
 }
 
-/// How far a joint's point is from the centre of mass of what it holds on to, in radii of gyration; 0: that
-/// is no rigid body.
-double distance_in_radii(const MultibodyModel& model, const Attachment& side) {
-  for (const RigidPart& body : model.rigid_bodies)
-    if (body.frame.first == side.frame.first && body.mass > 0)
-      return side.point.norm() / std::sqrt(0.5 * body.inertia.trace() / body.mass);
-  return 0.0;
-}
-
 void add_far_joints(const MultibodyModel& model, std::vector<std::string>& notes) {
+  std::map<int, double> radius;  // of gyration, by the first coordinate of a body's frame
+  for (const RigidPart& body : model.rigid_bodies)
+    if (body.mass > 0) radius[body.frame.first] = std::sqrt(0.5 * body.inertia.trace() / body.mass);
+  // Of a point from the centre of mass of the rigid body that has it; 0: there is none.
+  const auto distance_in_radii = [&](const Attachment& side) {
+    const auto of_body = radius.find(side.frame.first);
+    return of_body == radius.end() ? 0.0 : side.point.norm() / of_body->second;
+  };
   for (const ModelJoint& joint : model.joints) {
-    const double nearer = std::min(distance_in_radii(model, joint.a), distance_in_radii(model, joint.b));
+    const double nearer = std::min(distance_in_radii(joint.a), distance_in_radii(joint.b));
     if (nearer > kFar)
       notes.push_back(
           fmt::format("joint {} is {:.3g} radii of gyration and more away from both its bodies: "

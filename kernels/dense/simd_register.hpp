@@ -7,13 +7,12 @@
 #include <cstring>
 #include <type_traits>
 
+#include "kernels/runtime/inlined.hpp"
 #include "ordering/number_parts.hpp"
 
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC diagnostic ignored "-Wpsabi"  // vectors are passed between inlined functions only
 #endif
-
-#define MFS_INLINE inline __attribute__((always_inline))
 
 namespace mfs::small {
 

@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <complex>
 
+#include "kernels/runtime/inlined.hpp"
 #include "kernels/runtime/simd_clones.hpp"
-
-#define MFS_INLINE inline __attribute__((always_inline))
 
 namespace mfs {
 

@@ -16,6 +16,7 @@
 
 #include "kernels/dense/blas.hpp"
 #include "kernels/dense/row_kernels.hpp"
+#include "kernels/runtime/inlined.hpp"
 #include "kernels/runtime/workers.hpp"
 #include "kernels/stages/front_store.hpp"
 
@@ -140,7 +141,7 @@ void backward_blocks(const Split& split, const Front<Scalar>& front, bool transp
 /// Asks for the first kBytes of a block, as the processor itself finds what follows. Inlined, also below: GCC
 /// takes a function that only prefetches for one without effect, and drops its calls.
 template <class Scalar>
-inline __attribute__((always_inline)) void prefetch_block(const Scalar* block, Offset entries) {
+MFS_INLINE void prefetch_block(const Scalar* block, Offset entries) {
   constexpr Offset kBytes = 4096, kLine = 64;
   const auto* const begin = reinterpret_cast<const char*>(block);
   const Offset bytes = std::min(kBytes, entries * static_cast<Offset>(sizeof(Scalar)));
@@ -148,7 +149,7 @@ inline __attribute__((always_inline)) void prefetch_block(const Scalar* block, O
 }
 /// The factors that a front's substitution reads: [P; L], or P and U.
 template <class Scalar>
-inline __attribute__((always_inline)) void prefetch_factors(const Front<Scalar>& front, bool upper) {
+MFS_INLINE void prefetch_factors(const Front<Scalar>& front, bool upper) {
   const Offset p = front.pivots;
   if (upper) prefetch_block(front.upper, p * front.border);
   prefetch_block(front.lower, p * front.lower_ld);

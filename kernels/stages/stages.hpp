@@ -161,12 +161,10 @@ void solve_tree(const Exec& exec, Workers& workers, const FrontStore<Scalar, Val
   const std::size_t count = tree.lists();
   const std::size_t forward = what.forward ? count : 0, backward = what.backward ? count : 0;
   const auto list_of = [=](std::size_t k) { return k < forward ? k : count - 1 - (k - forward); };
-  // From the last front to the first, or from the first on. A small front's factors are on their way while
-  // two others are solved: by the time that one takes they would come too late, or their first lines at
-  // least.
-  const auto alone = [&](bool down, bool reversed, const Vertex* fronts, Vertex count) {
+  // The factors of a front are on their way while those before it are solved; children come first, or last.
+  const auto alone = [&](bool down, const Vertex* fronts, Vertex count) {
     constexpr Vertex kAhead = 2;
-    const auto at = [=](Vertex k) { return fronts[reversed ? count - 1 - k : k]; };
+    const auto at = [=](Vertex k) { return fronts[down ? count - 1 - k : k]; };
     for (Vertex k = 0; k < count; ++k) {
       if (k + kAhead < count) prefetch_factors(store.front(at(k + kAhead)), down != what.transposed);
       if (down) {
@@ -185,7 +183,7 @@ void solve_tree(const Exec& exec, Workers& workers, const FrontStore<Scalar, Val
   };
   const auto do_subtrees = [&](bool down, Vertex task) {
     const Vertex begin = tree.subtrees->begin[task], end = tree.subtrees->begin[task + 1];
-    alone(down, down, tree.subtrees->front.data() + begin, end - begin);
+    alone(down, tree.subtrees->front.data() + begin, end - begin);
   };
   workers.run(
       exec, "mfs::solve", forward + backward, [&](std::size_t k) { return tree.list(list_of(k)); },
@@ -195,7 +193,7 @@ void solve_tree(const Exec& exec, Workers& workers, const FrontStore<Scalar, Val
         if (list < tree.before()) return do_subtrees(down, i);
         for_fronts(
             tree.depths[list - tree.before()], i, [&](Vertex f, int) { shared(worker, down, f); },
-            [&](const Vertex* fronts, Vertex number) { alone(down, false, fronts, number); });
+            [&](const Vertex* fronts, Vertex number) { alone(down, fronts, number); });
       },
       done, may_begin);
 }

@@ -75,7 +75,6 @@ TEST_F(Equilibrium, APendulumHangsDownFromWhereverItBegins) {
   }
 }
 
-/// m g l cos(a) = k (pi / 2 - ...): the spring is relaxed where the bar is horizontal.
 /// The end goes 350 m, whatever the links are allowed.
 TEST_F(Equilibrium, AChainThatIsHeldOutHangsDown) {
   find(test::chain(std::vector<double>(250, 0.0)));
@@ -135,6 +134,7 @@ TEST_F(Equilibrium, AFoldedChainBetweenSupportsComesDownLinkByLink) {
   for (int k = 2; k < 250; ++k) EXPECT_NEAR(slope(k), slope(0) + k * per_link, 1e-6) << k;
 }
 
+/// m g l cos(a) = k (pi / 2 - ...): the spring is relaxed where the bar is horizontal.
 TEST_F(Equilibrium, ATorsionSpringHoldsThePendulum) {
   Json json = test::pendulum(0);
   json["forces"]["coil"] = {{"type", "rotational_spring"}, {"joint", "hinge"}, {"stiffness", 7.5}};

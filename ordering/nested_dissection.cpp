@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "ordering/first_error.hpp"
+#include "ordering/skeleton.hpp"
 #include "ordering/subgraph.hpp"
 
 namespace mfs {
@@ -97,7 +98,7 @@ class Dissection {
       return dissect_parts(std::move(parts), begin, level);
     }
     Separator separator;
-    if (!components.any_small) separator = best_separator(sub);
+    if (!components.any_small) separator = separator_of(sub);
     if (!std::isfinite(separator.cost)) {
       order_leaf(sub, begin, level);
       return;
@@ -109,23 +110,37 @@ class Dissection {
     dissect_parts(std::move(sides), begin, level + 1);
   }
 
+  Separator separator_of(const SubGraph& connected) {
+    Separator centroid;
+    if (is_tree(connected)) centroid = tree_separator(connected);
+    return std::isfinite(centroid.cost) ? std::move(centroid) : best_separator(connected);
+  }
+
   /// Of trials that differ by their seed the cheapest, of equal ones the first, whichever ends first.
   Separator best_separator(const SubGraph& sub) {
     const bool large = static_cast<double>(sub.weight) >= kTriedShare * static_cast<double>(unknowns_);
     const int trials = large ? options_.separator_trials : 1;
     const auto seed = static_cast<std::uint32_t>(options_.seed);  // may wrap around
     std::vector<Separator> found(trials);
+    const Skeleton skeleton = make_skeleton(sub);
     FirstError error;
 #pragma omp taskgroup
     for (int trial = 0; trial < trials; ++trial) {
 #pragma omp task default(shared) firstprivate(trial) if (trials > 1)
-      error.attempt([&] {
-        found[trial] = find_separator(sub, static_cast<idx_t>(seed + trial), options_.separator_refinement);
-      });
+      error.attempt([&] { found[trial] = separator_from(sub, skeleton, static_cast<idx_t>(seed + trial)); });
     }
     error.rethrow();
     return std::move(*std::min_element(
         found.begin(), found.end(), [](const Separator& a, const Separator& b) { return a.cost < b.cost; }));
+  }
+
+  Separator separator_from(const SubGraph& sub, const Skeleton& skeleton, idx_t seed) const {
+    if (!skeleton.empty()) {
+      const Separator kept = find_separator(skeleton.graph, seed, options_.separator_refinement);
+      Separator whole = judged(sub, whole_part_of(sub, skeleton, kept.part_of));
+      if (std::isfinite(whole.cost)) return whole;
+    }
+    return find_separator(sub, seed, options_.separator_refinement);
   }
 
   /// The separator (part 2) takes the last positions of its sub-graph and leaves it.

@@ -6,6 +6,7 @@
 #include <limits>
 #include <numeric>
 #include <string>
+#include <utility>
 
 #include <mfs/error.hpp>
 
@@ -72,6 +73,43 @@ WithBoundary with_boundary(const Graph& graph, const std::vector<bool>& left_out
 std::size_t bytes(const SubGraph& sub) {
   return (sub.neighbors.size() + 3 * sub.vertices.size()) * sizeof(idx_t);
 }
+
+/// A tree that hangs from its first vertex.
+struct RootedTree {
+  RawVector<Vertex> top_down;  // parents before their children
+  RawVector<Vertex> parent;    // -1: none
+  RawVector<Offset> below;     // weight of a vertex and all that hang from it
+
+  explicit RootedTree(const SubGraph& tree) {
+    const std::size_t n = tree.vertices.size();
+    top_down.reserve(n);
+    parent.resize(n);
+    below.assign(tree.weights.begin(), tree.weights.end());
+    top_down.push_back(0);
+    parent[0] = -1;
+    for (std::size_t done = 0; done < top_down.size(); ++done) {
+      const Vertex v = top_down[done];
+      for (idx_t k = tree.offsets[v]; k < tree.offsets[v + 1]; ++k) {
+        const Vertex w = tree.neighbors[k];
+        if (w == parent[v]) continue;
+        parent[w] = v;
+        top_down.push_back(w);
+      }
+    }
+    for (std::size_t done = n - 1; done > 0; --done) {
+      const Vertex v = top_down[done];
+      below[parent[v]] += below[v];
+    }
+  }
+
+  /// The lowest vertex below which more than half of the weight hangs, itself included.
+  Vertex centroid() const {
+    Vertex found = 0;
+    for (const Vertex v : top_down)
+      if (2 * below[v] > below[0]) found = v;
+    return found;
+  }
+};
 
 }  // namespace
 
@@ -182,13 +220,8 @@ Components find_components(const SubGraph& sub, Offset small, RawVector<idx_t>& 
   return found;
 }
 
-Separator find_separator(const SubGraph& sub, idx_t seed, idx_t refinement) {
-  Separator found;
-  found.part_of.resize(sub.vertices.size());
-  const int status = mfs_metis_vertex_separator(sub.size(), sub.offsets.data(), sub.neighbors.data(),
-                                                sub.weights.data(), seed, refinement, found.part_of.data());
-  if (status == METIS_ERROR_MEMORY) throw OutOfMemory(MemorySpace::host, bytes(sub), 0);
-  if (status != METIS_OK) throw BackendError("METIS", status, "vertex separator");
+Separator judged(const SubGraph& sub, RawVector<idx_t> part_of) {
+  Separator found{std::move(part_of)};
   Offset weight[3] = {0, 0, 0};
   for (Vertex v = 0; v < sub.size(); ++v) weight[found.part_of[v]] += sub.weights[v];
   if (weight[0] == 0 || weight[1] == 0 || weight[2] > kLargestSeparator * sub.weight ||
@@ -199,6 +232,51 @@ Separator find_separator(const SubGraph& sub, idx_t seed, idx_t refinement) {
       static_cast<double>(weight[0] - weight[1]) / static_cast<double>(weight[0] + weight[1]);
   found.cost = static_cast<double>(weight[2]) * (1 + difference * difference);
   return found;
+}
+
+Separator find_separator(const SubGraph& sub, idx_t seed, idx_t refinement) {
+  RawVector<idx_t> part_of(sub.vertices.size());
+  const int status = mfs_metis_vertex_separator(sub.size(), sub.offsets.data(), sub.neighbors.data(),
+                                                sub.weights.data(), seed, refinement, part_of.data());
+  if (status == METIS_ERROR_MEMORY) throw OutOfMemory(MemorySpace::host, bytes(sub), 0);
+  if (status != METIS_OK) throw BackendError("METIS", status, "vertex separator");
+  return judged(sub, std::move(part_of));
+}
+
+bool is_tree(const SubGraph& connected) {
+  return connected.neighbors.size() == 2 * (connected.vertices.size() - 1);
+}
+
+Separator tree_separator(const SubGraph& tree) {
+  const RootedTree rooted(tree);
+  const Vertex centroid = rooted.centroid();
+  std::vector<std::pair<Offset, Vertex>> components;  // weight, neighbour of the centroid
+  for (idx_t k = tree.offsets[centroid]; k < tree.offsets[centroid + 1]; ++k) {
+    const Vertex w = tree.neighbors[k];
+    const bool above = w == rooted.parent[centroid];
+    components.emplace_back(above ? rooted.below[0] - rooted.below[centroid] : rooted.below[w], w);
+  }
+  std::sort(components.rbegin(), components.rend());
+
+  RawVector<idx_t> part_of(tree.vertices.size());
+  Offset side[2] = {0, 0};
+  idx_t part_above = 2;
+  for (const auto& [weight, w] : components) {
+    const idx_t lighter = side[1] < side[0];
+    side[lighter] += weight;
+    if (w == rooted.parent[centroid])
+      part_above = lighter;
+    else
+      part_of[w] = lighter;
+  }
+  for (const Vertex v : rooted.top_down) {
+    const Vertex parent = rooted.parent[v];
+    if (v == centroid)
+      part_of[v] = 2;
+    else if (parent != centroid)
+      part_of[v] = parent < 0 ? part_above : part_of[parent];
+  }
+  return judged(tree, std::move(part_of));
 }
 
 std::vector<Vertex> minimum_degree(const Graph& graph, const std::vector<bool>& left_out,

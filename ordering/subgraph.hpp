@@ -44,8 +44,16 @@ struct Separator {
   double cost = std::numeric_limits<double>::infinity();
 };
 
+/// With its cost.
+Separator judged(const SubGraph& sub, RawVector<idx_t> part_of);
+
 /// By METIS, from a seed.
 Separator find_separator(const SubGraph& sub, idx_t seed, idx_t refinement);
+
+bool is_tree(const SubGraph& connected);
+/// The centroid of a tree: without it no component has more than half of the weight (Jordan, "Sur les
+/// assemblages de lignes", J. reine angew. Math. 70, 1869). A component belongs to one side as a whole.
+Separator tree_separator(const SubGraph& tree);
 
 /// The vertices of `sub` in the order of constrained minimum degree. `graph` is the whole graph; its vertices
 /// that are `left_out` do not count as boundary.

@@ -27,6 +27,9 @@ constexpr std::int64_t kPivotsAlone = 16384, kMostLevelsAlone = 256;
 /// A device has so many times the entries from so many pivots on: few fronts would not fill it, and what the
 /// link brings shall be large.
 constexpr std::int64_t kTimesAsMany = 16, kFromPivots = 8;
+/// Fewer fronts on a level do not fill a device, and hardly take longer than one. It has so many beside each
+/// other up to kMostFilled pivots, by which memory is at its rate.
+constexpr std::int64_t kFewToCompare = 8, kMostFilled = 1024;
 
 /// `count` chains of `levels` fronts with `pivots` pivots each, whose borders are the pivots of the next two:
 ///
@@ -84,10 +87,10 @@ struct Chains {
   }
 };
 
-Chains chains_of(std::int64_t pivots, std::int64_t factor_entries) {
+Chains chains_of(std::int64_t pivots, std::int64_t factor_entries, std::int64_t least_count = 2) {
   const std::int64_t fronts = factor_entries / (5 * pivots * pivots) + 1;
   const std::int64_t levels = std::clamp(fronts / kFrontsOfALevel, kLeastLevels, kMostLevels);
-  return {pivots, std::max<std::int64_t>(fronts / levels, 2), levels};
+  return {pivots, std::max(fronts / levels, least_count), levels};
 }
 Chains chain_alone(std::int64_t pivots, std::int64_t factor_entries) {
   const std::int64_t levels = std::min(kPivotsAlone, factor_entries / (5 * pivots)) / pivots;
@@ -170,8 +173,10 @@ struct MeasuredChains {
   Chains chains, longer;
   Measured many, one, alone;
 };
-MeasuredChains measure_chains(std::int64_t pivots, std::int64_t factor_entries, const Options& options) {
-  MeasuredChains found{chains_of(pivots, factor_entries), chain_alone(pivots, factor_entries), {}, {}, {}};
+MeasuredChains measure_chains(std::int64_t pivots, std::int64_t factor_entries, std::int64_t least_count,
+                              const Options& options) {
+  MeasuredChains found{
+      chains_of(pivots, factor_entries, least_count), chain_alone(pivots, factor_entries), {}, {}, {}};
   found.many = measure(found.chains, false, options);
   found.one = measure({pivots, 1, found.chains.levels}, false, options);
   found.alone =
@@ -189,8 +194,7 @@ double least_solve(double size, const std::vector<FrontRate>& smaller) {
 /// `rates` has what a call takes, and smaller fronts. Times are of levels whose fronts are all full, but a
 /// solve of one chain, which takes as long as its pivots.
 FrontRate front_rate(const MeasuredChains& measured, const MachineRates& rates) {
-  constexpr double kLeast = 1e-3;            // clocks are not exact
-  constexpr std::int64_t kFewToCompare = 8;  // hardly take longer than one
+  constexpr double kLeast = 1e-3;  // clocks are not exact
   const auto& [chains, longer, many, one, alone] = measured;
   const auto beside_call = [](double time, double call) { return std::max(time - call, time / 10); };
   const auto count = static_cast<double>(chains.count);
@@ -257,7 +261,8 @@ MachineRates measure_rates(const Options& options, std::int64_t factor_entries,
   for (std::ptrdiff_t i = 0; i < sizes; ++i) {
     progress(static_cast<double>(i) / static_cast<double>(sizes));
     const std::int64_t times = on_device && kPivots[i] >= kFromPivots ? kTimesAsMany : 1;
-    const MeasuredChains measured = measure_chains(kPivots[i], times * factor_entries, own);
+    const std::int64_t least_count = on_device && kPivots[i] <= kMostFilled ? kFewToCompare : 2;
+    const MeasuredChains measured = measure_chains(kPivots[i], times * factor_entries, least_count, own);
     if (measured.many.report.partial) break;  // a small device
     rates.fronts.push_back(front_rate(measured, rates));
     rates.key = rates_key(own.backend, measured.many.report.threads);

@@ -221,7 +221,7 @@ TEST(EngineeringCases, AreSolved) {
   const TemporaryFolder folder;
   const std::vector<std::string> names{"curl_curl_10",   "curl_curl_12", "curl_curl_14", "shell",
                                        "incompressible", "darcy",        "penalties",    "oseen",
-                                       "lattice",        "skew"};
+                                       "lattice",        "skew",         "feeders",      "network"};
   std::string cases;
   for (const std::string& name : names) cases += " " + name + ":5";
   ProgramRun run = shell(kScripts + "engineering_cases " + folder.path("made") + cases);

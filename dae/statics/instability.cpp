@@ -1,0 +1,242 @@
+#include "dae/statics/instability.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include <mfs/error.hpp>
+
+namespace mfs::dae {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// s over the kappa of the stiffest part: at first, in the end, and from one to the next.
+constexpr double kFirst = 1e-4, kLeast = 1e-15, kRatio = 1e-4;
+/// Vectors of a Krylov space at most, and what it grows by between two looks at it.
+constexpr Index kMostVectors = 40, kPart = 20;
+/// The slowest motion is in a space of k vectors where its kappa is this part of s / k^2: errors fall by
+/// exp(-4 k sqrt(kappa / s)).
+constexpr double kResolved = 6.0;
+/// What is left of a vector beside the others, in parts of it, that is rounding.
+constexpr double kDependent = 1e-10;
+/// A negative x^T K x that is less than this part of its terms is rounding.
+constexpr double kRounding = 1e-14;
+/// And so is a kappa of this part of the square of the loads' rate.
+constexpr double kSlow = 1e-10;
+/// K is symmetric where the rest is this part of kappa, and an eigenvector has a residual of this part.
+constexpr double kSymmetric = 1e-3, kEigenvector = 1e-3;
+
+std::vector<double> diagonal_sizes(const Pattern& pattern, const std::vector<double>& values) {
+  std::vector<double> sizes(static_cast<std::size_t>(pattern.rows), 0.0);
+  for (int i = 0; i < pattern.rows; ++i)
+    for (int k = pattern.row_start[i]; k < pattern.row_start[i + 1]; ++k)
+      if (pattern.column[k] == i) sizes[i] = std::abs(values[k]);
+  return sizes;
+}
+
+/// Of no symmetry that a motion could have.
+VectorXd irregular(Index size) {
+  VectorXd x(size);
+  for (Index i = 0; i < size; ++i) x[i] = std::sin(1.0 + 1.7 * static_cast<double>(i));
+  return x;
+}
+
+class UnstableMotionSearch {
+ public:
+  UnstableMotionSearch(const RestingSystem& rest, ConstrainedMatrix& matrix)
+      : system_(rest.system),
+        matrix_(matrix),
+        tangent_(rest.tangent),
+        force_(rest.force),
+        slow_(kSlow * rest.rate * rest.rate),
+        n_(system_.coordinates()),
+        m_(system_.constraints()) {}
+
+  std::optional<UnstableMotion> run(const std::function<bool()>& go_on) {
+    const double stiffest = stiffest_kappa();
+    if (!(stiffest > slow_) || !std::isfinite(stiffest)) return std::nullopt;
+    const double least = std::max(kLeast * stiffest, slow_);
+    for (double s = kFirst * stiffest; s > least; s *= kRatio) {
+      if (go_on && !go_on()) return std::nullopt;
+      try {
+        std::optional<UnstableMotion> found = look_from(s, s == kFirst * stiffest);
+        if (found || is_slowest_found_) return found;
+      } catch (const SingularMatrix&) {
+      } catch (const AccuracyNotReached&) {
+      }
+    }
+    return std::nullopt;
+  }
+
+ private:
+  /// The largest of the diagonals; where what is stiff has no inertia, as the travel of a joint, that of a
+  /// typical body takes its place.
+  double stiffest_kappa() const {
+    const std::vector<double> k = diagonal_sizes(system_.tangent_pattern()[Block::force_q],
+                                                 tangent_[Block::force_q]),
+                              m = diagonal_sizes(system_.tangent_pattern()[Block::force_a],
+                                                 tangent_[Block::force_a]);
+    std::vector<double> inertias;
+    double most = 0.0, without = 0.0;
+    for (std::size_t i = 0; i < m.size(); ++i) {
+      if (m[i] > 0) {
+        inertias.push_back(m[i]);
+        most = std::max(most, k[i] / m[i]);
+      } else {
+        without = std::max(without, k[i]);
+      }
+    }
+    if (inertias.empty()) return 0.0;
+    const auto middle = inertias.begin() + static_cast<std::ptrdiff_t>(inertias.size() / 2);
+    std::nth_element(inertias.begin(), middle, inertias.end());
+    return std::max(most, without / *middle);
+  }
+
+  VectorXd times(Block block, const VectorXd& x, bool transposed = false) const {
+    const std::vector<double> y = product(system_.tangent_pattern()[block], tangent_[block],
+                                          std::vector<double>(x.begin(), x.end()), transposed);
+    return Eigen::Map<const VectorXd>(y.data(), static_cast<Index>(y.size()));
+  }
+
+  /// z of the force M x.
+  VectorXd response(const VectorXd& force) {
+    std::vector<double> right_side(static_cast<std::size_t>(n_ + m_), 0.0);
+    std::copy(force.begin(), force.end(), right_side.begin());
+    const std::vector<double> solution = matrix_.solve(std::move(right_side));
+    return Eigen::Map<const VectorXd>(solution.data(), n_);
+  }
+  VectorXd by_inertia(const VectorXd& x) const { return times(Block::force_a, x); }
+
+  /// sqrt(x^T M x).
+  static double size_of(const VectorXd& x, const VectorXd& by_inertia) {
+    return std::sqrt(std::max(0.0, x.dot(by_inertia)));
+  }
+  double size_of(const VectorXd& x) const { return size_of(x, by_inertia(x)); }
+
+  /// Makes a Krylov space, a part at a time, until it shows a motion that grows, or that none is slower than
+  /// the slowest one in it.
+  std::optional<UnstableMotion> look_from(double s, bool is_first) {
+    matrix_.factor(tangent_, {s, 0.0, 1.0});
+    space_.resize(n_, 0);
+    stiffness_.resize(0, 0);
+    is_complete_ = false;
+    for (Index most = kPart; !is_complete_; most += kPart) {
+      extend_space(std::min<Index>({most, kMostVectors, n_ - m_}));
+      const Index count = space_.cols();
+      is_complete_ = is_complete_ || count == kMostVectors || count == n_ - m_;
+      if (count == 0) return std::nullopt;
+      if (std::optional<UnstableMotion> found = motion_in_space(s)) return found;
+      const bool is_slowest = least_kappa_ * static_cast<double>(count * count) >= kResolved * s;
+      is_slowest_found_ = is_slowest && (is_complete_ || !is_first);
+      if (is_slowest_found_) return std::nullopt;
+    }
+    return std::nullopt;
+  }
+
+  /// To so many vectors, orthonormal by M, or to all that are not dependent.
+  void extend_space(Index most) {
+    const Index before = space_.cols();
+    space_.conservativeResize(n_, most);
+    Index count = before;
+    for (; count < most; ++count) {
+      if (count == 0) last_force_ = by_inertia(response(by_inertia(irregular(n_))));
+      VectorXd next = response(last_force_), force = by_inertia(next);
+      const double size = size_of(next, force);
+      for (int pass = 0; pass < 2 && count > 0; ++pass) {
+        next -= space_.leftCols(count) * (space_.leftCols(count).transpose() * force);
+        force = by_inertia(next);
+      }
+      const double left = size_of(next, force);
+      is_complete_ = !(left > kDependent * size) || !std::isfinite(left);
+      if (is_complete_) break;
+      space_.col(count) = next / left;
+      last_force_ = force / left;
+    }
+    space_.conservativeResize(n_, count);
+    stiffness_.conservativeResize(count, count);
+    for (Index j = before; j < count; ++j) {
+      stiffness_.col(j) = space_.transpose() * times(Block::force_q, space_.col(j));
+      stiffness_.row(j) = times(Block::force_q, space_.col(j), true).transpose() * space_;
+    }
+  }
+
+  std::optional<UnstableMotion> motion_in_space(double s) {
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> symmetric(0.5 * (stiffness_ + stiffness_.transpose()));
+    least_kappa_ = symmetric.eigenvalues()[0];
+    const VectorXd y = symmetric.eigenvectors().col(0);
+    const VectorXd x = space_ * y;
+    if (!is_negative_along(x)) return std::nullopt;
+    const bool is_symmetric =
+        ((stiffness_ - stiffness_.transpose()) * y).norm() <= kSymmetric * std::abs(least_kappa_);
+    return is_symmetric ? motion_along(x) : eigenvector_in_space(s);
+  }
+
+  /// What is real, negative and fulfils K x = kappa M x.
+  std::optional<UnstableMotion> eigenvector_in_space(double s) {
+    const Eigen::EigenSolver<MatrixXd> solver(stiffness_);
+    if (solver.info() != Eigen::Success) return std::nullopt;
+    std::optional<UnstableMotion> fastest;
+    for (Index j = 0; j < stiffness_.cols(); ++j) {
+      const std::complex<double> kappa = solver.eigenvalues()[j];
+      if (kappa.imag() != 0 || !(kappa.real() < 0)) continue;
+      VectorXd x = space_ * solver.eigenvectors().col(j).real();
+      x /= size_of(x);
+      const VectorXd residual = (s + kappa.real()) * response(by_inertia(x)) - x;
+      if (!is_negative_along(x) || !(size_of(residual) <= kEigenvector)) continue;
+      UnstableMotion found = motion_along(x);
+      if (!fastest || found.rate > fastest->rate) fastest = std::move(found);
+    }
+    return fastest;
+  }
+
+  /// |x|^T |K| |x|.
+  double terms_of(const VectorXd& x) const {
+    const Pattern& p = system_.tangent_pattern()[Block::force_q];
+    const std::vector<double>& values = tangent_[Block::force_q];
+    double sum = 0.0;
+    for (int i = 0; i < p.rows; ++i)
+      for (int k = p.row_start[i]; k < p.row_start[i + 1]; ++k)
+        sum += std::abs(x[i] * values[k] * x[p.column[k]]);
+    return sum;
+  }
+
+  /// Beyond rounding, and beyond what forces that are left can do with directions that change.
+  bool is_negative_along(const VectorXd& x) const {
+    double left = 0.0;
+    for (Index i = 0; i < n_; ++i) left += std::abs(force_[i]) * x[i] * x[i];
+    const double inertia = x.dot(by_inertia(x));
+    return x.dot(times(Block::force_q, x)) < -(kRounding * terms_of(x) + slow_ * inertia + left);
+  }
+
+  UnstableMotion motion_along(const VectorXd& x) const {
+    const double size = size_of(x), kappa = x.dot(times(Block::force_q, x)) / (size * size);
+    const VectorXd unit = x / size;
+    return {std::vector<double>(unit.begin(), unit.end()), std::sqrt(-kappa)};
+  }
+
+  const ConstrainedSystem& system_;
+  ConstrainedMatrix& matrix_;
+  const Tangent& tangent_;
+  const std::vector<double>& force_;
+  const double slow_;
+  const Index n_, m_;
+  MatrixXd space_, stiffness_;  // a basis, and K in it
+  VectorXd last_force_;         // M times the last vector
+  bool is_complete_ = false, is_slowest_found_ = false;
+  double least_kappa_ = 0.0;  // in the space
+};
+
+}  // namespace
+
+std::optional<UnstableMotion> find_unstable_motion(const RestingSystem& rest, ConstrainedMatrix& matrix,
+                                                   const std::function<bool()>& go_on) {
+  for (int row = 0; row < rest.system.constraints(); ++row)
+    if (rest.system.is_nonholonomic(row)) return std::nullopt;
+  if (rest.system.coordinates() == rest.system.constraints()) return std::nullopt;
+  return UnstableMotionSearch(rest, matrix).run(go_on);
+}
+
+}  // namespace mfs::dae

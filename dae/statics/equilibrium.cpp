@@ -39,6 +39,9 @@ constexpr int kMostEscapes = 20;
 /// How far along the motion that grows, in ranges of coordinates, and s there, in squares of its rate: below
 /// 1 a step would lead back.
 constexpr double kEscape = 0.02, kEscapeRate = 2.0;
+/// A kappa (instability.hpp) is rounding that is this part of the square of the rate of forces where the
+/// search began, or of s where it ended: multipliers that hold nothing are s M times the last step.
+constexpr double kPartOfForces = 1e-10, kPartOfEnd = 1e-12;
 /// What has moved by less, in ranges, is where it was given.
 constexpr double kAsGiven = 1e-6;
 
@@ -134,7 +137,8 @@ class Search {
 
   std::optional<UnstableMotion> unstable_motion(const std::function<bool()>& go_on) {
     system_.evaluate(view(state_), tangent_, {Block::force_q, Block::force_a, Block::position_q});
-    return find_unstable_motion({system_, tangent_, residual_.force, rate_}, matrix_, go_on);
+    const double rounding = std::max(kPartOfForces * rate_ * rate_, kPartOfEnd * s_);
+    return find_unstable_motion({system_, tangent_, residual_.force, rounding}, matrix_, go_on);
   }
 
   /// Takes a step along it and comes to rest elsewhere. Where that fails the state is as before.

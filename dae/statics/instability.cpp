@@ -24,8 +24,6 @@ constexpr double kResolved = 6.0;
 constexpr double kDependent = 1e-10;
 /// A negative x^T K x that is less than this part of its terms is rounding.
 constexpr double kRounding = 1e-14;
-/// And so is a kappa of this part of the square of the loads' rate.
-constexpr double kSlow = 1e-10;
 /// K is symmetric where the rest is this part of kappa, and an eigenvector has a residual of this part.
 constexpr double kSymmetric = 1e-3, kEigenvector = 1e-3;
 
@@ -51,7 +49,7 @@ class UnstableMotionSearch {
         matrix_(matrix),
         tangent_(rest.tangent),
         force_(rest.force),
-        slow_(kSlow * rest.rate * rest.rate),
+        slow_(rest.rounding),
         n_(system_.coordinates()),
         m_(system_.constraints()) {}
 

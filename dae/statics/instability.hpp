@@ -8,9 +8,10 @@
 //
 //   (K + s M) z + Phi_q^T mu = M x,   Phi_q z = 0,        M = F_a,
 //
-// in which each kappa of K x = kappa M x counts by 1 / (s + kappa). One space shows a negative kappa that is
-// between a hundredth and a thousand times of s in size. So s falls from what the stiffest part has, by
-// thousands, until it is below the smallest kappa; free motions, whose kappa is 0, take all of them.
+// in which each kappa of K x = kappa M x counts by 1 / (s + kappa). One space of 40 vectors shows a negative
+// kappa that is between a hundredth and a thousand times of s in size. So s falls from what the stiffest part
+// has, by ten thousands, until the space shows the smallest kappa of all; free motions, whose kappa is 0,
+// take four factorizations. Where several motions grow, the one that is returned need not be the fastest.
 #pragma once
 
 #include <functional>
@@ -32,7 +33,7 @@ struct RestingSystem {
   const ConstrainedSystem& system;   ///< with independent constraints
   const Tangent& tangent;            ///< has force_a, force_q and position_q
   const std::vector<double>& force;  ///< n: what is left of F
-  double rate;  ///< of what the loads do, 1/time (rate_at_rest()); 1e-10 of its square as kappa is rounding
+  double rounding;                   ///< 1/time^2: a kappa of this size is 0
 };
 
 /// `matrix`: of the system; it is left with other factors. `go_on` is asked before each factorization; false

@@ -130,6 +130,29 @@ TEST_F(Instability, IsNotThatOfFreeMotions) {
   expect_stable();
 }
 
+/// Links in a plane across which the weight acts, on axes that carry moments; and links that nothing holds
+/// and nothing loads, whose multipliers are rounding. Their lengths are in m, km and mm.
+TEST_F(Instability, IsNotThatOfLinksInAnyPosition) {
+  for (const double length : {1.0, 1e-3, 1e3})
+    for (const bool is_held : {true, false}) {
+      SCOPED_TRACE(std::to_string(length) + (is_held ? " held" : " free"));
+      test::Random random(11);
+      std::vector<double> angles;
+      for (int k = 0; k < 20; ++k) angles.push_back(3 * random.entry());
+      Json json = test::chain(angles);
+      for (auto& [name, body] : json["bodies"].items()) {
+        for (Json& x : body["position"]) x = x.get<double>() * length;
+        for (Json& x : body["inertia"]) x = x.get<double>() * length * length;
+      }
+      for (auto& [name, joint] : json["joints"].items())
+        for (Json& x : joint["point"]) x = x.get<double>() * length;
+      json["gravity"] = {0, 0, is_held ? -9.81 * length : 0.0};
+      if (!is_held) json["joints"].erase("hinge0");
+      find(json);
+      expect_stable();
+    }
+}
+
 /// A steel beam on a hinge, whose elements are 1e11 times as stiff as its weight: sqrt(3 g / (2 L)), of a
 /// thin rod.
 TEST_F(Instability, OfAStandingBeamOfStiffElements) {

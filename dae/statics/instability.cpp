@@ -15,11 +15,13 @@ using Eigen::VectorXd;
 
 /// s over the kappa of the stiffest part: at first, in the end, and from one to the next.
 constexpr double kFirst = 1e-4, kLeast = 1e-15, kRatio = 1e-4;
-/// Vectors of a Krylov space at most, and what it grows by between two looks at it.
+/// s over the smallest kappa in the space before, where all are positive, and what s falls by at least.
+constexpr double kBelow = 1e-2, kSlower = 10.0;
+/// Vectors of a Krylov space at most, and of those after the first one what they grow by between two looks.
 constexpr Index kMostVectors = 40, kPart = 20;
 /// The slowest motion is in a space of k vectors where its kappa is this part of s / k^2: errors fall by
 /// exp(-4 k sqrt(kappa / s)).
-constexpr double kResolved = 6.0;
+constexpr double kResolved = 4.0;
 /// What is left of a vector beside the others, in parts of it, that is rounding.
 constexpr double kDependent = 1e-10;
 /// A negative x^T K x that is less than this part of its terms is rounding.
@@ -57,7 +59,7 @@ class UnstableMotionSearch {
     const double stiffest = stiffest_kappa();
     if (!(stiffest > slow_) || !std::isfinite(stiffest)) return std::nullopt;
     const double least = std::max(kLeast * stiffest, slow_);
-    for (double s = kFirst * stiffest; s > least; s *= kRatio) {
+    for (double s = kFirst * stiffest; s > least; s = next_after(s)) {
       if (go_on && !go_on()) return std::nullopt;
       try {
         std::optional<UnstableMotion> found = look_from(s, s == kFirst * stiffest);
@@ -93,6 +95,11 @@ class UnstableMotionSearch {
     return std::max(most, without / *middle);
   }
 
+  /// Where the space has only positive kappas, it has shown negative ones down to that size.
+  double next_after(double s) const {
+    return least_kappa_ > kRatio * s ? std::min(kBelow * least_kappa_, s / kSlower) : kRatio * s;
+  }
+
   VectorXd times(Block block, const VectorXd& x, bool transposed = false) const {
     const std::vector<double> y = product(system_.tangent_pattern()[block], tangent_[block],
                                           std::vector<double>(x.begin(), x.end()), transposed);
@@ -117,58 +124,57 @@ class UnstableMotionSearch {
   /// Makes a Krylov space, a part at a time, until it shows a motion that grows, or that none is slower than
   /// the slowest one in it.
   std::optional<UnstableMotion> look_from(double s, bool is_first) {
+    least_kappa_ = 0.0;
     matrix_.factor(tangent_, {s, 0.0, 1.0});
     space_.resize(n_, 0);
-    stiffness_.resize(0, 0);
+    forces_.resize(n_, 0);
     is_complete_ = false;
-    for (Index most = kPart; !is_complete_; most += kPart) {
+    for (Index most = is_first ? kMostVectors : kPart; !is_complete_; most += kPart) {
       extend_space(std::min<Index>({most, kMostVectors, n_ - m_}));
       const Index count = space_.cols();
       is_complete_ = is_complete_ || count == kMostVectors || count == n_ - m_;
       if (count == 0) return std::nullopt;
       if (std::optional<UnstableMotion> found = motion_in_space(s)) return found;
-      const bool is_slowest = least_kappa_ * static_cast<double>(count * count) >= kResolved * s;
-      is_slowest_found_ = is_slowest && (is_complete_ || !is_first);
+      is_slowest_found_ = least_kappa_ * static_cast<double>(count * count) >= kResolved * s;
       if (is_slowest_found_) return std::nullopt;
     }
     return std::nullopt;
   }
 
-  /// To so many vectors, orthonormal by M, or to all that are not dependent.
+  /// To so many vectors, orthonormal by M (Arnoldi's method), or to all that are not dependent.
   void extend_space(Index most) {
-    const Index before = space_.cols();
+    Index count = space_.cols();
     space_.conservativeResize(n_, most);
-    Index count = before;
+    forces_.conservativeResize(n_, most);
     for (; count < most; ++count) {
-      if (count == 0) last_force_ = by_inertia(response(by_inertia(irregular(n_))));
-      VectorXd next = response(last_force_), force = by_inertia(next);
+      VectorXd next = response(count == 0 ? by_inertia(irregular(n_)) : VectorXd(forces_.col(count - 1)));
+      VectorXd force = by_inertia(next);
       const double size = size_of(next, force);
       for (int pass = 0; pass < 2 && count > 0; ++pass) {
-        next -= space_.leftCols(count) * (space_.leftCols(count).transpose() * force);
-        force = by_inertia(next);
+        const VectorXd shares = space_.leftCols(count).transpose() * force;
+        next -= space_.leftCols(count) * shares;
+        force -= forces_.leftCols(count) * shares;
       }
       const double left = size_of(next, force);
       is_complete_ = !(left > kDependent * size) || !std::isfinite(left);
       if (is_complete_) break;
       space_.col(count) = next / left;
-      last_force_ = force / left;
+      forces_.col(count) = force / left;
     }
     space_.conservativeResize(n_, count);
-    stiffness_.conservativeResize(count, count);
-    for (Index j = before; j < count; ++j) {
+    forces_.conservativeResize(n_, count);
+    stiffness_.resize(count, count);
+    for (Index j = 0; j < count; ++j)
       stiffness_.col(j) = space_.transpose() * times(Block::force_q, space_.col(j));
-      stiffness_.row(j) = times(Block::force_q, space_.col(j), true).transpose() * space_;
-    }
   }
 
   std::optional<UnstableMotion> motion_in_space(double s) {
     const Eigen::SelfAdjointEigenSolver<MatrixXd> symmetric(0.5 * (stiffness_ + stiffness_.transpose()));
     least_kappa_ = symmetric.eigenvalues()[0];
-    const VectorXd y = symmetric.eigenvectors().col(0);
-    const VectorXd x = space_ * y;
+    const VectorXd x = space_ * symmetric.eigenvectors().col(0);
     if (!is_negative_along(x)) return std::nullopt;
-    const bool is_symmetric =
-        ((stiffness_ - stiffness_.transpose()) * y).norm() <= kSymmetric * std::abs(least_kappa_);
+    const VectorXd rest = times(Block::force_q, x) - times(Block::force_q, x, true);
+    const bool is_symmetric = (space_.transpose() * rest).norm() <= kSymmetric * std::abs(least_kappa_);
     return is_symmetric ? motion_along(x) : eigenvector_in_space(s);
   }
 
@@ -221,8 +227,7 @@ class UnstableMotionSearch {
   const std::vector<double>& force_;
   const double slow_;
   const Index n_, m_;
-  MatrixXd space_, stiffness_;  // a basis, and K in it
-  VectorXd last_force_;         // M times the last vector
+  MatrixXd space_, forces_, stiffness_;  // a basis, M times it, and K in it
   bool is_complete_ = false, is_slowest_found_ = false;
   double least_kappa_ = 0.0;  // in the space
 };

@@ -18,8 +18,9 @@
 namespace mfs::dae {
 namespace {
 
-/// And so many more for each body that turns: a chain that stands on its head comes down link by link.
-constexpr int kMostSteps = 300, kMostOfEach = 2;
+/// And so many more for each body that turns: a chain that stands on its head comes down link by link, in
+/// some eight steps each (docs/experiments/statics.md).
+constexpr int kMostSteps = 300, kMostOfEach = 12;
 /// The longest step, in ranges of coordinates (Euler parameters: a third of a turn at most), and the one that
 /// s is chosen for.
 constexpr double kLongest = 0.3, kAim = 0.24;

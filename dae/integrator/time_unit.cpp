@@ -52,9 +52,11 @@ class ModelRates {
   double of_forces(double t) {
     rest_ = force(t, zero_);
     const double square = product(rest_, rest_), weighted = product(rest_, times_mass(t, rest_));
-    double sum = 0.0;
-    for (const double f : rest_) sum += std::abs(f);
-    return std::max(root(sum / mass_), root(square / std::sqrt(weighted * mass_)));
+    return std::max(on_all_masses(), root(square / std::sqrt(weighted * mass_)));
+  }
+  double of_forces_on_all_masses(double t) {
+    rest_ = force(t, zero_);
+    return on_all_masses();
   }
 
   double of_motions(double t) const {
@@ -73,6 +75,11 @@ class ModelRates {
     return square > 0.0 && std::isfinite(square) ? std::sqrt(square) : 0.0;
   }
 
+  double on_all_masses() const {
+    double sum = 0.0;
+    for (const double f : rest_) sum += std::abs(f);
+    return root(sum / mass_);
+  }
   /// At rest, but with these accelerations.
   void evaluate(double t, const std::vector<double>& a) const {
     system_.evaluate({t, q_.data(), zero_.data(), a.data(), zero_.data()}, residual_);
@@ -129,6 +136,11 @@ double time_unit(const ConstrainedSystem& system, const State& start, double t_e
 double time_unit_at_rest(const ConstrainedSystem& system, double t, const std::vector<double>& q) {
   const State there{t, q, {}, {}, {}};
   return unit_for(ModelRates(system, there).of_forces(t), HUGE_VAL);
+}
+
+double rate_at_rest(const ConstrainedSystem& system, double t, const std::vector<double>& q) {
+  const State there{t, q, {}, {}, {}};
+  return ModelRates(system, there).of_forces_on_all_masses(t);
 }
 
 }  // namespace mfs::dae

@@ -25,4 +25,8 @@ double time_unit(const ConstrainedSystem& system, const State& start, double t_e
 /// The same of a system that is at rest in `q` (n) at `t`, by its forces there alone.
 double time_unit_at_rest(const ConstrainedSystem& system, double t, const std::vector<double>& q);
 
+/// How fast these forces would move all masses alike, 1/time: the root of an acceleration in scales of
+/// coordinates, as it is, no power of two; 0: there are no forces.
+double rate_at_rest(const ConstrainedSystem& system, double t, const std::vector<double>& q);
+
 }  // namespace mfs::dae

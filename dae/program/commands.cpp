@@ -75,7 +75,7 @@ void integrate(const MultibodyModel& model, const Command& command, program::Pro
     result.report = integrator.report();
     result.time_output = recorder.time_busy();
     result.time_waiting = recorder.time_waited();
-    result.notes = files.notes();
+    result.notes.insert(result.notes.end(), files.notes().begin(), files.notes().end());
     result.bytes_peak = peak_memory();
     display.clear();
   };
@@ -147,7 +147,7 @@ ExitCode run_model(const Command& command) {
     display.show("model", 0.0);
     MultibodyModel model = load_model(command);
     program::throw_if_interrupted();
-    start_model(model);
+    result.notes = start_model(model);
     program::throw_if_interrupted();
     result.model = model.name;
     result.time_model = watch.seconds();

@@ -33,8 +33,8 @@ void show_plots(const PlotOutcome& plots);
 MultibodyModel load_model(const Command& command);
 /// Refuses options of the model as InvalidInput("integrator").
 Integrator make_integrator(const MultibodyModel& model);
-/// Puts the model to rest where the file asks for that ("start").
-void start_model(MultibodyModel& model);
+/// Puts the model to rest where the file asks for that ("start"). Returns what to know of that.
+std::vector<std::string> start_model(MultibodyModel& model);
 
 /// All throw what describe_current_exception() knows.
 program::ExitCode run_model(const Command& command);

@@ -33,10 +33,23 @@ bool go_on() {
   return !program::is_interrupted();
 }
 
-State equilibrium(const MultibodyModel& model) {
+/// What to know of an equilibrium beside where it is.
+std::vector<std::string> stability_notes(const EquilibriumReport& report) {
+  if (report.grows_most.empty()) return {};
+  return {
+      fmt::format("this equilibrium is unstable: a small motion, in which {} moves most, grows by e in "
+                  "{:.3g} s where nothing damps it{}",
+                  report.grows_most, 1.0 / report.growth,
+                  report.as_given ? "; it is where the model begins" : ", and no other has been found")};
+}
+
+/// `notes`: overwritten.
+State equilibrium(const MultibodyModel& model, std::vector<std::string>& notes) {
+  EquilibriumReport report;
   State state =
-      find_equilibrium(*model.system, model.integrator, {0.0, model.q0, model.v0, {}, {}}, nullptr, go_on);
+      find_equilibrium(*model.system, model.integrator, {0.0, model.q0, model.v0, {}, {}}, &report, go_on);
   program::throw_if_interrupted();
+  notes = stability_notes(report);
   return state;
 }
 
@@ -73,8 +86,9 @@ State state_at(MultibodyModel& model, double t) {
   return first.taken;
 }
 
-State state_of(MultibodyModel& model, const Command& command) {
-  return command.at ? state_at(model, *command.at) : equilibrium(model);
+/// `notes`: overwritten where it is at rest.
+State state_of(MultibodyModel& model, const Command& command, std::vector<std::string>& notes) {
+  return command.at ? state_at(model, *command.at) : equilibrium(model, notes);
 }
 
 std::string where(const Command& command) {
@@ -89,7 +103,8 @@ template <class Work>
 ExitCode with_report(const Command& command, const Work& work) {
   program::catch_interrupts();
   if (!command.json.empty()) io::check_writable(command.json);
-  Json json{{"name", command.model}, {"threads", command.threads}};
+  Json json{
+      {"name", command.model}, {"backend", backend_name(command.backend)}, {"threads", command.threads}};
   const Stopwatch watch;
   const auto write = [&](const char* status, const std::string& message) {
     json["time_total"] = watch.seconds();
@@ -119,6 +134,10 @@ void tell(const Command& command, const std::string& text) {
   if (command.json != "-") io::print(text);
 }
 
+void tell_notes(const Command& command, const std::vector<std::string>& notes) {
+  for (const std::string& note : notes) tell(command, program::labelled("note", note));
+}
+
 void tell_plots(const Command& command, PlotOutcome (*draw)(const std::string&)) {
   if (command.json != "-" && command.plots) show_plots(draw(command.folder));
 }
@@ -140,8 +159,10 @@ void list(const Command& command, const MultibodyModel& model, const std::vector
 
 }  // namespace
 
-void start_model(MultibodyModel& model) {
-  if (model.starts_at_rest) model.q0 = equilibrium(model).q;
+std::vector<std::string> start_model(MultibodyModel& model) {
+  std::vector<std::string> notes;
+  if (model.starts_at_rest) model.q0 = equilibrium(model, notes).q;
+  return notes;
 }
 
 ExitCode solve_static(const Command& command) {
@@ -152,14 +173,23 @@ ExitCode solve_static(const Command& command) {
     const auto state = std::make_shared<const State>(
         find_equilibrium(*model.system, model.integrator, {0.0, model.q0, model.v0, {}, {}}, &report, go_on));
     json["iterations"] = report.iterations;
+    json["escapes"] = report.escapes;
     json["force"] = report.force;
-    files.add_output(state)();
-    json["notes"] = files.notes();
+    State begin = *state;
+    begin.q = report.begin;
+    begin.v = model.v0;
+    files.add_output(state, &begin)();
+    std::vector<std::string> notes = stability_notes(report);
+    notes.insert(notes.end(), files.notes().begin(), files.notes().end());
+    json["notes"] = notes;
+    const std::string left =
+        report.escapes == 0 ? "" : fmt::format("unstable equilibria left behind: {}, ", report.escapes);
     tell(command,
-         program::labelled("equilibrium", fmt::format("{}: {}{} steps, largest force left {:.1e}", model.name,
-                                                      report.stopped ? "not reached, " : "",
-                                                      report.iterations, report.force)) +
-             program::labelled("ParaView", command.folder + "/result.pvd"));
+         program::labelled("equilibrium", fmt::format("{}: {}{} steps, {}largest force left {:.1e}",
+                                                      model.name, report.stopped ? "not reached, " : "",
+                                                      report.iterations, left, report.force)));
+    tell_notes(command, notes);
+    tell(command, program::labelled("ParaView", command.folder + "/result.pvd"));
     tell_plots(command, draw_plots);
     program::throw_if_interrupted();
   });
@@ -167,11 +197,14 @@ ExitCode solve_static(const Command& command) {
 
 ExitCode list_modes(const Command& command) {
   return with_report(command, [&](MultibodyModel& model, Json& json) {
-    const State state = state_of(model, command);
+    std::vector<std::string> notes;
+    const State state = state_of(model, command, notes);
+    json["notes"] = notes;
     const std::vector<Mode> modes =
         find_modes(*model.system, state, command.modes, model.integrator.threads,
-                   command.undamped ? Damping::left_out : Damping::as_it_is, go_on);
+                   command.undamped ? Damping::left_out : Damping::as_it_is, go_on, command.backend);
     list(command, model, modes, json);
+    tell_notes(command, notes);
     if (!command.folder.empty()) {
       write_modes(model, state, modes, command.folder);
       tell(command, program::labelled("ParaView", command.folder + "/mode_001.pvd, ..."));
@@ -183,10 +216,13 @@ ExitCode list_modes(const Command& command) {
 
 ExitCode linearize_model(const Command& command) {
   return with_report(command, [&](MultibodyModel& model, Json& json) {
-    write_linearization(*model.system, state_of(model, command), command.folder);
+    std::vector<std::string> notes;
+    write_linearization(*model.system, state_of(model, command, notes), command.folder);
+    json["notes"] = notes;
     json["matrices"] = {"M", "D", "K", "Phi_q", "F"};
     tell(command, program::labelled("matrices", fmt::format("{}, {}: M, D, K, Phi_q, F in {}", model.name,
                                                             where(command), command.folder)));
+    tell_notes(command, notes);
   });
 }
 

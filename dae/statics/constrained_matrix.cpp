@@ -8,8 +8,9 @@
 namespace mfs::dae {
 namespace {
 
-Options solver_options(int threads) {
+Options solver_options(int threads, Backend backend) {
   Options options;
+  options.backend = backend;
   options.threads = threads;
   options.solve.row_floor = kRowFloor;
   return options;
@@ -42,7 +43,7 @@ double typical_diagonal(const Pattern& pattern, const std::vector<double>& value
 
 }  // namespace
 
-ConstrainedMatrix::ConstrainedMatrix(const ConstrainedSystem& system, int threads)
+ConstrainedMatrix::ConstrainedMatrix(const ConstrainedSystem& system, int threads, Backend backend)
     : system_(system),
       n_(system.coordinates()),
       m_(system.constraints()),
@@ -50,7 +51,7 @@ ConstrainedMatrix::ConstrainedMatrix(const ConstrainedSystem& system, int thread
       augmentation_(system.tangent_pattern()[Block::position_q], transposed_, threads),
       matrix_(n_ + m_, terms_of(system, transposed_, augmentation_), threads),
       values_(matrix_.pattern().entries()),
-      solver_(solver_options(threads)) {}
+      solver_(solver_options(threads, backend)) {}
 
 void ConstrainedMatrix::factor(const Tangent& tangent, const ByAVQ& factors) {
   gradient_ = tangent[Block::position_q];

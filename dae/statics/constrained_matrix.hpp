@@ -20,7 +20,7 @@ namespace mfs::dae {
 class ConstrainedMatrix {
  public:
   /// Constraints have to be independent. `threads` 0: all. `system` has to live as long.
-  ConstrainedMatrix(const ConstrainedSystem& system, int threads);
+  ConstrainedMatrix(const ConstrainedSystem& system, int threads, Backend backend = Backend::openmp);
 
   /// Throws SingularMatrix with the name of a coordinate or a constraint, and what mfs::Solver throws.
   void factor(const Tangent& tangent, const ByAVQ& factors);

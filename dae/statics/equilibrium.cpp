@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include <mfs/error.hpp>
@@ -12,12 +13,14 @@
 #include "dae/mechanics/number_text.hpp"
 #include "dae/statics/constrained_matrix.hpp"
 #include "dae/statics/independent_system.hpp"
+#include "dae/statics/instability.hpp"
 
 namespace mfs::dae {
 namespace {
 
-/// And so many more for each body that turns: a chain that stands on its head comes down link by link.
-constexpr int kMostSteps = 300, kMostOfEach = 2;
+/// And so many more for each body that turns: a chain that stands on its head comes down link by link, in
+/// some eight steps each (docs/experiments/statics.md).
+constexpr int kMostSteps = 300, kMostOfEach = 12;
 /// The longest step, in ranges of coordinates (Euler parameters: a third of a turn at most), and the one that
 /// s is chosen for.
 constexpr double kLongest = 0.3, kAim = 0.24;
@@ -32,6 +35,16 @@ constexpr double kSlower = 3.0, kMuchSlower = 10.0;
 /// s, over the square of the unit of time: at first, and between a period of ten minutes, which is that of no
 /// mechanism, and what stiff springs and small masses have.
 constexpr double kFirst = 1.0, kLeast = 1e-4, kMost = 1e16;
+/// Unstable equilibria that are left.
+constexpr int kMostEscapes = 20;
+/// How far along the motion that grows, in ranges of coordinates, and s there, in squares of its rate: below
+/// 1 a step would lead back.
+constexpr double kEscape = 0.02, kEscapeRate = 2.0;
+/// A kappa (instability.hpp) is rounding that is this part of the square of the rate of forces where the
+/// search began, or of s where it ended: multipliers that hold nothing are s M times the last step.
+constexpr double kPartOfForces = 1e-10, kPartOfEnd = 1e-12;
+/// What has moved by less, in ranges, is where it was given.
+constexpr double kAsGiven = 1e-6;
 
 double dot(const std::vector<double>& x, const std::vector<double>& y) {
   double sum = 0.0;
@@ -59,7 +72,7 @@ class Search {
         m_(system.constraints()),
         state_(state),
         report_(report),
-        matrix_(system, options.threads),
+        matrix_(system, options.threads, options.backend),
         rest_(static_cast<std::size_t>(n_), 0.0),
         residual_(make_residual(system)),
         tangent_(make_tangent(system)),
@@ -70,33 +83,98 @@ class Search {
 
   void run(const std::function<bool()>& go_on) {
     project();
-    const double time = time_unit_at_rest(system_, state_.t, state_.q), per_square = 1.0 / (time * time);
-    s_ = kFirst * std::max(1.0, per_square);
-    least_ = kLeast * std::min(1.0, per_square);
+    const double time = time_unit_at_rest(system_, state_.t, state_.q);
+    per_square_ = 1.0 / (time * time);
+    rate_ = rate_at_rest(system_, state_.t, state_.q);
+    report_.begin = state_.q;
+    s_ = kFirst * std::max(1.0, per_square_);
+    if (!come_to_rest(go_on))
+      throw Error("no static equilibrium has been found in " + std::to_string(report_.iterations) +
+                  " steps: " + system_.coordinate_name(moves_most_) + " moves most, by " +
+                  number_text(report_.last_step) + " in the last one" + what_rolls() + what_is_pressed());
+    for (; !report_.stopped; ++report_.escapes) {
+      const std::optional<UnstableMotion> motion = unstable_motion(go_on);
+      if (!motion) return;
+      tell(*motion);
+      report_.as_given = reach_of(state_.q, report_.begin) < kAsGiven;
+      if (report_.as_given || report_.escapes == kMostEscapes || !leave(*motion, go_on)) return;
+    }
+  }
+
+ private:
+  StateView view(const State& state) const {
+    return {state.t, state.q.data(), rest_.data(), rest_.data(), state.lambda.data()};
+  }
+
+  /// From state_; false: no equilibrium has been found.
+  bool come_to_rest(const std::function<bool()>& go_on) {
+    least_ = kLeast * std::min(1.0, per_square_);
+    before_ = too_long_ = HUGE_VAL;
+    is_tangent_there_ = false;
     system_.evaluate(view(state_), residual_);
-    for (report_.iterations = 1; report_.iterations <= most_; ++report_.iterations) {
+    for (int steps = 0; steps < most_; ++steps) {
+      ++report_.iterations;
       report_.stopped = go_on && !go_on();
-      if (report_.stopped) return finish();
+      if (report_.stopped) {
+        finish();
+        return true;
+      }
       if (!step()) {
         s_ *= std::clamp(1.5 * reach_ / kAim, kSlower, kMuchSlower);
-        if (s_ > kMost * std::max(1.0, per_square)) break;
+        if (s_ > kMost * std::max(1.0, per_square_)) return false;
         continue;
       }
       const bool slow = s_ > least_;
       s_ = std::max({least_, reach_ / kAim * s_, s_ / kMuchSlower});
       const bool at_rounding = report_.last_step < kRounding && report_.last_step > 0.5 * before_;
       before_ = report_.last_step;
-      if (!slow && (report_.last_step < kConverged || at_rounding)) return finish();
+      if (!slow && (report_.last_step < kConverged || at_rounding)) {
+        finish();
+        return true;
+      }
     }
-    throw Error("no static equilibrium has been found in " +
-                std::to_string(std::min(report_.iterations, most_)) +
-                " steps: " + system_.coordinate_name(moves_most_) + " moves most, by " +
-                number_text(report_.last_step) + " in the last one" + what_rolls() + what_is_pressed());
+    return false;
   }
 
- private:
-  StateView view(const State& state) const {
-    return {state.t, state.q.data(), rest_.data(), rest_.data(), state.lambda.data()};
+  std::optional<UnstableMotion> unstable_motion(const std::function<bool()>& go_on) {
+    system_.evaluate(view(state_), tangent_, {Block::force_q, Block::force_a, Block::position_q});
+    const double rounding = std::max(kPartOfForces * rate_ * rate_, kPartOfEnd * s_);
+    return find_unstable_motion({system_, tangent_, residual_.force, rounding}, matrix_, go_on);
+  }
+
+  /// Takes a step along it and comes to rest elsewhere. Where that fails the state is as before.
+  bool leave(const UnstableMotion& motion, const std::function<bool()>& go_on) {
+    const State unstable = state_;
+    const EquilibriumReport there = report_;
+    const double reach = reach_of(motion.x);
+    for (const double way : {kEscape, -kEscape}) {
+      state_ = unstable;
+      for (int i = 0; i < n_; ++i) state_.q[i] += way / reach * motion.x[i];
+      s_ = std::max(kFirst * std::max(1.0, per_square_), kEscapeRate * motion.rate * motion.rate);
+      try {
+        if (come_to_rest(go_on)) {
+          report_.growth = 0.0;
+          report_.grows_most.clear();
+          return true;
+        }
+      } catch (const InvalidInput&) {  // as of springs whose ends come together, on this side
+      }
+    }
+    state_ = unstable;
+    system_.evaluate(view(state_), residual_);
+    const int iterations = report_.iterations;
+    report_ = there;
+    report_.iterations = iterations;
+    return false;
+  }
+
+  void tell(const UnstableMotion& motion) {
+    const auto size = [&](int i) { return std::abs(motion.x[i]) / system_.coordinate_scale(i); };
+    int most = 0;
+    for (int i = 0; i < n_; ++i)
+      if (size(i) > size(most)) most = i;
+    report_.growth = motion.rate;
+    report_.grows_most = system_.coordinate_name(most);
   }
 
   /// Why a wheel has none, whose leaning nothing but its motion holds up; empty: nothing rolls.
@@ -203,6 +281,10 @@ class Search {
     for (int i = 0; i < n_; ++i) reach = std::max(reach, std::abs(change[i]) / range[i]);
     return reach;
   }
+  double reach_of(std::vector<double> to, const std::vector<double>& from) const {
+    for (int i = 0; i < n_; ++i) to[i] -= from[i];
+    return reach_of(to);
+  }
 
   void finish() {
     const bool holds = largest(residual_.position) <= options_.constraint_position;
@@ -222,7 +304,8 @@ class Search {
   Residual residual_;  // of state_
   Tangent tangent_;    // of state_, where is_tangent_there_
   bool is_tangent_there_ = false;
-  int most_;  // steps
+  int most_;                              // steps
+  double per_square_ = 1.0, rate_ = 0.0;  // of the unit of time and of forces, where the search began
   double s_ = 0.0, least_ = 0.0;
   double before_ = HUGE_VAL;  // the accepted step before
   int moves_most_ = 0;
@@ -242,6 +325,7 @@ State find_equilibrium(const ConstrainedSystem& system, const IntegratorOptions&
   if (ScaledSystem::is_needed(system)) {
     const ScaledSystem scaled(system, state.t, state.q);
     state = scaled.unscaled(find_equilibrium(scaled, options, scaled.scaled(std::move(state)), &told, go_on));
+    told.begin = scaled.unscaled({state.t, std::move(told.begin), {}, {}, {}}).q;
     Residual residual = make_residual(system);
     system.evaluate({state.t, state.q.data(), state.v.data(), state.a.data(), state.lambda.data()}, residual);
     told.force = largest(residual.force);

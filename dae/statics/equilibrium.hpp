@@ -17,9 +17,15 @@
 // which stretches it a great deal, and bodies that turn leave their joints; the next step mends that. Brought
 // back to the constraints alone, without the forces, a chain of 250 links was pushed about by its own
 // mending.
+//
+// An equilibrium that is reached may be unstable all the same, as a step goes where forces push as a whole.
+// So each is examined (instability.hpp). Where a motion grows the search takes a short step along it and goes
+// on; one that begins in an unstable equilibrium stays there, and the report tells.
 #pragma once
 
 #include <functional>
+#include <string>
+#include <vector>
 
 #include "dae/integrator/integrator.hpp"
 #include "dae/mechanics/constrained_system.hpp"
@@ -27,10 +33,17 @@
 namespace mfs::dae {
 
 struct EquilibriumReport {
-  int iterations = 0;      ///< steps, rejected ones included
-  double last_step = 0.0;  ///< largest change of a coordinate in the last one, in its scale
-  double force = 0.0;      ///< largest |F_i| that is left
-  bool stopped = false;    ///< on the way, by go_on
+  int iterations = 0;         ///< steps, rejected ones included
+  double last_step = 0.0;     ///< largest change of a coordinate in the last one, in its scale
+  double force = 0.0;         ///< largest |F_i| that is left
+  bool stopped = false;       ///< on the way, by go_on
+  std::vector<double> begin;  ///< q (n) of the first step: as given, corrected to fulfil the constraints
+  int escapes = 0;            ///< unstable equilibria that the search has left
+  /// 1/time: of what is returned, how fast a small motion grows where nothing damps it (instability.hpp), and
+  /// the coordinate that moves most in it; 0 and empty: none has been found.
+  double growth = 0.0;
+  std::string grows_most;
+  bool as_given = false;  ///< growth > 0, and the given state was in that equilibrium
 };
 
 /// `state`: t and q (v is left as it is, a and lambda are not looked at). Returns the equilibrium with v and

@@ -144,14 +144,14 @@ class Response {
 
   struct Stopped {};
 
-  Response(const ConstrainedSystem& system, const Matrices& matrices, double c, int threads,
+  Response(const ConstrainedSystem& system, const Matrices& matrices, double c, int threads, Backend backend,
            std::function<bool()> go_on)
       : n_(system.coordinates()),
         m_(system.constraints()),
         c_(c),
         matrices_(matrices),
         go_on_(std::move(go_on)),
-        matrix_(system, threads) {
+        matrix_(system, threads, backend) {
     matrix_.factor(matrices.tangent(), {c * c, c, 1.0});
     // Of what constraints and inertia leave of any motion.
     VectorXd x = by_inertia(irregular(n_, 1));
@@ -246,8 +246,8 @@ void find_vectors(Response& response, Index wanted) {
 }
 
 Eigenpairs solve_large(const ConstrainedSystem& system, const Matrices& matrices, double c, int count,
-                       int threads, const std::function<bool()>& go_on) {
-  Response response(system, matrices, c, threads, go_on);
+                       int threads, Backend backend, const std::function<bool()>& go_on) {
+  Response response(system, matrices, c, threads, backend, go_on);
   try {
     find_vectors(response, 2 * Index{count} + 2);
   } catch (const Response::Stopped&) {
@@ -311,11 +311,12 @@ void check_at_rest(const ConstrainedSystem& system, const State& state) {
 }  // namespace
 
 std::vector<Mode> find_modes(const ConstrainedSystem& system, const State& state, int count, int threads,
-                             Damping damping, const std::function<bool()>& go_on) {
+                             Damping damping, const std::function<bool()>& go_on, Backend backend) {
   if (count < 1) throw InvalidInput("modes", "their number is not positive");
   if (ScaledSystem::is_needed(system)) {
     const ScaledSystem scaled(system, state.t, state.q);
-    std::vector<Mode> modes = find_modes(scaled, scaled.scaled(state), count, threads, damping, go_on);
+    std::vector<Mode> modes =
+        find_modes(scaled, scaled.scaled(state), count, threads, damping, go_on, backend);
     for (Mode& mode : modes)
       for (std::size_t i = 0; i < mode.x.size(); ++i)
         mode.x[i] *= system.coordinate_scale(static_cast<int>(i));
@@ -331,9 +332,10 @@ std::vector<Mode> find_modes(const ConstrainedSystem& system, const State& state
   const Matrices matrices(own, at, damping);
   const double c = matrices.shift();
   const bool is_small = n - m <= kDenseFreedoms && n <= kDenseCoordinates;
-  std::vector<Mode> modes = modes_of(
-      own, is_small ? solve_reduced(matrices, n, m, c) : solve_large(own, matrices, c, count, threads, go_on),
-      c);
+  std::vector<Mode> modes = modes_of(own,
+                                     is_small ? solve_reduced(matrices, n, m, c)
+                                              : solve_large(own, matrices, c, count, threads, backend, go_on),
+                                     c);
   if (static_cast<int>(modes.size()) > count) modes.resize(static_cast<std::size_t>(count));
   return modes;
 }

@@ -40,7 +40,8 @@ enum class Damping { as_it_is, left_out };
 /// v, too. Throws InvalidInput, mfs::Error where Arnoldi's method does not converge, and what mfs::Solver
 /// throws.
 std::vector<Mode> find_modes(const ConstrainedSystem& system, const State& state, int count, int threads,
-                             Damping damping = Damping::as_it_is, const std::function<bool()>& go_on = {});
+                             Damping damping = Damping::as_it_is, const std::function<bool()>& go_on = {},
+                             Backend backend = Backend::openmp);
 
 /// |s| / (2 pi), Hz.
 double natural_frequency(const Mode& mode);

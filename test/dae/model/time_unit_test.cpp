@@ -192,6 +192,28 @@ TEST(TimeUnit, PendulumHangsAndSwingsInAny) {
   }
 }
 
+// A spring that holds it up at 1.001 of what it takes, and one that does not at 0.999, wherever it stands.
+TEST(TimeUnit, StandingPendulumIsUnstableInAny) {
+  const double critical = 2 * 9.81 * 0.6;
+  for (const Units& units :
+       {kMilliseconds, kMicroseconds, kMinutes, kHours, kDays, Units{"mm, t", 1e3, 1e-3, 1},
+        Units{"um, g", 1e6, 1e3, 1}, Units{"km, kg, h", 1e-3, 1, 1.0 / 3600}})
+    for (const double part : {0.0, 0.999, 1.001}) {
+      SCOPED_TRACE(std::string(units.name) + " " + std::to_string(part));
+      Json json = converted(mfs::test::pendulum(std::acos(0.0)), units);
+      json["forces"]["coil"] = {{"type", "rotational_spring"},
+                                {"joint", "hinge"},
+                                {"stiffness", part * critical * units.mass * units.length * units.length /
+                                                  (units.time * units.time)}};
+      const MultibodyModel model = make_model(json, "", 1);
+      EquilibriumReport report;
+      find_equilibrium(*model.system, model.integrator, {0.0, model.q0, model.v0, {}, {}}, &report);
+      const double rate = std::sqrt(std::max(0.0, 1 - part) * critical / 0.96);
+      EXPECT_NEAR(units.time * report.growth, rate, 1e-6 * rate);
+      EXPECT_EQ(report.escapes, 0);
+    }
+}
+
 // The travel has the stiffness, the body has the mass: 3 % were wrong in picoseconds, with success.
 TEST(TimeUnit, BodyOnASpringSwingsInAny) {
   Json json = mechanism(1.0, 1, Vector3d::Zero());

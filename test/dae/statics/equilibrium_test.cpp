@@ -134,6 +134,17 @@ TEST_F(Equilibrium, AFoldedChainBetweenSupportsComesDownLinkByLink) {
   for (int k = 2; k < 250; ++k) EXPECT_NEAR(slope(k), slope(0) + k * per_link, 1e-6) << k;
 }
 
+/// In 180 and 748 steps.
+TEST_F(Equilibrium, AChainThatIsPressedTogetherComesDownLinkByLink) {
+  std::vector<double> folded;
+  for (int k = 0; k < 100; ++k) folded.push_back(k % 2 ? 0.9 : kPi - 0.8);
+  for (const std::vector<double>& angles : {std::vector<double>(100, 0.5 * kPi + 0.01), folded}) {
+    find(test::chain(angles));
+    expect_at(std::vector<double>(100, -0.5 * kPi), 1e-8);
+    EXPECT_EQ(report_.growth, 0.0);
+  }
+}
+
 /// m g l cos(a) = k (pi / 2 - ...): the spring is relaxed where the bar is horizontal.
 TEST_F(Equilibrium, ATorsionSpringHoldsThePendulum) {
   Json json = test::pendulum(0);

@@ -1,0 +1,98 @@
+// What mfs-dae tells of equilibria.
+#include <cmath>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <nlohmann/json.hpp>
+
+#include "test/program/run_program.hpp"
+
+namespace {
+
+using nlohmann::ordered_json;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+class StaticsProgram : public testing::Test {
+ protected:
+  TemporaryFolder folder_;
+};
+
+/// A bar of 1 m, 1 kg on a hinge about z at the origin, at this angle from the x axis; gravity along -y.
+ordered_json bar(double angle) {
+  ordered_json json = {{"name", "bar"}, {"end", 1}, {"outputs", 1}, {"gravity", {0, -9.81, 0}}};
+  json["bodies"]["bar"] = {{"type", "rigid"},
+                           {"mass", 1},
+                           {"inertia", {0.01, 1.0 / 12, 1.0 / 12}},
+                           {"position", {0.5 * std::cos(angle), 0.5 * std::sin(angle), 0}},
+                           {"rotation", {{"axis", {0, 0, 1}}, {"angle", angle}}}};
+  json["joints"]["hinge"] = {
+      {"type", "revolute"}, {"a", "ground"}, {"b", "bar"}, {"point", {0, 0, 0}}, {"axis", {0, 0, 1}}};
+  return json;
+}
+
+// sqrt(2 L / (3 g)) = 0.2607 s.
+TEST_F(StaticsProgram, SaysThatAnEquilibriumIsUnstable) {
+  const std::string note = "this equilibrium is unstable: a small motion, in which bar.",
+                    grows = "by e in 0.261 s";
+  const std::string upright = folder_.write("upright.json", bar(0.5 * M_PI).dump());
+  const ProgramRun rest = run_program(
+      {"static", upright, "-o", folder_.path("out"), "--no-plots", "--json", folder_.path("r.json")});
+  EXPECT_EQ(rest.code, 0) << rest.err;
+  EXPECT_THAT(rest.out, AllOf(HasSubstr("note            " + note), HasSubstr(grows)));
+  const auto notes = ordered_json::parse(text_of(folder_.path("r.json")))["notes"];
+  ASSERT_EQ(notes.size(), 1U);
+  EXPECT_THAT(notes[0].get<std::string>(), AllOf(HasSubstr(note), HasSubstr("it is where the model begins")));
+  EXPECT_THAT(run_program({"modes", upright}).out, HasSubstr("note            " + note));
+  ordered_json starts = bar(0.5 * M_PI);
+  starts["start"] = "equilibrium";
+  starts["end"] = 0.01;
+  EXPECT_THAT(run_program({"run", folder_.write("starts.json", starts.dump()), "-o", folder_.path("out"),
+                           "--no-plots"})
+                  .out,
+              HasSubstr("note            " + note));
+}
+
+// What the search has moved is not what constraints ask for: here a motion by 0.2 rad.
+TEST_F(StaticsProgram, SaysWhatWasCorrectedBeforeTheSearch) {
+  ordered_json json = bar(0);
+  const auto out = [&] {
+    const ProgramRun run = run_program(
+        {"static", folder_.write("bar.json", json.dump()), "-o", folder_.path("out"), "--no-plots"});
+    EXPECT_EQ(run.code, 0) << run.err;
+    EXPECT_THAT(run.out, HasSubstr("ParaView"));
+    return run.out;
+  };
+  EXPECT_THAT(out(), Not(HasSubstr("note")));
+  json["motions"]["crank"] = {{"type", "rotation"}, {"joint", "hinge"}, {"angle", "0.2 + t"}};
+  const std::string note =
+      "note            initial positions are corrected by up to 0.0998 m (body bar) and 0.2 rad";
+  EXPECT_THAT(out(), AllOf(HasSubstr(note), Not(HasSubstr("velocities"))));
+}
+
+// Flexible, so that the solver's own backend is asked. Without a card `cuda` says so.
+TEST_F(StaticsProgram, WorksByTheBackendThatIsAskedFor) {
+  ASSERT_EQ(run_program({"models", "--write", folder_.path("models")}).code, 0);
+  const std::string model = folder_.path("models") + "/bell_crank.json";
+  const auto report = [&](const std::string& command, const std::string& backend) {
+    const ProgramRun run = run_program({command, model, "-o", folder_.path("out"), "--no-plots", "--threads",
+                                        "2", "--json", "-", "--backend", backend});
+    EXPECT_EQ(run.code, 0) << run.err;
+    return ordered_json::parse(run.out);
+  };
+  const auto expected = report("modes", "openmp");
+  for (const std::string backend : {"serial", "kokkos"}) {
+    const auto modes = report("modes", backend);
+    EXPECT_EQ(modes["backend"], backend);
+    for (std::size_t i = 0; i < expected["modes"].size(); ++i) {
+      const double frequency = expected["modes"][i]["frequency"];
+      EXPECT_NEAR(modes["modes"][i]["frequency"], frequency, 1e-6 * frequency) << backend;
+    }
+    EXPECT_EQ(report("static", backend)["status"], "solved");
+  }
+  const ProgramRun run = run_program({"static", model, "-o", folder_.path("out"), "--backend", "cuda"});
+  EXPECT_THAT(run.code, testing::AnyOf(0, 7)) << run.err;
+}
+
+}  // namespace

@@ -1,0 +1,248 @@
+// Which equilibria are told to be unstable, and where the search goes from those that it comes to.
+#include "dae/statics/instability.hpp"
+
+#include <gmock/gmock.h>
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+
+#include "dae/statics/equilibrium.hpp"
+#include "test/dae/statics/models.hpp"
+#include "test/dae/statics/net.hpp"
+
+namespace mfs::dae {
+namespace {
+
+using Eigen::MatrixXd;
+
+const double kPi = std::acos(-1.0);
+
+class Instability : public testing::Test {
+ protected:
+  void find(const Json& json) {
+    model_ = make_model(json, "", 1);
+    model_.integrator.threads = 1;
+    state_ =
+        find_equilibrium(*model_.system, model_.integrator, {0.0, model_.q0, model_.v0, {}, {}}, &report_);
+  }
+  double q(const std::string& name) const { return state_.q[test::coordinate(*model_.system, name)]; }
+  void expect_stable() const {
+    EXPECT_EQ(report_.growth, 0.0);
+    EXPECT_EQ(report_.grows_most, "");
+    EXPECT_EQ(report_.escapes, 0);
+  }
+  void expect_to_stay_and_grow_by(double rate, double relative) const {
+    EXPECT_NEAR(report_.growth, rate, relative * rate);
+    EXPECT_TRUE(report_.as_given);
+    EXPECT_EQ(report_.escapes, 0);
+    for (std::size_t i = 0; i < state_.q.size(); ++i) EXPECT_NEAR(state_.q[i], model_.q0[i], 1e-9) << i;
+  }
+  MultibodyModel model_;
+  State state_;
+  EquilibriumReport report_;
+};
+
+/// sqrt(m g l / J) = sqrt(2 x 9.81 x 0.6 / 0.96).
+TEST_F(Instability, OfAPendulumIsThatOfTheOneThatStands) {
+  find(test::pendulum(-0.5 * kPi));
+  expect_stable();
+  find(test::pendulum(0.5 * kPi));
+  expect_to_stay_and_grow_by(std::sqrt(2 * 9.81 * 0.6 / 0.96), 1e-9);
+  EXPECT_THAT(report_.grows_most, testing::StartsWith("bar."));
+}
+
+/// The spring is relaxed where it stands: (m g l - k) / J.
+TEST_F(Instability, EndsWhereASpringHoldsThePendulumUp) {
+  const double critical = 2 * 9.81 * 0.6;
+  for (const double part : {0.95, 0.999, 1.001, 1.01}) {
+    SCOPED_TRACE(part);
+    Json json = test::pendulum(0.5 * kPi);
+    json["forces"]["coil"] = {
+        {"type", "rotational_spring"}, {"joint", "hinge"}, {"stiffness", part * critical}};
+    find(json);
+    if (part > 1)
+      expect_stable();
+    else
+      expect_to_stay_and_grow_by(std::sqrt((1 - part) * critical / 0.96), 1e-6);
+  }
+}
+
+/// What is not where it was given has fallen away from the unstable one: the block sinks by 0.1 m, and the
+/// bar that stands on it exactly upright does not stay so.
+TEST_F(Instability, IsLeftWhereTheSearchHasComeToIt) {
+  Json json = test::pendulum(0.5 * kPi);
+  json["bodies"]["block"] = {{"type", "rigid"}, {"mass", 3}, {"inertia", {1, 1, 1}}};
+  json["joints"]["guide"] = {
+      {"type", "translational"}, {"a", "ground"}, {"b", "block"}, {"point", {0, 0, 0}}, {"axis", {0, 1, 0}}};
+  json["joints"]["hinge"]["a"] = "block";
+  json["forces"]["spring"] = {
+      {"type", "translational_spring"}, {"joint", "guide"}, {"stiffness", 5 * 9.81 / 0.1}};
+  find(json);
+  EXPECT_EQ(report_.escapes, 1);
+  EXPECT_EQ(report_.growth, 0.0);
+  EXPECT_NEAR(q("block.y"), -0.1, 1e-8);
+  EXPECT_NEAR(q("bar.y"), -0.7, 1e-8);
+  EXPECT_NEAR(q("bar.x"), 0.0, 1e-8);
+}
+
+/// Rods of 1 m and 1 kg that stand, by their angles: the fastest motion, from plain matrices.
+double fastest_of_standing_chain(int rods) {
+  MatrixXd mass(rods, rods), stiffness = MatrixXd::Zero(rods, rods);
+  for (int i = 0; i < rods; ++i) {
+    for (int j = 0; j < rods; ++j) mass(i, j) = rods - std::max(i, j) - (i == j ? 2.0 / 3 : 0.5);
+    stiffness(i, i) = -9.81 * (rods - i - 0.5);
+  }
+  const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> solver(stiffness, mass);
+  return std::sqrt(-solver.eigenvalues()[0]);
+}
+
+TEST_F(Instability, OfAChainThatStands) {
+  for (const int rods : {2, 5, 40}) {
+    SCOPED_TRACE(rods);
+    find(test::chain(std::vector<double>(static_cast<std::size_t>(rods), 0.5 * kPi)));
+    expect_to_stay_and_grow_by(fastest_of_standing_chain(rods), rods < 10 ? 1e-6 : 0.5);
+  }
+}
+
+/// Free motions have a stiffness of zero, and rounding makes that negative as often as not.
+TEST_F(Instability, IsNotThatOfFreeMotions) {
+  find(Json::parse(R"({"name": "free", "end": 1, "outputs": 1, "joints": {},
+    "bodies": {"block": {"type": "rigid", "mass": 2, "inertia": [0.1, 0.2, 0.3]}}})"));
+  expect_stable();
+  for (const double angle : {0.0, 0.3, 1.0, 2.0}) {
+    Json json = test::pendulum(angle);
+    json["gravity"] = {0, 0, -9.81};  // along the axis
+    find(json);
+    expect_stable();
+    json["gravity"] = {0, 0, 0};
+    find(json);
+    expect_stable();
+  }
+  Json beam = test::cantilever(0.02, 0.02, 6);
+  beam["motions"].clear();
+  find(beam);
+  expect_stable();
+  // Turned about its own length, which hangs from a hinge.
+  beam["gravity"] = {9.81, 0, 0};
+  beam["joints"]["hinge"] = {
+      {"type", "revolute"}, {"a", "ground"}, {"b", "beam:x0"}, {"point", {0, 0, 0}}, {"axis", {1, 0, 0}}};
+  find(beam);
+  expect_stable();
+}
+
+/// Links in a plane across which the weight acts, on axes that carry moments; and links that nothing holds
+/// and nothing loads, whose multipliers are rounding. Their lengths are in m, km and mm.
+TEST_F(Instability, IsNotThatOfLinksInAnyPosition) {
+  for (const double length : {1.0, 1e-3, 1e3})
+    for (const bool is_held : {true, false}) {
+      SCOPED_TRACE(std::to_string(length) + (is_held ? " held" : " free"));
+      test::Random random(11);
+      std::vector<double> angles;
+      for (int k = 0; k < 20; ++k) angles.push_back(3 * random.entry());
+      Json json = test::chain(angles);
+      for (auto& [name, body] : json["bodies"].items()) {
+        for (Json& x : body["position"]) x = x.get<double>() * length;
+        for (Json& x : body["inertia"]) x = x.get<double>() * length * length;
+      }
+      for (auto& [name, joint] : json["joints"].items())
+        for (Json& x : joint["point"]) x = x.get<double>() * length;
+      json["gravity"] = {0, 0, is_held ? -9.81 * length : 0.0};
+      if (!is_held) json["joints"].erase("hinge0");
+      find(json);
+      expect_stable();
+    }
+}
+
+/// A steel beam on a hinge, whose elements are 1e11 times as stiff as its weight: sqrt(3 g / (2 L)), of a
+/// thin rod.
+TEST_F(Instability, OfAStandingBeamOfStiffElements) {
+  Json beam = test::cantilever(0.01, 0.01, 6);
+  beam["motions"].clear();
+  beam["joints"]["hinge"] = {
+      {"type", "revolute"}, {"a", "ground"}, {"b", "beam:x0"}, {"point", {0, 0, 0}}, {"axis", {0, 0, 1}}};
+  beam["gravity"] = {9.81, 0, 0};
+  find(beam);
+  expect_stable();
+  beam["gravity"] = {-9.81, 0, 0};
+  find(beam);
+  EXPECT_NEAR(report_.growth, std::sqrt(1.5 * 9.81), 0.01 * std::sqrt(1.5 * 9.81));
+  EXPECT_TRUE(report_.as_given);
+}
+
+/// A column that is clamped below buckles at pi^2 E I / (4 L^2). Beyond that it goes to the elastica, with a
+/// tip angle 2 asin(k): L sqrt(P / (E I)) = K(k), and across 2 k / sqrt(P / (E I)).
+TEST_F(Instability, OfAColumnBeginsAtEulersLoad) {
+  const double bending = 2e11 * std::pow(0.01, 4) / 12, critical = bending * kPi * kPi / 4;
+  for (const double part : {0.9, 1.1}) {
+    SCOPED_TRACE(part);
+    Json json = test::cantilever(0.01, 0.01, 20);
+    json["forces"]["load"] = {{"type", "point"},
+                              {"side", "beam:x1"},
+                              {"point", {1, 0, 0}},
+                              {"x", std::to_string(-part * critical)}};
+    find(json);
+    const double across = std::hypot(q("beam:x1.y"), q("beam:x1.z"));
+    if (part < 1) {
+      expect_stable();
+      EXPECT_LT(across, 1e-6);
+      continue;
+    }
+    EXPECT_GE(report_.escapes, 1);
+    EXPECT_EQ(report_.growth, 0.0);
+    const double rate = std::sqrt(part * critical / bending);
+    double low = 0.0, high = 1.0;  // of k
+    for (int i = 0; i < 60; ++i) {
+      const double k = 0.5 * (low + high);
+      (std::comp_ellint_1(k) < rate ? low : high) = k;
+    }
+    EXPECT_NEAR(across, 2 * low / rate, 0.03);
+  }
+}
+
+/// Two rods on springs of 1 N m/rad, pressed at the end. A load that keeps its direction buckles them.
+/// Ziegler's, which follows the second rod, never does (it makes them flutter, from about 2 N on), although
+/// x^T K x becomes negative.
+TEST_F(Instability, OfTwoRodsUnderALoadThatFollowsIsNone) {
+  Json json = test::chain({0.0, 0.0});
+  json["gravity"] = {0, 0, 0};
+  for (const char* hinge : {"0", "1"})
+    json["forces"][std::string("coil") + hinge] = {
+        {"type", "rotational_spring"}, {"joint", std::string("hinge") + hinge}, {"stiffness", 1}};
+  for (const double load : {0.3, 0.45, 1.5, 3.0}) {
+    SCOPED_TRACE(load);
+    json["forces"]["load"] = {
+        {"type", "point"}, {"side", "rod1"}, {"point", {2, 0, 0}}, {"x", std::to_string(-load)}};
+    find(json);
+    const MatrixXd mass = (MatrixXd(2, 2) << 4.0 / 3, 0.5, 0.5, 1.0 / 3).finished(),
+                   stiffness = (MatrixXd(2, 2) << 2 - load, -1, -1, 1 - load).finished();
+    const double kappa = Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd>(stiffness, mass).eigenvalues()[0];
+    if (kappa > 0)
+      expect_stable();
+    else
+      expect_to_stay_and_grow_by(std::sqrt(-kappa), 1e-6);
+    json["forces"]["load"]["axes"] = "body";
+    find(json);
+    expect_stable();
+  }
+}
+
+/// Nets come to rest at saddles where the search does not leave them. The least eigenvalue of the energy's
+/// second derivatives, by differences of plain loops over the springs.
+TEST_F(Instability, OfANetOfSpringsIsLeft) {
+  int escapes = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const test::Net net(seed == 1 ? 8 : 4, seed);
+    find(net.model());
+    std::vector<double> x;
+    for (int body = 0; body < net.bodies(); ++body)
+      for (const char* axis : {".x", ".y", ".z"}) x.push_back(q("mass" + std::to_string(body) + axis));
+    for (const double slope : net.gradient(x)) EXPECT_NEAR(slope, 0.0, 1e-6);
+    EXPECT_GT(net.least_stiffness(x), 0.0) << "seed " << seed;
+    EXPECT_EQ(report_.growth, 0.0);
+    escapes += report_.escapes;
+  }
+  EXPECT_GE(escapes, 5);
+}
+
+}  // namespace
+}  // namespace mfs::dae

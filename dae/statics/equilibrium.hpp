@@ -18,9 +18,9 @@
 // back to the constraints alone, without the forces, a chain of 250 links was pushed about by its own
 // mending.
 //
-// An equilibrium that is reached may be unstable all the same, as a step goes where forces push as a whole. So
-// each is examined (instability.hpp). Where a motion grows the search takes a short step along it and goes on;
-// one that begins in an unstable equilibrium stays there, and the report tells.
+// An equilibrium that is reached may be unstable all the same, as a step goes where forces push as a whole.
+// So each is examined (instability.hpp). Where a motion grows the search takes a short step along it and goes
+// on; one that begins in an unstable equilibrium stays there, and the report tells.
 #pragma once
 
 #include <functional>

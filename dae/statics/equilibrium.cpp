@@ -158,6 +158,7 @@ class Search {
           return true;
         }
       } catch (const InvalidInput&) {  // as of springs whose ends come together, on this side
+      } catch (const SingularMatrix&) {
       }
     }
     state_ = unstable;

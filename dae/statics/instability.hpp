@@ -11,7 +11,7 @@
 // in which each kappa of K x = kappa M x counts by 1 / (s + kappa). One space of 40 vectors shows a negative
 // kappa that is between a hundredth and a thousand times of s in size. So s falls from what the stiffest part
 // has, by ten thousands, until the space shows the smallest kappa of all; free motions, whose kappa is 0,
-// take four factorizations. Where several motions grow, the one that is returned need not be the fastest.
+// take three factorizations. Where several motions grow, the one that is returned need not be the fastest.
 #pragma once
 
 #include <functional>

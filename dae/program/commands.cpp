@@ -110,7 +110,7 @@ void show_plots(const PlotOutcome& plots) {
   io::print(text);
 }
 
-MultibodyModel load_model(const Command& command) {
+MultibodyModel load_model(const Command& command, Backend forces) {
   Json json = read_model(command.model);
   const int asked = command.threads == 0 && has_few_rigid_bodies(json) ? 1 : command.threads;
   const int threads = host_threads(asked, command.backend, omp_get_num_procs());
@@ -118,7 +118,8 @@ MultibodyModel load_model(const Command& command) {
   if (command.refine > 0) refine_meshes(json, command.refine);
   set_parameters(command.parameters, json);
   const std::string folder = std::filesystem::path(command.model).parent_path().string();
-  MultibodyModel model = make_model(json, folder, threads, command.backend);
+  MultibodyModel model = make_model(json, folder, threads, forces);
+  model.integrator.backend = command.backend;
   model.integrator.analysis_threads = analysis_threads(asked, command.backend, omp_get_num_procs());
   return model;
 }
@@ -145,9 +146,9 @@ ExitCode run_model(const Command& command) {
   try {
     const Stopwatch watch;
     display.show("model", 0.0);
-    MultibodyModel model = load_model(command);
+    MultibodyModel model = load_model(command, command.backend);
     program::throw_if_interrupted();
-    result.notes = start_model(model);
+    result.notes = start_model(command, model);
     program::throw_if_interrupted();
     result.model = model.name;
     result.time_model = watch.seconds();
@@ -176,7 +177,7 @@ ExitCode plot_results(const Command& command) {
 }
 
 ExitCode check_model(const Command& command) {
-  const MultibodyModel model = load_model(command);
+  const MultibodyModel model = load_model(command, command.backend);
   make_integrator(model);  // checks its options
   io::print(fmt::format("{}: {} flexible and {} rigid bodies, {} coordinates, {} constraints, {} unknowns\n",
                         model.name, model.flexible_bodies.size(), model.rigid_bodies.size(),

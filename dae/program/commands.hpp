@@ -29,12 +29,13 @@ struct Command {
 
 /// Names the pictures that were drawn; on standard error, why there are none.
 void show_plots(const PlotOutcome& plots);
-/// The model of the command, for its backend and threads.
-MultibodyModel load_model(const Command& command);
+/// The model of the command, for its backend and threads; `forces`: where flexible bodies are evaluated.
+MultibodyModel load_model(const Command& command, Backend forces);
 /// Refuses options of the model as InvalidInput("integrator").
 Integrator make_integrator(const MultibodyModel& model);
-/// Puts the model to rest where the file asks for that ("start"). Returns what to know of that.
-std::vector<std::string> start_model(MultibodyModel& model);
+/// Puts the model of the command to rest where the file asks for that ("start"). Returns what to know of
+/// that.
+std::vector<std::string> start_model(const Command& command, MultibodyModel& model);
 
 /// All throw what describe_current_exception() knows.
 program::ExitCode run_model(const Command& command);

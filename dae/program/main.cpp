@@ -41,10 +41,8 @@ void add_report(CLI::App& app, Command& command) {
   app.add_flag("!--no-plots", command.plots, "draw none; 'mfs-dae plot DIR' does it later");
 }
 
-void add_executor(CLI::App& app, Command& command) {
-  mfs::program::add_backend(
-      app, command.backend,
-      "of the linear solver and of flexible bodies: serial, openmp (default), cuda or kokkos");
+void add_executor(CLI::App& app, Command& command, const std::string& of) {
+  mfs::program::add_backend(app, command.backend, of + ": serial, openmp (default), cuda or kokkos");
   mfs::program::add_threads(app, command.threads);
 }
 
@@ -52,7 +50,7 @@ CLI::App* add_about(CLI::App& app, Command& command, const char* name, const cha
   CLI::App* about = app.add_subcommand(name, what);
   add_model(*about, command);
   about->add_option("-o", command.folder, "folder of the results, made if need be")->type_name("DIR");
-  add_executor(*about, command);
+  add_executor(*about, command, "of the linear solver");
   add_refine(*about, command);
   add_set(*about, command);
   add_report(*about, command);
@@ -93,7 +91,7 @@ void add_run(CLI::App& app, Command& command) {
   run->add_option("-o", command.folder, "folder of the results, made if need be")
       ->type_name("DIR")
       ->required();
-  add_executor(*run, command);
+  add_executor(*run, command, "of the linear solver and of flexible bodies");
   add_refine(*run, command);
   add_set(*run, command);
   add_report(*run, command);

@@ -43,6 +43,12 @@ std::vector<std::string> stability_notes(const EquilibriumReport& report) {
                   report.as_given ? "; it is where the model begins" : ", and no other has been found")};
 }
 
+/// Where flexible bodies are evaluated for statics: derivatives of forces on a device stay there
+/// (RemoteTangent), and statics composes its matrices on the host.
+Backend where_derivatives_are(Backend solver) {
+  return backend_info(solver).memory == MemorySpace::device ? Backend::openmp : solver;
+}
+
 /// `notes`: overwritten.
 State equilibrium(const MultibodyModel& model, std::vector<std::string>& notes) {
   EquilibriumReport report;
@@ -75,8 +81,8 @@ class FirstOutput : public Observer {
 };
 
 /// Of the motion at time t, with accelerations and multipliers.
-State state_at(MultibodyModel& model, double t) {
-  start_model(model);
+State state_at(MultibodyModel& model, double t, std::vector<std::string>& notes) {
+  if (model.starts_at_rest) model.q0 = equilibrium(model, notes).q;
   Integrator integrator = make_integrator(model);
   FirstOutput first(t);
   try {
@@ -86,9 +92,9 @@ State state_at(MultibodyModel& model, double t) {
   return first.taken;
 }
 
-/// `notes`: overwritten where it is at rest.
+/// `notes`: overwritten where it is at rest or begins there.
 State state_of(MultibodyModel& model, const Command& command, std::vector<std::string>& notes) {
-  return command.at ? state_at(model, *command.at) : equilibrium(model, notes);
+  return command.at ? state_at(model, *command.at, notes) : equilibrium(model, notes);
 }
 
 std::string where(const Command& command) {
@@ -114,7 +120,7 @@ ExitCode with_report(const Command& command, const Work& work) {
     if (!command.json.empty()) io::write_file(command.json, program::one_line(json) + "\n");
   };
   try {
-    MultibodyModel model = load_model(command);
+    MultibodyModel model = load_model(command, where_derivatives_are(command.backend));
     json["name"] = model.name;
     json["coordinates"] = model.system->coordinates();
     json["constraints"] = model.system->constraints();
@@ -159,9 +165,15 @@ void list(const Command& command, const MultibodyModel& model, const std::vector
 
 }  // namespace
 
-std::vector<std::string> start_model(MultibodyModel& model) {
+std::vector<std::string> start_model(const Command& command, MultibodyModel& model) {
   std::vector<std::string> notes;
-  if (model.starts_at_rest) model.q0 = equilibrium(model, notes).q;
+  if (!model.starts_at_rest) return notes;
+  const Backend forces = where_derivatives_are(command.backend);
+  if (forces == command.backend) {
+    model.q0 = equilibrium(model, notes).q;
+  } else {
+    model.q0 = equilibrium(load_model(command, forces), notes).q;
+  }
   return notes;
 }
 

@@ -313,7 +313,8 @@ double MatrixFactors<Scalar>::pivot_tolerance() const {
 // Factors what is in matrix_values().
 template <class Scalar>
 void MatrixFactors<Scalar>::factor_values(std::size_t most_perturbed) {
-  if (std::exchange(pivots_proved_, false)) {
+  const bool proved = std::exchange(pivots_proved_, false);
+  if (proved) {
     divide_by_tiny_pivots();
     divides_proved_ = true;
   }
@@ -321,6 +322,7 @@ void MatrixFactors<Scalar>::factor_values(std::size_t most_perturbed) {
   if (tiny_pivots_ == TinyPivots::noise) present.most_perturbed = most_perturbed;
   factor_values(present);
   divide_if_more_fail_than(most_perturbed);
+  if (proved && report_.perturbed_pivots > 0) delay_small_pivots();
 }
 
 template <class Scalar>
@@ -457,10 +459,20 @@ bool MatrixFactors<Scalar>::delay_while_pivots_fail(double allowed_flops) {
 // Of the values of the analysis.
 template <class Scalar>
 void MatrixFactors<Scalar>::delay_first_pivots() {
-  constexpr double kGrowth = 1.5, kFree = 1e8;
   usual_flops_ = report_.flops.total();
-  delay_while_pivots_fail(kGrowth * usual_flops_ + kFree);
+  delay_while_pivots_fail(allowed_flops());
   divide_if_more_fail_than(kMostCorrected);
+}
+
+// A is regular, but a pivot that has nowhere to go, at a root, holds nothing but rounding, so each solve
+// would be corrected. Pivots before it took what it lacks, which passed though they were small beside their
+// border.
+template <class Scalar>
+void MatrixFactors<Scalar>::delay_small_pivots() {
+  forget_tiny_pivots();
+  factor_values(threshold_policy());
+  if (!delay_while_pivots_fail(allowed_flops())) factor_values();
+  stays_corrected_ = report_.perturbed_pivots > 0;
 }
 
 template <class Scalar>

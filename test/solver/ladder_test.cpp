@@ -1,6 +1,9 @@
 // The report of the ladder: which rung a solve needed, and that its time is told where there is some.
+#include <cmath>
+#include <cstdint>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "test/reference/generators.hpp"
 #include "test/solver/systems.hpp"
@@ -154,6 +157,36 @@ TEST(Ladder, PivotsThatFailForLaterValuesAreDelayed) {
   EXPECT_GT(last.reanalyses, 0);
   EXPECT_EQ(last.perturbed_pivots, 0);
   EXPECT_EQ(last.corrected_pivots, 0);
+}
+
+// Eliminated in this order, with fronts {0}, {1}, {2, 3}: 1/8 passes beside 2^25, which came of 2^-25, and
+// 2^28 swallows the last pivot, so that the root holds 0 there.
+TEST(Ladder, WhatARootLacksIsTakenBackFromSmallPivots) {
+  const double tiny = std::ldexp(1.0, -25), last = 2.5e-8;
+  const std::vector<std::int32_t> offsets{0, 2, 5, 6, 8}, columns{0, 1, 1, 2, 3, 0, 0, 3};
+  const std::vector<double> values{tiny, 1, 0.125, 1, 1, 1, 1, last}, b{1, 2, 3, 4};
+  Options options = without_matching();
+  options.analysis.permutation = {0, 1, 2, 3};
+  options.analysis.tree.offsets = {0, 1, 2, 4};
+  options.analysis.tree.parent = {1, 2, -1};
+  Solver solver(options);
+  solver.factor(CsrView<double>{4, 4, offsets.data(), columns.data(), values.data()});
+  std::vector<double> x(4);
+  const auto expect_solved = [&](std::int64_t corrected) {
+    solver.solve(b.data(), x.data());
+    EXPECT_EQ(solver.report().corrected_pivots, corrected);
+    EXPECT_DOUBLE_EQ(x[0], 3);
+    EXPECT_DOUBLE_EQ(x[1], 1 - 3 * tiny);
+    EXPECT_DOUBLE_EQ(x[3], 1 / last);
+    EXPECT_DOUBLE_EQ(x[2], 2 - x[1] / 8 - x[3]);
+  };
+  expect_solved(1);
+  for (int k = 0; k < 2; ++k) {
+    solver.refactor(values.data());
+    EXPECT_EQ(solver.report().perturbed_pivots, 0);
+    EXPECT_EQ(solver.report().reanalyses, 1);
+    expect_solved(0);
+  }
 }
 
 TEST(Ladder, PivotsThatAreSmallForLaterValuesAreDelayed) {

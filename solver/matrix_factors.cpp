@@ -322,7 +322,7 @@ void MatrixFactors<Scalar>::factor_values(std::size_t most_perturbed) {
   if (tiny_pivots_ == TinyPivots::noise) present.most_perturbed = most_perturbed;
   factor_values(present);
   divide_if_more_fail_than(most_perturbed);
-  if (proved && report_.perturbed_pivots > 0) delay_small_pivots();
+  if (proved) delay_while_pivots_fail(allowed_flops());  // what is too small even to be divided by
 }
 
 template <class Scalar>
@@ -462,17 +462,6 @@ void MatrixFactors<Scalar>::delay_first_pivots() {
   usual_flops_ = report_.flops.total();
   delay_while_pivots_fail(allowed_flops());
   divide_if_more_fail_than(kMostCorrected);
-}
-
-// A is regular, but a pivot that has nowhere to go, at a root, holds nothing but rounding, so each solve
-// would be corrected. Pivots before it took what it lacks, which passed though they were small beside their
-// border.
-template <class Scalar>
-void MatrixFactors<Scalar>::delay_small_pivots() {
-  forget_tiny_pivots();
-  factor_values(threshold_policy());
-  if (!delay_while_pivots_fail(allowed_flops())) factor_values();
-  stays_corrected_ = report_.perturbed_pivots > 0;
 }
 
 template <class Scalar>

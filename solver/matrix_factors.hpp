@@ -110,7 +110,6 @@ class MatrixFactors {
 
   bool delay_while_pivots_fail(double allowed_flops);
   void delay_first_pivots();
-  void delay_small_pivots();
   /// Where pivots of the values of the analysis move.
   double allowed_flops() const { return 1.5 * usual_flops_ + 1e8; }
   bool tree_is_outdated() const;

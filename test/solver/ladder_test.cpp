@@ -183,13 +183,15 @@ TEST(Ladder, WhatIsTooSmallToBeDividedByIsDelayed) {
     EXPECT_DOUBLE_EQ(x[3], 3 - 1e-8 * x[2]);
   };
   expect_solved(1);
+  EXPECT_EQ(solver.report().reanalyses, 0);
+  solver.refactor(values.data());
   const auto changes = solver.report().reanalyses;
-  for (int k = 0; k < 2; ++k) {
-    solver.refactor(values.data());
-    EXPECT_EQ(solver.report().perturbed_pivots, 0);
-    EXPECT_EQ(solver.report().reanalyses, changes + 1);
-    expect_solved(0);
-  }
+  EXPECT_GT(changes, 0);
+  EXPECT_EQ(solver.report().perturbed_pivots, 0);
+  expect_solved(0);
+  solver.refactor(values.data());
+  EXPECT_EQ(solver.report().reanalyses, changes);
+  expect_solved(0);
 }
 
 TEST(Ladder, PivotsThatAreSmallForLaterValuesAreDelayed) {

@@ -31,9 +31,8 @@ class ResultFiles {
   /// `state`: at the end of the step; empty vectors unless along_steps(). All throw InvalidInput.
   void add_step(const StepReport& step, const State& state);
   /// Adds the rows of an output. `begin`: where the first one's corrected initial conditions are; null: in
-  /// `state`. What is returned writes its pictures and enters them into their list; it may
-  /// be called by another thread, beside others of its kind and the functions of this class, and throws
-  /// InvalidInput.
+  /// `state`. What is returned writes its pictures and enters them into their list; it may be called by
+  /// another thread, beside others of its kind and the functions of this class, and throws InvalidInput.
   std::function<void()> add_output(const std::shared_ptr<const State>& state, const State* begin = nullptr);
   /// How many threads pictures are worth.
   int worth_threads() const { return model_.flexible_bodies.empty() ? 1 : threads_; }

@@ -49,11 +49,14 @@ Backend where_derivatives_are(Backend solver) {
   return backend_info(solver).memory == MemorySpace::device ? Backend::openmp : solver;
 }
 
+State search_rest(const MultibodyModel& model, EquilibriumReport& report) {
+  return find_equilibrium(*model.system, model.integrator, {0.0, model.q0, model.v0, {}, {}}, &report, go_on);
+}
+
 /// `notes`: overwritten.
 State equilibrium(const MultibodyModel& model, std::vector<std::string>& notes) {
   EquilibriumReport report;
-  State state =
-      find_equilibrium(*model.system, model.integrator, {0.0, model.q0, model.v0, {}, {}}, &report, go_on);
+  State state = search_rest(model, report);
   program::throw_if_interrupted();
   notes = stability_notes(report);
   return state;
@@ -182,8 +185,7 @@ ExitCode solve_static(const Command& command) {
     ResultFiles files(model, command.folder,
                       host_threads(command.threads, command.backend, omp_get_num_procs()));
     EquilibriumReport report;
-    const auto state = std::make_shared<const State>(
-        find_equilibrium(*model.system, model.integrator, {0.0, model.q0, model.v0, {}, {}}, &report, go_on));
+    const auto state = std::make_shared<const State>(search_rest(model, report));
     json["iterations"] = report.iterations;
     json["escapes"] = report.escapes;
     json["force"] = report.force;

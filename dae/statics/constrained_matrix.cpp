@@ -1,9 +1,10 @@
 #include "dae/statics/constrained_matrix.hpp"
 
-#include <algorithm>
-#include <cmath>
+#include <utility>
 
 #include <mfs/error.hpp>
+
+#include "dae/statics/block_vectors.hpp"
 
 namespace mfs::dae {
 namespace {
@@ -31,14 +32,11 @@ std::vector<Composition::Term> terms_of(const ConstrainedSystem& system, const T
 
 /// The median of the sizes of the diagonal's entries that are not zero, 1 where there are none.
 double typical_diagonal(const Pattern& pattern, const std::vector<double>& values, int rows) {
+  const Eigen::VectorXd all = diagonal_sizes(pattern, values);
   std::vector<double> sizes;
-  const std::vector<int> place = find_diagonal(pattern);
   for (int i = 0; i < rows; ++i)
-    if (const int k = place[i]; k >= 0 && values[k] != 0) sizes.push_back(std::abs(values[k]));
-  if (sizes.empty()) return 1.0;
-  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-  std::nth_element(sizes.begin(), middle, sizes.end());
-  return *middle;
+    if (all[i] != 0) sizes.push_back(all[i]);
+  return sizes.empty() ? 1.0 : median(std::move(sizes));
 }
 
 }  // namespace

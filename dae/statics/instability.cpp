@@ -3,8 +3,11 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <mfs/error.hpp>
+
+#include "dae/statics/block_vectors.hpp"
 
 namespace mfs::dae {
 namespace {
@@ -28,21 +31,6 @@ constexpr double kDependent = 1e-10;
 constexpr double kRounding = 1e-14;
 /// K is symmetric where the rest is this part of kappa, and an eigenvector has a residual of this part.
 constexpr double kSymmetric = 1e-3, kEigenvector = 1e-3;
-
-std::vector<double> diagonal_sizes(const Pattern& pattern, const std::vector<double>& values) {
-  std::vector<double> sizes(static_cast<std::size_t>(pattern.rows), 0.0);
-  for (int i = 0; i < pattern.rows; ++i)
-    for (int k = pattern.row_start[i]; k < pattern.row_start[i + 1]; ++k)
-      if (pattern.column[k] == i) sizes[i] = std::abs(values[k]);
-  return sizes;
-}
-
-/// Of no symmetry that a motion could have.
-VectorXd irregular(Index size) {
-  VectorXd x(size);
-  for (Index i = 0; i < size; ++i) x[i] = std::sin(1.0 + 1.7 * static_cast<double>(i));
-  return x;
-}
 
 class UnstableMotionSearch {
  public:
@@ -75,13 +63,12 @@ class UnstableMotionSearch {
   /// The largest of the diagonals; where what is stiff has no inertia, as the travel of a joint, that of a
   /// typical body takes its place.
   double stiffest_kappa() const {
-    const std::vector<double> k = diagonal_sizes(system_.tangent_pattern()[Block::force_q],
-                                                 tangent_[Block::force_q]),
-                              m = diagonal_sizes(system_.tangent_pattern()[Block::force_a],
-                                                 tangent_[Block::force_a]);
+    const TangentPattern& pattern = system_.tangent_pattern();
+    const VectorXd k = diagonal_sizes(pattern[Block::force_q], tangent_[Block::force_q]),
+                   m = diagonal_sizes(pattern[Block::force_a], tangent_[Block::force_a]);
     std::vector<double> inertias;
     double most = 0.0, without = 0.0;
-    for (std::size_t i = 0; i < m.size(); ++i) {
+    for (Index i = 0; i < m.size(); ++i) {
       if (m[i] > 0) {
         inertias.push_back(m[i]);
         most = std::max(most, k[i] / m[i]);
@@ -90,9 +77,7 @@ class UnstableMotionSearch {
       }
     }
     if (inertias.empty()) return 0.0;
-    const auto middle = inertias.begin() + static_cast<std::ptrdiff_t>(inertias.size() / 2);
-    std::nth_element(inertias.begin(), middle, inertias.end());
-    return std::max(most, without / *middle);
+    return std::max(most, without / median(std::move(inertias)));
   }
 
   /// Where the space has only positive kappas, it has shown negative ones down to that size.
@@ -101,9 +86,7 @@ class UnstableMotionSearch {
   }
 
   VectorXd times(Block block, const VectorXd& x, bool transposed = false) const {
-    const std::vector<double> y = product(system_.tangent_pattern()[block], tangent_[block],
-                                          std::vector<double>(x.begin(), x.end()), transposed);
-    return Eigen::Map<const VectorXd>(y.data(), static_cast<Index>(y.size()));
+    return product(system_.tangent_pattern()[block], tangent_[block], x, transposed);
   }
 
   /// z of the force M x.

@@ -10,6 +10,7 @@
 #include <mfs/error.hpp>
 
 #include "dae/integrator/scaled_system.hpp"
+#include "dae/statics/block_vectors.hpp"
 #include "dae/statics/constrained_matrix.hpp"
 #include "dae/statics/independent_system.hpp"
 
@@ -49,9 +50,7 @@ class Matrices {
   }
   const Tangent& tangent() const { return tangent_; }
   VectorXd times(Block block, const VectorXd& x) const {
-    const std::vector<double> y =
-        product(pattern_[block], tangent_[block], std::vector<double>(x.begin(), x.end()));
-    return Eigen::Map<const VectorXd>(y.data(), static_cast<Index>(y.size()));
+    return product(pattern_[block], tangent_[block], x);
   }
   MatrixXd dense(Block block) const {
     const Pattern& p = pattern_[block];
@@ -74,18 +73,9 @@ class Matrices {
       const double stiffest = k.maxCoeff(), heaviest = m.maxCoeff();
       return stiffest > 0 && heaviest > 0 ? std::sqrt(stiffest / heaviest) : 1.0;
     }
-    const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
-    std::nth_element(all.begin(), middle, all.end());
-    return *middle;
+    return median(std::move(all));
   }
-  VectorXd diagonal(Block block) const {
-    const Pattern& p = pattern_[block];
-    VectorXd sizes = VectorXd::Zero(p.rows);
-    for (int i = 0; i < p.rows; ++i)
-      for (int k = p.row_start[i]; k < p.row_start[i + 1]; ++k)
-        if (p.column[k] == i) sizes[i] = std::abs(tangent_[block][k]);
-    return sizes;
-  }
+  VectorXd diagonal(Block block) const { return diagonal_sizes(pattern_[block], tangent_[block]); }
 
   const TangentPattern& pattern_;
   Tangent tangent_;
@@ -128,13 +118,6 @@ Eigenpairs solve_reduced(const Matrices& matrices, int n, int m, double c) {
   if (solver.info() != Eigen::Success)
     throw Error("modes: the eigenvalues of the reduced system are not found");
   return {solver.eigenvalues(), basis * solver.eigenvectors().topRows(f)};
-}
-
-/// Of no symmetry that a mode could have.
-VectorXd irregular(Index size, int number) {
-  VectorXd x(size);
-  for (Index i = 0; i < size; ++i) x[i] = std::sin(1.0 + 1.7 * static_cast<double>(i * number));
-  return x;
 }
 
 /// The operator, on vectors (a, b / rate), less what lies in the space of those found.

@@ -9,22 +9,15 @@
 #include <mfs/error.hpp>
 
 #include "dae/model/model_library.hpp"
-#include "test/dae/statics/models.hpp"
+#include "test/dae/statics/at_rest.hpp"
 
 namespace mfs::dae {
 namespace {
 
 const double kPi = std::acos(-1.0);
 
-class Equilibrium : public testing::Test {
+class Equilibrium : public test::AtRest {
  protected:
-  void find(const Json& json) {
-    model_ = make_model(json, "", 1);
-    model_.integrator.threads = 1;
-    state_ =
-        find_equilibrium(*model_.system, model_.integrator, {0.0, model_.q0, model_.v0, {}, {}}, &report_);
-  }
-  double q(const std::string& name) const { return state_.q[test::coordinate(*model_.system, name)]; }
   /// Rods of the chain lie at these angles from the x axis.
   void expect_at(const std::vector<double>& angles, double within) const {
     double x = 0.0, y = 0.0, most = 0.0;
@@ -40,9 +33,6 @@ class Equilibrium : public testing::Test {
   }
   /// Of a body, and of a frame from where it began, about z.
   double turn(const std::string& frame) const { return 2 * std::atan2(q(frame + ".e3"), q(frame + ".e0")); }
-  MultibodyModel model_;
-  State state_;
-  EquilibriumReport report_;
 };
 
 TEST_F(Equilibrium, AWeightOnSprings) {

@@ -6,8 +6,7 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
-#include "dae/statics/equilibrium.hpp"
-#include "test/dae/statics/models.hpp"
+#include "test/dae/statics/at_rest.hpp"
 #include "test/dae/statics/net.hpp"
 
 namespace mfs::dae {
@@ -17,15 +16,8 @@ using Eigen::MatrixXd;
 
 const double kPi = std::acos(-1.0);
 
-class Instability : public testing::Test {
+class Instability : public test::AtRest {
  protected:
-  void find(const Json& json) {
-    model_ = make_model(json, "", 1);
-    model_.integrator.threads = 1;
-    state_ =
-        find_equilibrium(*model_.system, model_.integrator, {0.0, model_.q0, model_.v0, {}, {}}, &report_);
-  }
-  double q(const std::string& name) const { return state_.q[test::coordinate(*model_.system, name)]; }
   void expect_stable() const {
     EXPECT_EQ(report_.growth, 0.0);
     EXPECT_EQ(report_.grows_most, "");
@@ -37,9 +29,6 @@ class Instability : public testing::Test {
     EXPECT_EQ(report_.escapes, 0);
     for (std::size_t i = 0; i < state_.q.size(); ++i) EXPECT_NEAR(state_.q[i], model_.q0[i], 1e-9) << i;
   }
-  MultibodyModel model_;
-  State state_;
-  EquilibriumReport report_;
 };
 
 /// sqrt(m g l / J) = sqrt(2 x 9.81 x 0.6 / 0.96).

@@ -31,7 +31,8 @@ constexpr std::int64_t kTimesAsMany = 16, kFromPivots = 8;
 /// other up to kMostFilled pivots, by which memory is at its rate.
 constexpr std::int64_t kFewToCompare = 8, kMostFilled = 1024;
 
-/// `count` chains of `levels` fronts with `pivots` pivots each, whose borders are the pivots of the next two:
+/// `count` chains of `levels` fronts with `pivots` pivots each, whose borders are the pivots of the next
+/// `width`, two here:
 ///
 ///   D F F .
 ///   F D F F      D: pivot block, F: block beside it
@@ -41,7 +42,7 @@ constexpr std::int64_t kFewToCompare = 8, kMostFilled = 1024;
 /// Where the matrix is not `full`, only the first row and column of each block, and the diagonal, have
 /// entries: eliminating the first unknown of a front fills it all, so the matrix is small beside its factors.
 struct Chains {
-  std::int64_t pivots, count, levels;
+  std::int64_t pivots, count, levels, width = 2;
 
   std::int64_t rows() const { return pivots * count * levels; }
   /// Of level k of a chain, beginning with its first unknown; levels of all chains lie together.
@@ -60,7 +61,8 @@ struct Chains {
   void add_row(std::int64_t level, std::int64_t chain, std::int64_t i, bool full,
                io::CsrMatrix<double>& a) const {
     const double small = 1 / (8.0 * static_cast<double>(pivots));
-    const std::int64_t first = std::max<std::int64_t>(level - 2, 0), last = std::min(level + 2, levels - 1);
+    const std::int64_t first = std::max<std::int64_t>(level - width, 0),
+                       last = std::min(level + width, levels - 1);
     for (std::int64_t block = first; block <= last; ++block) {
       const auto add = [&](std::int64_t j) {
         a.column_indices.push_back(static_cast<std::int32_t>(begin(block, chain) + j));
@@ -216,6 +218,29 @@ FrontRate front_rate(const MeasuredChains& measured, const MachineRates& rates) 
   return rate;
 }
 
+// A device brings vectors from the host and back, and reads factors at one rate whatever the fronts are. That
+// is measured by borders of a real tree, of which more fit beside each other than of twice the pivots. What
+// small fronts take beside is their rows'.
+void measure_device_solve(const Options& options, std::int64_t factor_entries, MachineRates& rates) {
+  constexpr std::int64_t kPivotsOfRows = 8, kPivotsOfMemory = 256, kWidth = 6;
+  const auto added = [&](const Chains& one, std::int64_t count, const auto& amount) {
+    Chains several = one;
+    several.count = count;
+    const Measured few = measure(one, false, options), many = measure(several, false, options);
+    const double rows = rates.solve_seconds_per_row * static_cast<double>(many.report.n - few.report.n);
+    return std::max(many.solve - few.solve - rows, many.solve / 10) /
+           static_cast<double>(amount(many) - amount(few));
+  };
+  rates.solve_seconds_per_row = added({kPivotsOfRows, 1, kMostLevels},
+                                      factor_entries / (5 * kPivotsOfRows * kPivotsOfRows * kMostLevels),
+                                      [](const Measured& measured) { return measured.report.n; });
+  const std::int64_t front = (1 + 2 * kWidth) * kPivotsOfMemory * kPivotsOfMemory;
+  const double per_entry = added({kPivotsOfMemory, 1, kMostLevels, kWidth},
+                                 std::max(factor_entries / (front * kMostLevels), kFewToCompare),
+                                 [](const Measured& measured) { return measured.report.nnz_factor; });
+  for (FrontRate& rate : rates.fronts) rate.solve.each = per_entry * entries_of_front(rate.size);
+}
+
 /// The least memory limit that factors of this system can do with.
 std::int64_t least_limit(const Chains& chains, Options options) {
   options.analysis.matching = Matching::never;
@@ -230,7 +255,8 @@ std::int64_t least_limit(const Chains& chains, Options options) {
   return 0;
 }
 
-// By how much longer a solve takes that brings factors back. Where they cannot be had, nothing is said.
+// By how much longer a solve takes that brings factors back. Where they cannot be had, or memory is never
+// limited, nothing is said.
 void measure_link(const Options& options, std::int64_t factor_entries, MachineRates& rates) {
   constexpr std::int64_t kPivotsOfLink = 256;
   const Chains chains = chains_of(kPivotsOfLink, factor_entries);
@@ -242,6 +268,7 @@ void measure_link(const Options& options, std::int64_t factor_entries, MachineRa
     if (part.report.partial && part.solve > whole)
       rates.link_bytes_per_second = static_cast<double>(part.report.bytes_back) / (part.solve - whole);
   } catch (const OutOfMemory&) {
+  } catch (const InvalidInput&) {  // of a backend without limits
   }
 }
 
@@ -268,7 +295,10 @@ MachineRates measure_rates(const Options& options, std::int64_t factor_entries,
     rates.key = rates_key(own.backend, measured.many.report.threads);
   }
   measure_entries(own, factor_entries, rates);
-  if (on_device) measure_link(own, kTimesAsMany * factor_entries, rates);
+  if (on_device) {
+    measure_device_solve(own, kTimesAsMany * factor_entries, rates);
+    measure_link(own, kTimesAsMany * factor_entries, rates);
+  }
   rates.date = today();
   return rates;
 }

@@ -20,7 +20,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kFormat = 3;
+constexpr int kFormat = 4;
 
 std::string host_processor() {
   std::ifstream file("/proc/cpuinfo");
@@ -41,6 +41,10 @@ double time_of(const LevelTime& level, double fronts) {
   return level.alone + std::max(fronts - 1, 0.0) * level.each;
 }
 
+double clamped(double size, const MachineRates& rates) {
+  return std::clamp(size, rates.fronts.front().size, rates.fronts.back().size);
+}
+
 LevelTime interpolated(const std::vector<FrontRate>& rates, LevelTime FrontRate::*time, double size) {
   const auto above =
       std::find_if(rates.begin(), rates.end(), [&](const FrontRate& r) { return r.size >= size; });
@@ -53,6 +57,16 @@ LevelTime interpolated(const std::vector<FrontRate>& rates, LevelTime FrontRate:
   };
   const LevelTime &a = low.*time, &b = high.*time;
   return {mean(a.alone, b.alone), mean(a.each, b.each)};
+}
+
+// Of a depth with so many entries of factors, of which those of its mean front are read while that waits for
+// its pivots.
+double device_solve(const MachineRates& rates, const FrontShape& front, double entries) {
+  const double size = equivalent_size(front.pivots, 2 * front.pivots), known = clamped(size, rates);
+  const LevelTime time = interpolated(rates.fronts, &FrontRate::solve, known);
+  const double own = front.pivots * (front.pivots + 2 * front.border);
+  return time.alone * std::max(size / known, 1.0) +
+         std::max(entries - own, 0.0) * time.each / entries_of_front(known);
 }
 
 Json to_json(const MachineRates& rates) {
@@ -75,6 +89,7 @@ Json to_json(const MachineRates& rates) {
           {"solve_call", rates.solve_call},
           {"refactor_seconds_per_entry", rates.refactor_seconds_per_entry},
           {"solve_seconds_per_entry", rates.solve_seconds_per_entry},
+          {"solve_seconds_per_row", rates.solve_seconds_per_row},
           {"link_bytes_per_second", rates.link_bytes_per_second}};
 }
 
@@ -87,9 +102,11 @@ MachineRates from_json(const Json& json) {
                      json.at("solve_call"),
                      json.at("refactor_seconds_per_entry"),
                      json.at("solve_seconds_per_entry"),
+                     json.at("solve_seconds_per_row"),
                      json.at("link_bytes_per_second")};
-  for (const double number : {rates.refactor_call, rates.solve_call, rates.refactor_seconds_per_entry,
-                              rates.solve_seconds_per_entry, rates.link_bytes_per_second})
+  for (const double number :
+       {rates.refactor_call, rates.solve_call, rates.refactor_seconds_per_entry,
+        rates.solve_seconds_per_entry, rates.solve_seconds_per_row, rates.link_bytes_per_second})
     if (!(number >= 0) || !std::isfinite(number)) throw std::domain_error("a number that cannot be");
   double last = 0;
   for (const Json& front : json.at("fronts")) {
@@ -132,9 +149,9 @@ double entries_of_front(double size) {
 // Of sums over fronts of p pivots and b border rows: those of 2 p b^2 over those of 2 b^2 are a mean of p in
 // which the large fronts count most, and over those of 2 p b a mean of b of the same kind. Products inside
 // divided pivot blocks make them too large, and many small fronts the rest, so the largest front bounds both.
-double equivalent_size(const DepthSummary& d) {
+FrontShape mean_front(const DepthSummary& d) {
   const auto pivots = static_cast<double>(d.pivots), entries = static_cast<double>(d.factor_entries);
-  if (!(pivots > 0)) return 0;
+  if (!(pivots > 0)) return {};
   const auto largest = static_cast<double>(d.max_front);
   double p = std::min(entries / pivots, largest), b = 0;
   if (d.contribution_entries > 0) {
@@ -142,20 +159,29 @@ double equivalent_size(const DepthSummary& d) {
     const double beside = entries - p * pivots;
     b = std::min(beside > 0 ? d.flops.gemm / beside : largest, largest - p);
   }
-  return equivalent_size(p, b);
+  return {p, b};
+}
+
+double equivalent_size(const DepthSummary& depth) {
+  const FrontShape front = mean_front(depth);
+  return equivalent_size(front.pivots, front.border);
 }
 
 Prediction predict(const MachineRates& rates, const Report& report, const std::vector<DepthSummary>& depths) {
-  const auto entries = static_cast<double>(report.nnz);
-  Prediction sum{rates.refactor_call + entries * rates.refactor_seconds_per_entry,
-                 rates.solve_call + entries * rates.solve_seconds_per_entry, rates.date};
+  const auto entries = static_cast<double>(report.nnz), rows = static_cast<double>(report.n);
+  const bool on_device = backend_info(report.backend).memory == MemorySpace::device;
+  Prediction sum{
+      rates.refactor_call + entries * rates.refactor_seconds_per_entry,
+      rates.solve_call + entries * rates.solve_seconds_per_entry + rows * rates.solve_seconds_per_row,
+      rates.date};
   for (const DepthSummary& depth : depths) {
-    const double size =
-        std::clamp(equivalent_size(depth), rates.fronts.front().size, rates.fronts.back().size);
+    const double size = clamped(equivalent_size(depth), rates);
     sum.refactor += time_of(interpolated(rates.fronts, &FrontRate::refactor, size),
                             depth.flops.total() / flops_of_front(size));
-    sum.solve += time_of(interpolated(rates.fronts, &FrontRate::solve, size),
-                         static_cast<double>(depth.factor_entries) / entries_of_front(size));
+    const auto factors = static_cast<double>(depth.factor_entries);
+    sum.solve += on_device ? device_solve(rates, mean_front(depth), factors)
+                           : time_of(interpolated(rates.fronts, &FrontRate::solve, size),
+                                     factors / entries_of_front(size));
   }
   if (report.partial) {
     const auto moving = [&](std::int64_t bytes) {

@@ -44,6 +44,8 @@ struct MachineRates {
   double refactor_call = 0, solve_call = 0;  ///< s that a call takes whatever the fronts are
   /// What each entry of the matrix adds: it is put into its front, and read for the residual.
   double refactor_seconds_per_entry = 0, solve_seconds_per_entry = 0;
+  /// On a device, what each row adds: b comes from the host and x goes there. Elsewhere fronts have it.
+  double solve_seconds_per_row = 0;
   /// Between the memories of host and device, as a solve brings factors back; 0: not measured.
   double link_bytes_per_second = 0;
 };
@@ -61,8 +63,12 @@ struct Prediction {
   std::string date;  ///< of the rates
 };
 
-/// Rows and columns of the product with as many operations as the fronts of this depth have on the average,
-/// each front weighted by its operations: the cube root of m n k.
+/// Of the fronts of a depth, in a mean in which the large ones count most.
+struct FrontShape {
+  double pivots = 0, border = 0;
+};
+FrontShape mean_front(const DepthSummary& depth);
+/// Rows and columns of the product with as many operations as mean_front: the cube root of m n k.
 double equivalent_size(const DepthSummary& depth);
 /// Of one front of so many pivots and border rows.
 double equivalent_size(double pivots, double border);
@@ -70,9 +76,10 @@ double equivalent_size(double pivots, double border);
 double flops_of_front(double size);
 double entries_of_front(double size);
 
-/// What a call takes and the entries of the matrix, and by depth the time of one front of the depth's size,
-/// and for each further one what that adds. Both are interpolated between sizes that were measured (in
-/// logarithms); a front beyond them is so many of the last. Factors that do not fit a device take
+/// What a call takes and the rows and entries of the matrix, and by depth the time of one front of the
+/// depth's size, and for each further one what that adds. Both are interpolated between sizes that were
+/// measured (in logarithms); a front beyond them is so many of the last. On a device the pivots of a front
+/// decide how long a solve takes with it alone, whatever its border. Factors that do not fit a device take
 /// `report.slowdown` times that, at least what leaves at the rate of the link, and a solve what comes back by
 /// it besides. `rates.fronts` must not be empty.
 Prediction predict(const MachineRates& rates, const Report& report, const std::vector<DepthSummary>& depths);

@@ -79,6 +79,7 @@ MachineRates some_rates() {
           2e-4,
           3e-9,
           2e-9,
+          7e-9,
           5e10};
 }
 
@@ -90,6 +91,7 @@ TEST(Rates, PredictionByHand) {
   const double size = size_of(30, 85), part = std::log(size / 10) / std::log(100);
   mfs::Report report;
   report.nnz = 1000000;
+  report.n = 1000;
   const Prediction found = predict(some_rates(), report, depths);
   const auto entries = [](double size) { return 5 * std::pow(size / size_of(1, 2), 2); };
   const auto between = [&](double a, double b) { return a * std::pow(b / a, part); };
@@ -101,7 +103,7 @@ TEST(Rates, PredictionByHand) {
   EXPECT_NEAR(found.solve,
               0.2 + (9e6 / entries(1000) - 1) * 0.05 + between(1e-4, 0.2) +
                   (5 * (900 + 5100) / entries(size) - 1) * between(2e-5, 0.05) + 1e-4 +
-                  (100 * 8 / entries(10) - 1) * 2e-5 + 2e-4 + 2e-3,
+                  (100 * 8 / entries(10) - 1) * 2e-5 + 2e-4 + 2e-3 + 7e-6,
               1e-9 * found.solve);
   EXPECT_EQ(found.date, "2026-11-25");
   report.partial = true;
@@ -114,6 +116,26 @@ TEST(Rates, PredictionByHand) {
   report.bytes_out = 1000e9 * found.refactor;
   EXPECT_NEAR(predict(some_rates(), report, depths).refactor, 20 * found.refactor, 1e-9)
       << "by the link alone";
+}
+
+// How long a front is solved with alone is a matter of its pivots; further ones are read beside it.
+TEST(Rates, PredictionOfADeviceByHand) {
+  std::vector<DepthSummary> depths(3);
+  add_fronts(depths[0], 1, 3000, 0);
+  add_fronts(depths[1], 5, 30, 850);
+  add_fronts(depths[2], 100, 2, 1);
+  mfs::Report report;
+  report.backend = mfs::Backend::cuda;
+  report.nnz = 1000000;
+  report.n = 1000;
+  const auto entries = [](double size) { return 5 * std::pow(size / size_of(1, 2), 2); };
+  const double size = size_of(30, 60), part = std::log(size / 10) / std::log(100);
+  const auto between = [&](double a, double b) { return a * std::pow(b / a, part); };
+  EXPECT_NEAR(predict(some_rates(), report, depths).solve,
+              0.2 * size_of(3000, 6000) / 1000 + between(1e-4, 0.2) +
+                  4 * 30 * (30 + 2 * 850) / entries(size) * between(2e-5, 0.05) + 1e-4 +
+                  99 * 8 / entries(10) * 2e-5 + 2e-4 + 2e-3 + 7e-6,
+              1e-9);
 }
 
 TEST(RatesFile, KeepsOneEntryForEachKey) {
@@ -137,6 +159,7 @@ TEST(RatesFile, KeepsOneEntryForEachKey) {
   EXPECT_EQ(found.rates[1].date, "2026-11-25");
   EXPECT_EQ(found.rates[1].refactor_seconds_per_entry, 3e-9);
   EXPECT_EQ(found.rates[1].solve_seconds_per_entry, 2e-9);
+  EXPECT_EQ(found.rates[1].solve_seconds_per_row, 7e-9);
   EXPECT_EQ(found.rates[1].link_bytes_per_second, 5e10);
 }
 
@@ -160,12 +183,12 @@ TEST(RatesFile, WhatMakesNoSenseIsDamagedAndMadeAnew) {
     return changed.replace(changed.find(old), old.size(), text);
   };
   for (const std::string& text : std::vector<std::string>{
-           "", "{}", "nonsense", good.substr(0, good.size() / 2), with("\"format\": 3", "\"format\": 2"),
+           "", "{}", "nonsense", good.substr(0, good.size() / 2), with("\"format\": 4", "\"format\": 3"),
            with("\"size\": 10.0", "\"size\": 1000.0"), with("\"size\": 10.0", "\"size\": -1.0"),
            with("\"refactor_call\": 0.0001", "\"refactor_call\": -1"), with("4e-05", "0"),
            with("100000000.0", "0"), with("100000000.0", "-5"), with("100000000.0", "\"fast\""),
            with("100000000.0", "1e999"), with("link_bytes_per_second", "link"), with("3e-09", "-3e-09"),
-           with("1000000.0", "null"), with("\"threads\": 2", "\"threads\": []")}) {
+           with("7e-09", "-7e-09"), with("1000000.0", "null"), with("\"threads\": 2", "\"threads\": []")}) {
     folder.write("rates.json", text);
     const RatesFile found = read_rates(path);
     EXPECT_TRUE(found.damaged) << text;
@@ -238,6 +261,7 @@ TEST(MeasureRates, OnADevice) {
   EXPECT_GT(rates.fronts.size(), 8u);
   EXPECT_GT(rates.fronts.back().flops_per_second, rates.fronts[3].flops_per_second);
   EXPECT_GT(rates.link_bytes_per_second, 0);
+  EXPECT_GT(rates.solve_seconds_per_row, 0);
 }
 
 }  // namespace

@@ -71,6 +71,13 @@ std::vector<Vertex> node_numbers(const SymbolicPlan& plan, const RawVector<Verte
 
 }  // namespace
 
+bool can_move(const SymbolicPlan& plan, const std::vector<FailedPivot>& failed) {
+  return std::any_of(failed.begin(), failed.end(), [&](const FailedPivot& pivot) {
+    const auto next = std::upper_bound(plan.pivot_begin.begin(), plan.pivot_begin.end(), pivot.position);
+    return plan.parent[next - plan.pivot_begin.begin() - 1] >= 0;
+  });
+}
+
 DelayedTree delay_pivots(const SymbolicPlan& plan, const std::vector<FailedPivot>& failed, Vertex levels,
                          int threads) {
   const RawVector<Vertex> goal = goals(plan, failed, levels, threads);

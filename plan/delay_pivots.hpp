@@ -15,6 +15,9 @@ struct FailedPivot {
   Vertex position, row;
 };
 
+/// Whether delay_pivots would move any of them.
+bool can_move(const SymbolicPlan& plan, const std::vector<FailedPivot>& failed);
+
 struct DelayedTree {
   SeparatorTree tree;
   std::vector<Vertex> row_order;  // as MatchedScaling has it

@@ -499,8 +499,8 @@ bool MatrixFactors<Scalar>::delay_failed_pivots(Vertex levels, double allowed_fl
     std::vector<FailedPivot> failed;
     for (const Vertex position : numeric_->failed_pivots())
       failed.push_back({position, numeric_->pivot_row(position)});
+    if (!can_move(*analysis_->plan, failed)) return;
     delayed = delay_pivots(*analysis_->plan, failed, levels, phases_.threads_at_work());
-    if (delayed.tree.order == analysis_->plan->column_of) return;
     plan = std::make_shared<SymbolicPlan>(make_symbolic_plan(
         *analysis_->pattern, delayed.row_order, delayed.tree, options_.analysis.max_block_size,
         phases_.threads_at_work(), backend_.plan_needs().turns));

@@ -41,6 +41,14 @@ TEST(DelayPivots, AtMostToTheRootWhereTheyStay) {
   EXPECT_THAT(delayed.tree.node_begin, ElementsAre(0, 1, 2, 6));
 }
 
+TEST(DelayPivots, OnlyThoseOfRootsCannotMove) {
+  const SymbolicPlan plan = chain_plan();
+  EXPECT_FALSE(can_move(plan, {}));
+  EXPECT_FALSE(can_move(plan, {{4, 4}, {5, 4}}));
+  EXPECT_TRUE(can_move(plan, {{3, 3}, {4, 4}}));
+  EXPECT_TRUE(can_move(plan, {{0, 0}}));
+}
+
 TEST(DelayPivots, AFrontWithoutPivotsIsNone) {
   const SymbolicPlan plan = chain_plan();
   const DelayedTree delayed = delay_pivots(plan, {{2, 2}, {3, 3}}, 1, 1);

@@ -1,6 +1,7 @@
 #include "plan/panel_program.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "ordering/transpose.hpp"
 
@@ -8,9 +9,9 @@ namespace mfs {
 
 namespace {
 
-/// A plan of more is none of a tiny system; one thread does the work of so few operations.
-constexpr double kMostFlops = 1e7;
-constexpr Vertex kMostUnknowns = 20'000;
+/// A plan of more is none of a tiny system.
+constexpr double kTinyFlops = 1e7;
+constexpr Vertex kTinyUnknowns = 20'000;
 
 /// Makes one program and is thrown away.
 class PanelPlanner {
@@ -117,10 +118,11 @@ class PanelPlanner {
   std::vector<Vertex> local_;                 // by position: row of the present panel
 };
 
-// Both in ns, without the operations that they have in common. Measured on a Xeon with AVX-512, OpenBLAS
-// 0.3.21; 2026-11-25, docs/experiments/host.md.
+// ns: of a panel's source and its run, of a front and its operation, and of an entry of A, which both have.
+// Measured on a Xeon with AVX-512, OpenBLAS 0.3.21; 2026-11-25, docs/experiments/host.md.
+constexpr double kPanel = 25, kRun = 8, kFront = 1100, kOperation = 0.02, kEntry = 40;
+
 double expected_time(const PanelProgram& program) {
-  constexpr double kPanel = 25, kRun = 8;
   double time = 0;
   for (const PanelProgram::Panel& panel : program.panels) {
     for (Vertex s = panel.source_begin; s < panel.source_end; ++s) {
@@ -132,8 +134,13 @@ double expected_time(const PanelProgram& program) {
   return time;
 }
 double expected_time_of_fronts(const SymbolicPlan& plan) {
-  constexpr double kFront = 1100, kOperation = 0.02;
   return kFront * plan.num_fronts + kOperation * plan.flops.total();
+}
+
+/// Places are numbers of 32 bits. A row of a panel has an entry of the factors in one of its columns at
+/// least.
+bool has_places(const SymbolicPlan& plan) {
+  return plan.nnz_factor <= std::numeric_limits<Vertex>::max() / kMostTogether;
 }
 
 }  // namespace
@@ -142,10 +149,23 @@ PanelProgram plan_panels(const SymbolicPlan& plan, const Pattern& pattern) {
   return PanelPlanner(plan, pattern).make();
 }
 
-std::shared_ptr<const PanelProgram> make_panel_program(const SymbolicPlan& plan, const Pattern& pattern) {
-  if (plan.n > kMostUnknowns || plan.flops.total() > kMostFlops) return nullptr;
+std::shared_ptr<const PanelProgram> make_panel_program(const SymbolicPlan& plan, const Pattern& pattern,
+                                                       int threads) {
+  const bool is_tiny = plan.n <= kTinyUnknowns && plan.flops.total() <= kTinyFlops;
+  const bool has_small_fronts = kOperation * plan.flops.total() <= kFront * plan.num_fronts;
+  if (!is_tiny && !(has_small_fronts && has_places(plan))) return nullptr;
   auto made = std::make_shared<PanelProgram>(plan_panels(plan, pattern));
-  return expected_time(*made) <= expected_time_of_fronts(plan) ? made : nullptr;
+  const double panels = expected_time(*made), fronts = expected_time_of_fronts(plan);
+  if (is_tiny) return panels <= fronts ? made : nullptr;
+  constexpr double kClearly = 0.4;  // what is not tiny is not in cache, either
+  const double in_common = kEntry * static_cast<double>(plan.nnz);
+  const bool pays = panels <= kClearly * fronts && threads * (panels + in_common) <= fronts + in_common;
+  return pays ? made : nullptr;
+}
+
+bool is_for_one_thread(const SymbolicPlan& plan) {
+  constexpr double kFlops = 2e7;  // about a millisecond
+  return plan.n <= kTinyUnknowns && plan.flops.total() < kFlops;
 }
 
 }  // namespace mfs

@@ -1,4 +1,4 @@
-// A plan as panels, for systems so tiny that looking after fronts costs more than their numbers do. A *panel*
+// A plan as panels, for fronts so small that looking after them costs more than their numbers do. A *panel*
 // is up to kMostTogether neighbouring pivot columns of a front. Panels are made from left to right, each with
 // all of its rows before the next, so that no contribution block is made, kept or assembled.
 //
@@ -49,7 +49,11 @@ struct PanelProgram {
 };
 
 PanelProgram plan_panels(const SymbolicPlan& plan, const Pattern& pattern);
-/// The same, or null where fronts are expected to be faster.
-std::shared_ptr<const PanelProgram> make_panel_program(const SymbolicPlan& plan, const Pattern& pattern);
+/// The same, or null where fronts are expected to be faster, by so many threads: panels are one's work.
+std::shared_ptr<const PanelProgram> make_panel_program(const SymbolicPlan& plan, const Pattern& pattern,
+                                                       int threads);
+
+/// Whether the work of a plan is so little that waking other threads costs more than they save.
+bool is_for_one_thread(const SymbolicPlan& plan);
 
 }  // namespace mfs

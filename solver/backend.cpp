@@ -58,8 +58,9 @@ struct HostPlan {
   std::shared_ptr<const SymbolicPlan> plan;
   std::shared_ptr<const Pattern> pattern;
   int threads;
-  /// For a tiny system, beside the fronts (kernels/panels/panel_factors.hpp).
-  std::shared_ptr<const PanelProgram> panels = make_panel_program(*plan, *pattern);
+  /// For small fronts, beside them (kernels/panels/panel_factors.hpp).
+  std::shared_ptr<const PanelProgram> panels =
+      make_panel_program(*plan, *pattern, space == HostSpace::serial ? 1 : threads);
 
   Offset scalar_bytes() const { return single_precision ? sizeof(Narrow<Scalar>) : sizeof(Scalar); }
   NumericBytes bytes(Vertex columns) const {
@@ -152,10 +153,8 @@ class OpenMPBackend final : public BackendFor<Scalar> {
   Planned<Factorization<Scalar>> plan(bool single_precision, std::shared_ptr<const SymbolicPlan> plan,
                                       std::shared_ptr<const Pattern> pattern, int threads,
                                       const MemoryRoom& room) const override {
-    // Below about a millisecond of work, waking other threads costs more than they save; with a BLAS that
-    // only one thread may call, they would do harm.
-    constexpr double kSerialFlops = 2e7;
-    const bool serial = threads == 1 || plan->flops.total() < kSerialFlops || !blas::many_callers();
+    // With a BLAS that only one thread may call, others would do harm.
+    const bool serial = threads == 1 || is_for_one_thread(*plan) || !blas::many_callers();
     return plan_on_host<Scalar>({serial ? HostSpace::serial : HostSpace::openmp, single_precision,
                                  std::move(plan), std::move(pattern), threads},
                                 room);

@@ -20,9 +20,11 @@ struct PanelLayout {
     moved = arena.add(plan.num_fronts * static_cast<Offset>(sizeof(Vertex)));
     work = arena.add(program.most_pivots * panels::kSideBySide * scalar_bytes);
     y = arena.add(plan.n * panels::kSideBySide * scalar_bytes);
+    row_position = arena.add(plan.n * static_cast<Offset>(sizeof(Vertex)));
+    column_position = arena.add(plan.n * static_cast<Offset>(sizeof(Vertex)));
   }
   ArenaLayout arena;
-  Offset numbers, local_row, moved, work, y;
+  Offset numbers, local_row, moved, work, y, row_position, column_position;
 };
 
 template <class Value, class Scalar>
@@ -43,7 +45,14 @@ class PanelFactors final : public Factors<Value> {
                 arena_.at<Vertex>(layout_.local_row),
                 arena_.at<Vertex>(layout_.moved),
                 arena_.at<Scalar>(layout_.work)},
-        y_(arena_.at<Scalar>(layout_.y)) {}
+        y_(arena_.at<Scalar>(layout_.y)),
+        row_position_(arena_.at<Vertex>(layout_.row_position)),
+        column_position_(arena_.at<Vertex>(layout_.column_position)) {
+    for (Vertex p = 0; p < plan_->n; ++p) {
+      row_position_[plan_->row_of[p]] = p;
+      column_position_[plan_->column_of[p]] = p;
+    }
+  }
 
   Value* matrix_values() override { return fronts_->matrix_values(); }
   double* row_scale() override { return fronts_->row_scale(); }
@@ -95,25 +104,27 @@ class PanelFactors final : public Factors<Value> {
   Offset bytes() const override { return fronts_->bytes() + arena_.bytes(); }
 
  private:
-  // `count` columns, which lie in y side by side with `width` places.
+  // `count` columns, which lie in y side by side with `width` places: a whole line of cache comes from, and
+  // goes to, as many vectors that are run through.
   template <Vertex width>
   void substitute(const Value* from, Value* to, Vertex count, bool transposed) {
     const HostMatrix<Value> a = fronts_->matrix();
-    const Vertex *rows = plan_->row_of.data(), *columns = plan_->column_of.data();
     const Offset n = plan_->n;
-    const Vertex* const in = transposed ? columns : rows;
+    const Vertex* const in = transposed ? column_position_ : row_position_;
     const double* const in_scale = transposed ? a.column_scale : a.row_scale;
-    for (Offset k = 0; k < n; ++k) {
-      const auto scale = static_cast<RealOf<Value>>(in_scale[in[k]]);
+    for (Offset i = 0; i < n; ++i) {
+      const auto scale = static_cast<RealOf<Value>>(in_scale[i]);
+      Scalar* const y = y_ + Offset{in[i]} * width;
       for (Vertex j = 0; j < width; ++j)
-        y_[k * width + j] = j < count ? static_cast<Scalar>(from[in[k] + j * n] * scale) : Scalar(0);
+        y[j] = j < count ? static_cast<Scalar>(from[i + j * n] * scale) : Scalar(0);
     }
     panels::substitute(system_, transposed, width > 1, y_);
-    const Vertex* const out = transposed ? rows : columns;
+    const Vertex* const out = transposed ? row_position_ : column_position_;
     const double* const out_scale = transposed ? a.row_scale : a.column_scale;
-    for (Offset k = 0; k < n; ++k) {
-      const auto scale = static_cast<RealOf<Value>>(out_scale[out[k]]);
-      for (Vertex j = 0; j < count; ++j) to[out[k] + j * n] = Value(y_[k * width + j]) * scale;
+    for (Offset i = 0; i < n; ++i) {
+      const auto scale = static_cast<RealOf<Value>>(out_scale[i]);
+      const Scalar* const y = y_ + Offset{out[i]} * width;
+      for (Vertex j = 0; j < count; ++j) to[i + j * n] = Value(y[j]) * scale;
     }
   }
 
@@ -125,7 +136,8 @@ class PanelFactors final : public Factors<Value> {
   const HostArena arena_;
   const panels::System<Scalar> system_;
   Scalar* const y_;
-  bool by_panels_ = false;  // the present factors are
+  Vertex *const row_position_, *const column_position_;  // of A -> position
+  bool by_panels_ = false;                               // the present factors are
 };
 
 }  // namespace

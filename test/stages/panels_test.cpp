@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <numeric>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -266,12 +267,30 @@ TEST(PanelFactors, PivotsStatusAndBytesAreThoseOfFronts) {
 
 TEST(PanelProgram, IsMadeWhereItPays) {
   const auto made = [](const StageProblem<double>& problem) {
-    return make_panel_program(*problem.plan, *problem.pattern) != nullptr;
+    return make_panel_program(*problem.plan, *problem.pattern, 16) != nullptr;
   };
   const SparseMatrix grid = grid_2d(12, 13);
   EXPECT_TRUE(made(matrix_problem(grid, one_unknown_per_front(check_pattern(grid.view(), 1)), 64)));
   EXPECT_TRUE(made(artificial_problem(broom(), {23})));
   EXPECT_FALSE(made(artificial_problem(leaf_and_root(300, 200), {22}))) << "one large front";
+}
+
+// Of many small fronts other threads could have some.
+TEST(PanelProgram, IsMadeOfManySmallFrontsForFewThreads) {
+  constexpr Vertex kPairs = 15000;
+  const Pattern path = pattern_of(tridiagonal(2 * kPairs));
+  SeparatorTree tree;
+  tree.order.resize(2 * kPairs);
+  std::iota(tree.order.begin(), tree.order.end(), 0);
+  tree.node_begin = {0};
+  for (Vertex pair = 0; pair < kPairs; ++pair) {
+    tree.node_begin.push_back(2 * (pair + 1));
+    tree.parent.push_back(pair + 1 < kPairs ? pair + 1 : -1);
+  }
+  const SymbolicPlan plan = make_symbolic_plan(path, {}, tree, 64, 1);
+  EXPECT_NE(make_panel_program(plan, path, 1), nullptr);
+  EXPECT_EQ(make_panel_program(plan, path, 64), nullptr);
+  EXPECT_FALSE(is_for_one_thread(plan));
 }
 
 }  // namespace

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <limits>
+#include <numeric>
+#include <utility>
 
 #include "ordering/transpose.hpp"
 
@@ -56,11 +58,24 @@ class PanelPlanner {
 
   // Each front is a source of the panels that its border meets.
   void find_sources() {
-    sources_.resize(made_.panels.size());
+    const std::size_t panels = made_.panels.size();
+    std::vector<Vertex> count(panels + 1, 0);
+    for_sources([&](Vertex panel, Vertex) { ++count[panel]; });
+    source_begin_.assign(panels + 1, 0);
+    std::partial_sum(count.begin(), count.end() - 1, source_begin_.begin() + 1);
+    sources_.resize(static_cast<std::size_t>(source_begin_.back()));
+    std::copy(source_begin_.begin(), source_begin_.end(), count.begin());
+    for_sources([&](Vertex panel, Vertex front) { sources_[count[panel]++] = front; });
+  }
+
+  /// visit(panel, front), fronts ascending.
+  template <class Visit>
+  void for_sources(const Visit& visit) const {
+    std::vector<Vertex> last(made_.panels.size(), -1);
     for (Vertex f = 0; f < plan_.num_fronts; ++f) {
       for (Offset b = plan_.border_begin[f]; b < plan_.border_begin[f + 1]; ++b) {
-        std::vector<Vertex>& sources = sources_[panel_of_[plan_.border[b]]];
-        if (sources.empty() || sources.back() != f) sources.push_back(f);
+        const Vertex panel = panel_of_[plan_.border[b]];
+        if (std::exchange(last[panel], f) != f) visit(panel, f);
       }
     }
   }
@@ -71,8 +86,9 @@ class PanelPlanner {
     const auto add_pivots = [&](Vertex f) {
       for (Vertex p = plan_.pivot_begin[f]; p < plan_.pivot_begin[f + 1]; ++p) local_[p] = rows++;
     };
-    const std::vector<Vertex>& sources = sources_[static_cast<std::size_t>(&panel - made_.panels.data())];
-    for (const Vertex f : sources) add_pivots(f);
+    const std::ptrdiff_t number = &panel - made_.panels.data();
+    const Vertex begin = source_begin_[number], end = source_begin_[number + 1];
+    for (Vertex s = begin; s < end; ++s) add_pivots(sources_[s]);
     panel.pivot_row = rows;
     add_pivots(own);
     for (Offset b = plan_.border_begin[own]; b < plan_.border_begin[own + 1]; ++b)
@@ -81,7 +97,7 @@ class PanelPlanner {
     panel.numbers = made_.numbers;
     made_.numbers += static_cast<Offset>(panel.columns) * rows;
     panel.source_begin = static_cast<Vertex>(made_.sources.size());
-    for (const Vertex f : sources) add_source(f);
+    for (Vertex s = begin; s < end; ++s) add_source(sources_[s]);
     panel.source_end = static_cast<Vertex>(made_.sources.size());
   }
 
@@ -114,8 +130,8 @@ class PanelPlanner {
   const TransposedPattern by_column_;
   PanelProgram made_;
   std::vector<Vertex> panel_of_, position_of_row_;
-  std::vector<std::vector<Vertex>> sources_;  // by panel
-  std::vector<Vertex> local_;                 // by position: row of the present panel
+  std::vector<Vertex> source_begin_, sources_;  // by panel
+  std::vector<Vertex> local_;                   // by position: row of the present panel
 };
 
 // ns: of a panel's source and its run, of a front and its operation, and of an entry of A, which both have.
@@ -153,14 +169,16 @@ std::shared_ptr<const PanelProgram> make_panel_program(const SymbolicPlan& plan,
                                                        int threads) {
   const bool is_tiny = plan.n <= kTinyUnknowns && plan.flops.total() <= kTinyFlops;
   const bool has_small_fronts = kOperation * plan.flops.total() <= kFront * plan.num_fronts;
+  const double fronts = expected_time_of_fronts(plan), in_common = kEntry * static_cast<double>(plan.nnz);
+  const auto pays = [&](double panels) {
+    constexpr double kClearly = 0.4;  // what is not tiny is not in cache, either
+    if (is_tiny) return panels <= fronts;
+    return panels <= kClearly * fronts && threads * (panels + in_common) <= fronts + in_common;
+  };
   if (!is_tiny && !(has_small_fronts && has_places(plan))) return nullptr;
+  if (!pays(0)) return nullptr;
   auto made = std::make_shared<PanelProgram>(plan_panels(plan, pattern));
-  const double panels = expected_time(*made), fronts = expected_time_of_fronts(plan);
-  if (is_tiny) return panels <= fronts ? made : nullptr;
-  constexpr double kClearly = 0.4;  // what is not tiny is not in cache, either
-  const double in_common = kEntry * static_cast<double>(plan.nnz);
-  const bool pays = panels <= kClearly * fronts && threads * (panels + in_common) <= fronts + in_common;
-  return pays ? made : nullptr;
+  return pays(expected_time(*made)) ? made : nullptr;
 }
 
 bool is_for_one_thread(const SymbolicPlan& plan) {

@@ -38,8 +38,9 @@ namespace {
 
 /// After a search of Newton's method that failed, the step is multiplied by this (DASSL's).
 constexpr double kNewtonRejection = 0.25;
-/// A step, in parts of the time to integrate.
-constexpr double kTypicalStep = 1e-3;
+/// A step, in parts of the time to integrate, and one that is so short, where errors are too large, next to a
+/// singular position alone.
+constexpr double kTypicalStep = 1e-3, kStuck = 1e-5;
 /// A step that finds no end near a singular position is tried so much shorter, so many times: the next one,
 /// which need not be shorter, passes over it then. Steps that stay short end in it sooner or later.
 constexpr double kBeforeSingular = 0.6;
@@ -54,9 +55,6 @@ constexpr double kLeastRestart = 1.0 / 16;
 constexpr double kEvenedOut = 8.0;
 /// By how much the last of them may be longer than the error control asks for.
 constexpr double kStretch = 1.05;
-/// Where a motion leaves the singular position in which it has begun, constraints hold to this part of their
-/// bounds, as so little is left of one of them that determines a velocity, but not below rounding.
-constexpr double kLeaveSingular = 1e-3, kRoundedPosition = 1e-14;
 /// How far ahead of a step that became too small its cause may be, in shortest steps.
 constexpr double kMoment = 64.0;
 
@@ -131,16 +129,22 @@ class Integrator::Impl {
     report_.coordinates = system_->coordinates();
     report_constraints();
     make_equations();
-    find_accelerations();
-    if (redundancy_->filters()) redundancy_->check_start(view(state_), options_);
+    find_accelerations(state_);
+    if (redundancy_->filters())
+      redundancy_->check_start(view(state_), options_, typical_step(), [this](double t) {
+        assign(*executor_, on_host(*executor_, state_), between_);
+        between_.t = t;
+        find_accelerations(between_);
+        return between_.a.on_host(*executor_);
+      });
     formula_ = make_formula(options_, *executor_);
     start_formula();
   }
 
   double typical_step() const { return kTypicalStep * (t_end_ - state_.t); }
-  void find_accelerations() {
+  void find_accelerations(StepState& state) {
     const double h = typical_step();
-    condensed_ ? condensed_->find_accelerations(state_, h) : newton_->find_accelerations(state_, h);
+    condensed_ ? condensed_->find_accelerations(state, h) : newton_->find_accelerations(state, h);
   }
   void start_formula() {
     set_weights();
@@ -149,12 +153,9 @@ class Integrator::Impl {
   }
 
   /// From where what was left out holds again.
-  void leave_singular_start() {
-    IntegratorOptions closer = options_;
-    closer.constraint_position = std::max(kLeaveSingular * closer.constraint_position, kRoundedPosition);
-    closer.constraint_velocity *= kLeaveSingular;
-    assign(*executor_, consistent_motion(*system_, closer, on_host(*executor_, state_)), state_);
-    find_accelerations();
+  void leave_singular() {
+    assign(*executor_, redundancy_->brought_back(on_host(*executor_, state_), options_), state_);
+    find_accelerations(state_);
     tolerances_->relax();
     start_formula();
   }
@@ -185,7 +186,7 @@ class Integrator::Impl {
     if (!found) return true;
     leave_out(std::move(*found));
     make_equations();
-    if (redundancy_->has_left_singular_start()) leave_singular_start();
+    if (redundancy_->has_left_singular()) leave_singular();
     return false;
   }
 
@@ -350,7 +351,8 @@ class Integrator::Impl {
         }
         ++report_.error_rejections;
         h = wanted = formula_->reject(++error_rejections);
-        if (error_rejections >= kRestart) {
+        const bool singular = redundancy_->filters() && h < kStuck * (t_end_ - state_.t) && ends_singular();
+        if (singular || error_rejections >= kRestart) {
           h = wanted = std::min(h, std::max(first_step(), kLeastRestart * h));
           formula_->start(state_, h, h);
         }

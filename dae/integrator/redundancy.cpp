@@ -21,11 +21,24 @@ constexpr double kNearlySingular = 1e-3;
 /// How far, in the scales of coordinates, a motion is followed to see whether its position is singular: then
 /// more than that is left of a constraint, and what follows everywhere is off by the square alone.
 constexpr double kBeside = 1e-2;
+/// What accelerations move bodies by in a moment that is nothing, in the scales of coordinates.
+constexpr double kStays = 1e-14;
+/// What a way from rest may violate, in parts of the terms that cancel each other on a way out.
+constexpr double kOffTheWay = 1e-6;
+/// Where a motion leaves a singular position constraints hold to this part of their bounds, as so little is
+/// left of one of them that determines a velocity, but not below rounding.
+constexpr double kLeaveSingular = 1e-3, kRoundedPosition = 1e-14;
 /// A constraint takes part in a contradiction if its share is at least this part of the largest.
 constexpr double kTakesPart = 1e-6;
 /// How many of them an error message names.
 constexpr std::size_t kMostNamed = 6;
 constexpr const char* kLevels[] = {"position", "velocity", "acceleration"};
+
+double largest_in(const std::vector<double>& x, const std::vector<double>& scale) {
+  double most = 0.0;
+  for (std::size_t i = 0; i < x.size(); ++i) most = std::max(most, std::abs(x[i]) / scale[i]);
+  return most;
+}
 
 double largest_share(const SparseRow& combination) {
   double most = 0.0;
@@ -66,11 +79,15 @@ void Redundancy::check(const StateView& state, const IntegratorOptions& options)
   if (const auto violated = violation(state, options, left_out_)) throw_contradiction(*violated, state.t);
 }
 
-void Redundancy::check_start(const StateView& state, const IntegratorOptions& options) {
+void Redundancy::check_start(const StateView& state, const IntegratorOptions& options, double moment,
+                             const Accelerations& accelerations) {
   begun_with_ = redundant();
   const auto violated = violation(state, options, left_out_);
   if (!violated) {
-    starts_singular_ = is_singular(state);
+    const std::vector<double> way = way_from_rest(state, options, moment, accelerations);
+    is_in_singular_ =
+        is_singular(state, way.empty() ? std::vector(state.v, state.v + given_.coordinates()) : way);
+    if (is_in_singular_ && !way.empty()) check_way(state, way);
     return;
   }
   // Of what follows everywhere accelerations do where positions and velocities do.
@@ -81,14 +98,74 @@ void Redundancy::check_start(const StateView& state, const IntegratorOptions& op
   throw_contradiction(*violated, state.t, singular ? note : "");
 }
 
-bool Redundancy::is_singular(const StateView& state) const {
+bool Redundancy::is_singular(const StateView& state, const std::vector<double>& way) const {
   std::vector<double> beside(state.q, state.q + given_.coordinates());
-  double fastest = 0.0;
-  for (std::size_t i = 0; i < beside.size(); ++i)
-    fastest = std::max(fastest, std::abs(state.v[i]) / scale_[i]);
-  for (std::size_t i = 0; i < beside.size() && fastest > 0.0; ++i)
-    beside[i] += kBeside / fastest * state.v[i];
+  const double most = largest_in(way, scale_);
+  if (!(most > 0.0)) return false;
+  for (std::size_t i = 0; i < beside.size(); ++i) beside[i] += kBeside / most * way[i];
   return find(state.t, beside, kNearlySingular).redundant().size() < redundant().size();
+}
+
+std::vector<double> Redundancy::way_from_rest(const StateView& state, const IntegratorOptions& options,
+                                              double moment, const Accelerations& accelerations) const {
+  const Pattern& pattern = given_.tangent_pattern()[Block::position_q];
+  std::vector<char> takes_part(static_cast<std::size_t>(given_.coordinates()), 0);
+  for (std::size_t k = 0; k < redundant().size(); ++k)
+    for (const auto& [row, share] : left_out_.combination(k))
+      for (int e = pattern.row_start[row]; e < pattern.row_start[row + 1]; ++e)
+        takes_part[pattern.column[e]] = 1;
+  const auto part_of = [&](std::vector<double> x) {
+    for (std::size_t i = 0; i < x.size(); ++i) x[i] *= takes_part[i];
+    return x;
+  };
+  const auto moves = [&](const std::vector<double>& a) {
+    return largest_in(a, scale_) * moment * moment > kStays;
+  };
+  const std::size_t n = takes_part.size();
+  if (largest_in(part_of({state.v, state.v + n}), scale_) > options.constraint_velocity) return {};
+  std::vector<double> way = part_of({state.a, state.a + n});
+  if (!moves(way)) way = part_of(accelerations(state.t + moment));
+  return moves(way) ? way : std::vector<double>();
+}
+
+// Of a combination c that is zero, c^T Phi = t^4 / 2 c^T Phi_qq x x + ..., and Phi_qq x x is the part of the
+// accelerations of constraints that is quadratic in velocities.
+void Redundancy::check_way(const StateView& state, const std::vector<double>& x) const {
+  const std::vector<double> none(x.size() + static_cast<std::size_t>(given_.constraints()), 0.0);
+  const double most = largest_in(x, scale_);
+  const auto accelerations = [&](double factor) {
+    std::vector<double> v = x;
+    for (double& each : v) each *= factor / most;
+    Residual residual = make_residual(given_);
+    given_.evaluate({state.t, state.q, v.data(), none.data(), none.data()}, residual);
+    return residual.acceleration;
+  };
+  const std::vector<double> there = accelerations(1.0), back = accelerations(-1.0), rest = accelerations(0.0);
+  for (std::size_t k = 0; k < redundant().size(); ++k) {
+    double sum = 0.0, terms = 0.0;
+    for (const auto& [row, share] : left_out_.combination(k)) {
+      const double term = share * (0.5 * (there[row] + back[row]) - rest[row]);
+      sum += term;
+      terms += std::abs(term);
+    }
+    if (std::abs(sum) <= std::max(kOffTheWay * terms, kStays)) continue;
+    const int row = redundant()[k];
+    throw InvalidInput(given_.constraint_name(row),
+                       "where time begins the position is singular, as it follows from " +
+                           others_of(row, left_out_.combination(k)) +
+                           ", and bodies are at rest: forces and motions push them on none of the ways out "
+                           "of it; begin a little beside it, on the way that is meant");
+  }
+}
+
+State Redundancy::brought_back(State state, IntegratorOptions options) const {
+  options.constraint_position = std::max(kLeaveSingular * options.constraint_position, kRoundedPosition);
+  options.constraint_velocity *= kLeaveSingular;
+  try {
+    return consistent_motion(system(), options, state);
+  } catch (const InvalidInput&) {  // so little is left that rounding is more
+    return state;
+  }
 }
 
 std::string Redundancy::singular_start() const {
@@ -109,7 +186,7 @@ std::string Redundancy::singular_start() const {
 std::optional<Dependencies> Redundancy::look_at(const StateView& there, const IntegratorOptions& options) {
   if (redundant().empty()) return std::nullopt;
   auto violated = violation(there, options, left_out_);
-  if (!violated && !may_be_singular_ && !starts_singular_) return std::nullopt;
+  if (!violated && !may_be_singular_ && !is_in_singular_) return std::nullopt;
   const std::vector<double> q(there.q, there.q + given_.coordinates());
   Dependencies exact = find(there.t, q), found = choose(exact, there.t, q);
   const bool as_many = found.redundant().size() == redundant().size();
@@ -125,7 +202,7 @@ std::optional<Dependencies> Redundancy::look_at(const StateView& there, const In
   if (violated) found = std::move(exact);
   may_be_singular_ = fewer && found.redundant().size() >= redundant().size();
   if (!fewer || may_be_singular_) return std::nullopt;
-  has_left_start_ = std::exchange(starts_singular_, false);
+  has_left_singular_ = std::exchange(is_in_singular_, false);
   return found;
 }
 
@@ -145,7 +222,7 @@ void Redundancy::leave_out(Dependencies found) {
 std::optional<Dependencies> Redundancy::look_for_singular(double t, const std::vector<double>& q) {
   Dependencies found = find(t, q, kNearlySingular);
   if (found.redundant().size() <= redundant().size()) return std::nullopt;
-  may_be_singular_ = true;
+  is_in_singular_ = true;
   return found;
 }
 

@@ -3,6 +3,7 @@
 // position one more follows from the others than before and after it.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -40,11 +41,17 @@ class Redundancy {
 
   /// Throws InvalidInput, with the names of what contradicts each other, where what is left out is violated.
   void check(const StateView& state, const IntegratorOptions& options) const;
-  /// The same where the motion begins.
-  void check_start(const StateView& state, const IntegratorOptions& options);
-  /// Whether look_at() has just taken back what was left out since the motion began in a singular position:
-  /// it does not hold exactly, as nothing kept to it.
-  bool has_left_singular_start() { return std::exchange(has_left_start_, false); }
+  /// Accelerations (n) at time t of what is where the motion begins, with its velocities.
+  using Accelerations = std::function<std::vector<double>(double t)>;
+  /// The same where the motion begins. Bodies that are at rest in a singular position go where forces push
+  /// them, at once or `moment` later; throws InvalidInput where that is on none of the ways out of it.
+  void check_start(const StateView& state, const IntegratorOptions& options, double moment,
+                   const Accelerations& accelerations);
+  /// Whether look_at() has just taken back what was left out in a singular position, where the motion began
+  /// or look_for_singular() found it: it does not hold exactly, as nothing kept to it.
+  bool has_left_singular() { return std::exchange(has_left_singular_, false); }
+  /// A state of system() near the given one in which it holds again, as well as it can.
+  State brought_back(State state, IntegratorOptions options) const;
   /// Says that it began in a singular position, which has no unique motion; empty: it did not.
   std::string singular_start() const;
   /// Looks at where a step has arrived with what is left out. Returns what is to be left out
@@ -72,8 +79,15 @@ class Redundancy {
   std::optional<Violation> violation(const StateView& state, const IntegratorOptions& options,
                                      const Dependencies& by) const;
   Dependencies choose(Dependencies exact, double t, const std::vector<double>& q) const;
-  /// Whether fewer constraints follow from others where the velocities lead.
-  bool is_singular(const StateView& state) const;
+  /// Whether fewer constraints follow from others where `way` (n; all zero: nowhere) leads.
+  bool is_singular(const StateView& state, const std::vector<double>& way) const;
+  /// Where coordinates of what is left out go (n; of others 0) if they are at rest; empty: they are not, or
+  /// stay where they are.
+  std::vector<double> way_from_rest(const StateView& state, const IntegratorOptions& options, double moment,
+                                    const Accelerations& accelerations) const;
+  /// Throws InvalidInput where on a way from rest, q + x t^2, constraints that follow from others do not
+  /// hold.
+  void check_way(const StateView& state, const std::vector<double>& x) const;
   /// Names of those besides the owner of `row` that take part in a combination.
   std::string others_of(int row, SparseRow shares) const;
   [[noreturn]] void throw_contradiction(const Violation& violation, double t,
@@ -86,7 +100,7 @@ class Redundancy {
   Dependencies left_out_;
   std::vector<int> begun_with_;  ///< redundant where the motion began
   bool may_be_singular_ = true;  ///< the position for which that was found
-  bool starts_singular_ = false, has_left_start_ = false;
+  bool is_in_singular_ = false, has_left_singular_ = false;
   std::optional<IndependentConstraints> filtered_;
 };
 

@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <functional>
+
 #include <mfs/error.hpp>
 
 #include "test/dae/model/mechanism.hpp"
@@ -377,7 +379,65 @@ TEST(Parallelogram, DrivenFromItsFlatPositionIsNamed) {
       "3*t",
       "the position is singular, and on none of the ways out of it bodies have these velocities; give "
       "them those of the way that is meant, or begin a little beside it");
-  expect_named("3*t^2", "where time began, joint D, equation ");
+  expect_named("3*t^2",
+               "forces and motions push them on none of the ways out of it; begin a little beside it");
+}
+
+/// With gravity g(t) the parallelogram is a pendulum: J = 1/3 + 1 + 1/3, moment of weight 2 g cos a.
+void expect_falling(double begin, double rtol, const std::function<double(double)>& g, Json json) {
+  json["integrator"]["rtol"] = rtol;
+  const MotionRun result = run(json);
+  const auto f = [&](double t, const Eigen::Vector2d& y) {
+    return Eigen::Vector2d(y[1], -g(t) * 6 / 5 * std::cos(y[0]));
+  };
+  for (const State& state : result.outputs) {
+    const double angle = runge_kutta(Eigen::Vector2d(begin, 0), 0.0, state.t, 20000, f)[0];
+    const Vector3d arm(std::cos(angle), std::sin(angle), 0);
+    EXPECT_LT((result.position(state, "coupler") - kX - arm).norm(), 30 * rtol) << rtol << " " << state.t;
+  }
+}
+
+// Forces alone say which way it goes. It swings to its other flat position, where it is at rest again, and
+// back. Steps fell to nothing from rtol 1e-5 on.
+TEST(Parallelogram, FallsFromRestInItsFlatPosition) {
+  Json json = parallelogram(0.0, 0.0, 2.5, 5);
+  json["gravity"] = triple(kDown);
+  json["bodies"]["loose"] = rod({0, 0, 5}, {1, 0, 5});  // what moves elsewhere is no sign of motion here
+  json["bodies"]["loose"]["velocity"] = {0, 0, 1};
+  for (const double rtol : {1e-4, 1e-6, 1e-8})
+    expect_falling(
+        0.0, rtol, [](double) { return 9.81; }, json);
+}
+
+// Where time begins there is no force, so that it is told by what comes a moment later.
+TEST(Parallelogram, IsPushedOutOfItsFlatPositionByAForceThatGrows) {
+  Json json = parallelogram(0.0, 0.0, 1.5, 3);
+  json["forces"]["push"] = {{"type", "point"}, {"side", "coupler"}, {"point", {2, 0, 0}}, {"y", "-20*t"}};
+  for (const double rtol : {1e-6, 1e-8})
+    expect_falling(
+        0.0, rtol, [](double t) { return 10 * t; }, json);
+}
+
+// So little is left of a constraint that velocities are rounding, and no step is short enough.
+TEST(Parallelogram, FallsFromRestNextToItsFlatPosition) {
+  for (const double tilt : {-1e-5, -1e-7, -1e-8}) {
+    Json json = parallelogram(tilt, 0.0, 2.5, 5);
+    json["gravity"] = triple(kDown);
+    expect_falling(
+        tilt, 1e-8, [](double) { return 9.81; }, json);
+  }
+}
+
+// A heavy rocker would be slower than the crank: no force at the joints but an infinite one prevents that.
+TEST(Parallelogram, PushedOnNoWayOutOfItsFlatPositionIsNamed) {
+  Json json = parallelogram(0.0, 0.0, 1.0, 1);
+  json["gravity"] = triple(kDown);
+  json["bodies"]["coupler"]["mass"] = 5.0;
+  json["bodies"]["rocker"]["mass"] = 2.0;
+  expect_refused(json, AllOf(HasSubstr("joint D, equation 1 of 5 (along ground x): where time begins the "
+                                       "position is singular, as it follows from joint A, joint B, joint C, "
+                                       "and bodies are at rest"),
+                             HasSubstr("begin a little beside it, on the way that is meant")));
 }
 
 // A rod of 1 m on a rod of 2 m: the crank drives the slider, x = cos a + sqrt(4 - sin^2 a).

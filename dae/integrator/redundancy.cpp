@@ -85,8 +85,9 @@ void Redundancy::check_start(const StateView& state, const IntegratorOptions& op
   const auto violated = violation(state, options, left_out_);
   if (!violated) {
     const std::vector<double> way = way_from_rest(state, options, moment, accelerations);
+    const auto of_state = [&](const double* x) { return std::vector<double>(x, x + given_.coordinates()); };
     is_in_singular_ =
-        is_singular(state, way.empty() ? std::vector(state.v, state.v + given_.coordinates()) : way);
+        singular_row(state.t, of_state(state.q), way.empty() ? of_state(state.v) : way).has_value();
     if (is_in_singular_ && !way.empty()) check_way(state, way);
     return;
   }
@@ -98,12 +99,16 @@ void Redundancy::check_start(const StateView& state, const IntegratorOptions& op
   throw_contradiction(*violated, state.t, singular ? note : "");
 }
 
-bool Redundancy::is_singular(const StateView& state, const std::vector<double>& way) const {
-  std::vector<double> beside(state.q, state.q + given_.coordinates());
+std::optional<int> Redundancy::singular_row(double t, const std::vector<double>& q,
+                                            const std::vector<double>& way) const {
+  std::vector<double> beside = q;
   const double most = largest_in(way, scale_);
-  if (!(most > 0.0)) return false;
+  if (!(most > 0.0)) return std::nullopt;
   for (std::size_t i = 0; i < beside.size(); ++i) beside[i] += kBeside / most * way[i];
-  return find(state.t, beside, kNearlySingular).redundant().size() < redundant().size();
+  const std::vector<int> there = find(t, beside, kNearlySingular).redundant();
+  if (there.size() >= redundant().size()) return std::nullopt;
+  return *std::find_if(redundant().begin(), redundant().end(),
+                       [&](int row) { return std::find(there.begin(), there.end(), row) == there.end(); });
 }
 
 std::vector<double> Redundancy::way_from_rest(const StateView& state, const IntegratorOptions& options,

@@ -63,6 +63,10 @@ class Redundancy {
   /// What is to be left out until look_at() takes it back, where in a position more constraints determine
   /// next to nothing.
   std::optional<Dependencies> look_for_singular(double t, const std::vector<double>& q);
+  /// A constraint that is left out, as it follows from others in a position, and does not where `way` (n)
+  /// leads from there; none: there is no such one, or `way` is zero.
+  std::optional<int> singular_row(double t, const std::vector<double>& q,
+                                  const std::vector<double>& way) const;
   /// Says which constraint determines next to nothing in a position, besides the `usual` redundant ones, and
   /// what it nearly follows from; empty: there is none. So it is where a motion leads beyond a dead point.
   std::string nearly_redundant(double t, const std::vector<double>& q,
@@ -79,8 +83,6 @@ class Redundancy {
   std::optional<Violation> violation(const StateView& state, const IntegratorOptions& options,
                                      const Dependencies& by) const;
   Dependencies choose(Dependencies exact, double t, const std::vector<double>& q) const;
-  /// Whether fewer constraints follow from others where `way` (n; all zero: nowhere) leads.
-  bool is_singular(const StateView& state, const std::vector<double>& way) const;
   /// Where coordinates of what is left out go (n; of others 0) if they are at rest; empty: they are not, or
   /// stay where they are.
   std::vector<double> way_from_rest(const StateView& state, const IntegratorOptions& options, double moment,

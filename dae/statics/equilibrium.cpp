@@ -43,6 +43,8 @@ constexpr double kEscape = 0.02, kEscapeRate = 2.0;
 /// A kappa (instability.hpp) is rounding that is this part of the square of the rate of forces where the
 /// search began, or of s where it ended: multipliers that hold nothing are s M times the last step.
 constexpr double kPartOfForces = 1e-10, kPartOfEnd = 1e-12;
+/// Searches with other constraints left out.
+constexpr int kMostRanks = 4;
 /// What has moved by less, in ranges, is where it was given.
 constexpr double kAsGiven = 1e-6;
 
@@ -81,17 +83,25 @@ class Search {
       if (system.is_normalization(row)) most_ += kMostOfEach;
   }
 
-  void run(const std::function<bool()>& go_on) {
+  /// false: no equilibrium has been found (why_not()).
+  bool run(const std::function<bool()>& go_on) {
     project();
     const double time = time_unit_at_rest(system_, state_.t, state_.q);
     per_square_ = 1.0 / (time * time);
     rate_ = rate_at_rest(system_, state_.t, state_.q);
-    report_.begin = state_.q;
+    if (report_.begin.empty()) report_.begin = state_.q;
     s_ = kFirst * std::max(1.0, per_square_);
-    if (!come_to_rest(go_on))
-      throw Error("no static equilibrium has been found in " + std::to_string(report_.iterations) +
-                  " steps: " + system_.coordinate_name(moves_most_) + " moves most, by " +
-                  number_text(report_.last_step) + " in the last one" + what_rolls() + what_is_pressed());
+    return come_to_rest(go_on);
+  }
+
+  std::string why_not() const {
+    return "no static equilibrium has been found in " + std::to_string(report_.iterations) +
+           " steps: " + system_.coordinate_name(moves_most_) + " moves most, by " +
+           number_text(report_.last_step) + " in the last one" + what_rolls() + what_is_pressed();
+  }
+
+  /// Leaves unstable equilibria, as far as it can, after run().
+  void leave_unstable(const std::function<bool()>& go_on) {
     for (; !report_.stopped; ++report_.escapes) {
       const std::optional<UnstableMotion> motion = unstable_motion(go_on);
       if (!motion) return;
@@ -314,6 +324,65 @@ class Search {
   double reach_ = 0.0;  // of the last step, in ranges; infinite: it was rejected, and not for its length
 };
 
+/// Searches without what follows from other constraints where the search begins. That may be less where it
+/// ends, if it begins in a singular position, and more if it ends in one; then it goes on with what is so
+/// there.
+class SearchByRank {
+ public:
+  SearchByRank(const ConstrainedSystem& system, const IntegratorOptions& options, State& state,
+               EquilibriumReport& report)
+      : independent_(system, state.t, state.q), options_(options), state_(state), report_(report) {
+    at_rest_.constraint_velocity = at_rest_.constraint_acceleration = HUGE_VAL;  // those of no motion
+  }
+
+  State run(const std::function<bool()>& go_on) {
+    for (int left = kMostRanks;; --left) {
+      state_.lambda.assign(static_cast<std::size_t>(independent_.system().constraints()), 0.0);
+      Search search(independent_.system(), options_, state_, report_);
+      if (!search.run(go_on)) {
+        if (left == 0 || !leave_out_more()) throw Error(search.why_not());
+        continue;
+      }
+      // In a singular position motions that only constraints of second order hold up would count as unstable.
+      if (!is_singular_) search.leave_unstable(go_on);
+      if (report_.stopped || holds(left == 0)) return independent_.whole(std::move(state_));
+    }
+  }
+
+ private:
+  bool leave_out_more() {
+    auto found = independent_.look_for_singular(state_.t, state_.q);
+    if (!found) return false;
+    is_singular_ = true;
+    independent_.leave_out(std::move(*found));
+    return true;
+  }
+
+  /// Whether what is left out does; false: less is left out from now on. Throws InvalidInput where it does
+  /// not and cannot, or where `is_last`.
+  bool holds(bool is_last) {
+    const std::vector<double> none(state_.q.size(), 0.0);
+    const StateView there{state_.t, state_.q.data(), none.data(), none.data(), state_.lambda.data()};
+    try {
+      independent_.check(there, at_rest_);
+      return true;
+    } catch (const InvalidInput&) {
+      Dependencies found = independent_.find(state_.t, state_.q);
+      if (is_last || found.redundant().size() >= independent_.redundant().size()) throw;
+      is_singular_ = false;
+      independent_.leave_out(std::move(found));
+      return false;
+    }
+  }
+
+  IndependentSystem independent_;
+  const IntegratorOptions& options_;
+  IntegratorOptions at_rest_ = options_;
+  State& state_;
+  EquilibriumReport& report_;
+  bool is_singular_ = false;  // where more is left out than around it
+};
+
 }  // namespace
 
 State find_equilibrium(const ConstrainedSystem& system, const IntegratorOptions& options, State state,
@@ -332,15 +401,7 @@ State find_equilibrium(const ConstrainedSystem& system, const IntegratorOptions&
     told.force = largest(residual.force);
     return state;
   }
-  const IndependentSystem independent(system, state.t, state.q);
-  state.lambda.assign(static_cast<std::size_t>(independent.system().constraints()), 0.0);
-  Search(independent.system(), options, state, told).run(go_on);
-  IntegratorOptions at_rest = options;  // velocities are those of no motion
-  at_rest.constraint_velocity = at_rest.constraint_acceleration = HUGE_VAL;
-  if (!told.stopped)
-    independent.check({state.t, state.q.data(), state.v.data(), state.a.data(), state.lambda.data()},
-                      at_rest);
-  return independent.whole(std::move(state));
+  return SearchByRank(system, options, state, told).run(go_on);
 }
 
 }  // namespace mfs::dae

@@ -18,6 +18,10 @@
 // back to the constraints alone, without the forces, a chain of 250 links was pushed about by its own
 // mending.
 //
+// What follows from other constraints is left out, as the matrix would be singular. That is looked at anew
+// where the search ends without success next to a singular position, as of a linkage that comes to hang
+// straight down, and where it has begun in one and what was left out does not hold at its end.
+//
 // An equilibrium that is reached may be unstable all the same, as a step goes where forces push as a whole.
 // So each is examined (instability.hpp). Where a motion grows the search takes a short step along it and goes
 // on; one that begins in an unstable equilibrium stays there, and the report tells.

@@ -291,6 +291,22 @@ void check_at_rest(const ConstrainedSystem& system, const State& state) {
                            "modes are found about a state in which it is at rest only");
 }
 
+/// A singular position has several ways out of it, whose frequencies hinge on multipliers that nothing
+/// determines there.
+void check_regular(const IndependentSystem& independent, const ConstrainedSystem& system, const State& state,
+                   const std::vector<Mode>& modes) {
+  if (!independent.filters()) return;
+  for (const Mode& mode : modes)
+    for (const bool real : {true, false}) {
+      std::vector<double> way;
+      for (const Complex& x : mode.x) way.push_back(real ? x.real() : x.imag());
+      if (const auto row = independent.singular_row(state.t, state.q, way))
+        throw InvalidInput(system.constraint_name(*row),
+                           "about this position there are no modes: it is singular, as here this constraint "
+                           "follows from others, and beside it it does not");
+    }
+}
+
 }  // namespace
 
 std::vector<Mode> find_modes(const ConstrainedSystem& system, const State& state, int count, int threads,
@@ -320,6 +336,7 @@ std::vector<Mode> find_modes(const ConstrainedSystem& system, const State& state
                                               : solve_large(own, matrices, c, count, threads, backend, go_on),
                                      c);
   if (static_cast<int>(modes.size()) > count) modes.resize(static_cast<std::size_t>(count));
+  check_regular(independent, system, state, modes);
   return modes;
 }
 

@@ -37,8 +37,8 @@ enum class Damping { as_it_is, left_out };
 /// Of two that are conjugate one is given, with a positive imaginary part; of two real ones of opposite sign
 /// the positive one, which grows. `go_on` is asked again and again; false ends it with those found by then.
 /// With constraints on velocities the state has to be at rest: about a motion they would need the change of A
-/// v, too. Throws InvalidInput, mfs::Error where Arnoldi's method does not converge, and what mfs::Solver
-/// throws.
+/// v, too. Throws InvalidInput, with the constraint's name where the position is singular, mfs::Error where
+/// Arnoldi's method does not converge, and what mfs::Solver throws.
 std::vector<Mode> find_modes(const ConstrainedSystem& system, const State& state, int count, int threads,
                              Damping damping = Damping::as_it_is, const std::function<bool()>& go_on = {},
                              Backend backend = Backend::openmp);

@@ -437,11 +437,12 @@ TEST(Multibody, TellsHowFarLengthsMayGoByTheExtentOfTheWhole) {
   builder.add_coordinates("rod", {5, 1, 0, 1}, std::vector<double>(4), {"x", "y", "z", "e0"}, 3);
   builder.add_coordinates("mesh", {1, 2, 3, 1, -18, 3}, std::vector<double>(6), {"x", "y", "z"}, 3);
   builder.add_measure_coordinate("angle", 100, 0, false);
+  builder.add_measure_coordinate("travel", 100, 0, true);
   const auto system = builder.build();
   EXPECT_EQ(system->ranges(builder.initial_q().data()),
-            (std::vector<double>{20, 20, 20, 1, 20, 20, 20, 20, 20, 20, 1}));
-  const std::vector<double> together(11, 0.5);
-  EXPECT_EQ(system->ranges(together.data()), std::vector<double>(11, 1.0));
+            (std::vector<double>{20, 20, 20, 1, 20, 20, 20, 20, 20, 20, 1, 20}));
+  const std::vector<double> together(12, 0.5);
+  EXPECT_EQ(system->ranges(together.data()), std::vector<double>(12, 1.0));
 }
 
 TEST(Multibody, MayHaveMoreConstraintsThanCoordinates) {

@@ -229,6 +229,35 @@ TEST_F(Equilibrium, AFollowerBendsAThinBeam) {
   EXPECT_NEAR(q("beam:x1.y"), 0.7861684257, 0.01);
 }
 
+// A flat parallelogram, whose cranks could turn against each other there: what follows from other joints at
+// first does not later. With a rocker of 2 kg and 5 N across its middle 2.5 g cos a + 2.5 N sin a = 0.
+TEST_F(Equilibrium, OfAParallelogramFromItsFlatPosition) {
+  Json json = test::chain({0, 0, kPi});
+  json["bodies"]["rod2"]["mass"] = 2;
+  json["joints"]["hinge3"] = {
+      {"type", "revolute"}, {"a", "ground"}, {"b", "rod2"}, {"point", {1, 0, 0}}, {"axis", {0, 0, 1}}};
+  json["forces"]["push"] = {{"type", "point"}, {"side", "rod2"}, {"point", {1.5, 0, 0}}, {"x", "5"}};
+  find(json);
+  const double down = -9.81 / std::hypot(1, 9.81), right = 1 / std::hypot(1, 9.81);
+  EXPECT_NEAR(q("rod0.x"), 0.5 * right, 1e-8);
+  EXPECT_NEAR(q("rod0.y"), 0.5 * down, 1e-8);
+  EXPECT_NEAR(q("rod1.x"), 0.5 + right, 1e-8);
+  EXPECT_NEAR(q("rod1.y"), down, 1e-8);
+  EXPECT_NEAR(q("rod2.x"), 1 + 0.5 * right, 1e-8);
+}
+
+// Its arms hang straight down, where the loop of both determines nothing: a step could not be solved next to
+// it.
+TEST_F(Equilibrium, OfALinkedGovernorIsSingular) {
+  find(Json::parse(find_library_model("linked_governor")->text));
+  for (const char* arm : {"arm1", "arm2"}) {
+    EXPECT_NEAR(q(arm + std::string(".x")), 0, 1e-8);
+    EXPECT_NEAR(q(arm + std::string(".y")), -0.5, 1e-8);
+  }
+  EXPECT_NEAR(q("collar.y"), -1.5, 1e-8);
+  EXPECT_LT(report_.iterations, 60);
+}
+
 // A cantilever bent and twisted by a load across it, far beyond what is linear. Tip and twist: a
 // geometrically exact beam (perf/mechanisms princeton_beam). Solids twist less, as the wall lets no section
 // warp.

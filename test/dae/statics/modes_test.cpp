@@ -211,5 +211,14 @@ TEST_F(Modes, AreGivenUpWhereThatIsAskedFor) {
   EXPECT_EQ(asked, 5);
 }
 
+// Arms that hang straight down may swing alike or against each other, and what holds the collar decides the
+// frequencies of both; nothing determines it.
+TEST_F(Modes, AboutASingularPositionAreRefused) {
+  const Json governor = Json::parse(find_library_model("linked_governor")->text);
+  EXPECT_THAT([&] { find(governor, 3); },
+              testing::Throws<InvalidInput>(testing::Property(
+                  &InvalidInput::what, testing::HasSubstr("there are no modes: it is singular"))));
+}
+
 }  // namespace
 }  // namespace mfs::dae

@@ -1,4 +1,4 @@
-// Factors of tiny systems: those of fronts, and panels beside them (kernels/panels/panel_lu.hpp), which take
+// Factors of small fronts: those of fronts, and panels beside them (kernels/panels/panel_lu.hpp), which take
 // a fraction of the time that looking after fronts does. Both search pivots by the same rule. Values with a
 // pivot that panels do not pass are factored by fronts, which perturb it; nothing of that is left for the
 // next values.

@@ -64,24 +64,47 @@ class DefiniteCheck {
   double sign_;
 };
 
+// Whether all rows pass; not all are looked at where one does not.
+template <class Passes>
+bool all_rows(Vertex n, int threads, const Passes& passes) {
+  const RowShares shares(n, threads);
+  std::atomic<bool> all = true;
+#pragma omp parallel for num_threads(shares.count()) schedule(static, 1)
+  for (int share = 0; share < shares.count(); ++share) {
+    for (Vertex i = shares.first_row(share); i < shares.first_row(share + 1) && all; ++i)
+      if (!passes(i)) all = false;
+  }
+  return all;
+}
+
 }  // namespace
 
 template <class Scalar>
 bool looks_definite(const Pattern& pattern, const Scalar* values, int threads) {
-  const RowShares shares(pattern.n, threads);
   const DefiniteCheck<Scalar> check(pattern, values);
-  std::atomic<bool> definite = true;
-#pragma omp parallel for num_threads(shares.count()) schedule(static, 1)
-  for (int share = 0; share < shares.count(); ++share) {
-    for (Vertex i = shares.first_row(share); i < shares.first_row(share + 1) && definite; ++i)
-      if (!check.passes(i)) definite = false;
-  }
-  return definite;
+  return all_rows(pattern.n, threads, [&](Vertex i) { return check.passes(i); });
 }
 
-template bool looks_definite(const Pattern&, const float*, int);
-template bool looks_definite(const Pattern&, const double*, int);
-template bool looks_definite(const Pattern&, const std::complex<float>*, int);
-template bool looks_definite(const Pattern&, const std::complex<double>*, int);
+template <class Scalar>
+bool rows_are_dominated(const Pattern& pattern, const std::vector<Vertex>& row_order, const Scalar* values,
+                        int threads) {
+  return all_rows(pattern.n, threads, [&](Vertex i) {
+    double own = 0, others = 0;
+    for (Offset slot = pattern.offsets[i]; slot < pattern.offsets[i + 1]; ++slot) {
+      const Vertex j = pattern.columns[slot];
+      const bool matched = (row_order.empty() ? j : row_order[j]) == i;
+      (matched ? own : others) += std::abs(values[slot]);
+    }
+    return others <= (1 + kTolerance<Scalar>)*own;
+  });
+}
+
+#define MFS_INSTANTIATE(S)                                     \
+  template bool looks_definite(const Pattern&, const S*, int); \
+  template bool rows_are_dominated(const Pattern&, const std::vector<Vertex>&, const S*, int);
+MFS_INSTANTIATE(float)
+MFS_INSTANTIATE(double)
+MFS_INSTANTIATE(std::complex<float>)
+MFS_INSTANTIATE(std::complex<double>)
 
 }  // namespace mfs

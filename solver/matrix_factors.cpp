@@ -67,6 +67,7 @@ void MatrixFactors<Scalar>::factor(const CsrView<Scalar>& a) {
     make_numeric();
     refactored_ = false;
     take_values(a);
+    look_at_diagonal();
     factor_values(kMostDelayed);
     const Stopwatch delaying;
     delay_first_pivots();
@@ -347,17 +348,27 @@ void MatrixFactors<Scalar>::divide_by_tiny_pivots() {
   });
 }
 
+// Exchanges of rows that scaling asks for would only mix what is large with what is small there. A device
+// multiplies by inverses of L's blocks, whose entries are not bounded by that.
+template <class Scalar>
+void MatrixFactors<Scalar>::look_at_diagonal() {
+  if (on_device()) return;
+  phases_.run("factor", [&] {
+    dominant_ = rows_are_dominated(*analysis_->pattern, analysis_->matched.row_order,
+                                   numeric_->factors().matrix().values, phases_.threads_at_work());
+  });
+}
+
 template <class Scalar>
 PivotPolicy MatrixFactors<Scalar>::policy() const {
   // What grows by dividing by less than a hundredth of the border is seen in the backward error. To perturb
   // such a pivot by the root of epsilon would be no better.
-  if (tiny_pivots_ == TinyPivots::noise) return pivot_tolerance();
-  PivotPolicy data{pivot_tolerance(), tiny_pivots_, pivot_tolerance()};
-  if (definite_) {
-    data.preference = kDefinitePreference;
-    data.symmetric = mirrors_;
-  }
-  return data;
+  PivotPolicy policy = tiny_pivots_ == TinyPivots::noise
+                           ? PivotPolicy(pivot_tolerance())
+                           : PivotPolicy(pivot_tolerance(), tiny_pivots_, pivot_tolerance());
+  if (definite_ || dominant_) policy.preference = kDefinitePreference;
+  policy.symmetric = mirrors_;
+  return policy;
 }
 
 // Every pivot is compared with its border, as threshold pivoting does (tolerance 1: the largest entry).
@@ -410,7 +421,7 @@ bool MatrixFactors<Scalar>::climb(bool singular) {
   }
   if (tiny_pivots_ == TinyPivots::data && definite_) {  // A was not what it looked like
     report_.rung = Rung::tiny_pivots;
-    definite_ = false;
+    definite_ = mirrors_ = dominant_ = false;
     factor_values();
     return true;
   }
@@ -574,6 +585,7 @@ void MatrixFactors<Scalar>::rematch() {
               phases_.analysis_threads(), progress());
   });
   ++report_.reanalyses;
+  look_at_diagonal();
   replace_numeric(kMostDelayed);
   delay_first_pivots();
 }

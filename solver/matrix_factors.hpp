@@ -107,6 +107,7 @@ class MatrixFactors {
   void factor_values(const PivotPolicy& policy);
   void divide_by_tiny_pivots();
   void forget_tiny_pivots();
+  void look_at_diagonal();
 
   bool delay_while_pivots_fail(double allowed_flops);
   void delay_first_pivots();
@@ -139,6 +140,7 @@ class MatrixFactors {
   int later_delays_ = 0;          // changes of the tree for later values
   std::int64_t analyses_ = 0, value_sets_ = 0;
   TinyPivots tiny_pivots_ = TinyPivots::noise;  // data: since a factorization perturbed too many to correct
+  bool dominant_ = false;                       // the diagonal of the values of the analysis
   bool definite_ = false;                       // as A looks, where it was decided that they are data
   bool mirrors_ = false;                        // and solves take steps of refinement
   bool pivots_proved_ = false;    // by a corrected solve: the next factorization divides by them

@@ -1,4 +1,5 @@
 // The report of the ladder: which rung a solve needed, and that its time is told where there is some.
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <set>
@@ -200,6 +201,41 @@ TEST(Ladder, PivotsThatAreSmallForLaterValuesAreDelayed) {
   EXPECT_EQ(first.rung, Rung::refinement);
   EXPECT_GT(last.reanalyses, 0);
   EXPECT_EQ(last.rung, Rung::factors);
+}
+
+/// Of resistors in a tree, each node with one to a node shortly before it, and earthed by a large one: a
+/// dominant diagonal. Conductances go over six orders of magnitude.
+SparseMatrix resistors(std::int64_t nodes, std::uint64_t seed) {
+  Random random(seed);
+  std::vector<Entry> entries;
+  std::vector<double> diagonal(static_cast<std::size_t>(nodes), 1e-6);
+  for (std::int64_t i = 1; i < nodes; ++i) {
+    const std::int64_t before = random.integer(std::max<std::int64_t>(i - 300, 0), i);
+    const double conductance = std::pow(10.0, 3 * random.entry());
+    for (const std::int64_t node : {i, before}) diagonal[node] += conductance;
+    entries.push_back({i, before, -conductance});
+    entries.push_back({before, i, -conductance});
+  }
+  for (std::int64_t i = 0; i < nodes; ++i) entries.push_back({i, i, diagonal[i]});
+  return from_entries(nodes, entries);
+}
+
+// Nothing is small beside its row there but what scaling has made so. Exchanges of rows cost up to three
+// digits.
+TEST(Ladder, PivotsStayOnADominantDiagonal) {
+  for (const Backend backend : {Backend::serial, Backend::openmp})
+    for (const std::uint64_t seed : {1, 2, 3}) {
+      const SparseMatrix a = resistors(30000, seed);
+      Options options = with_threads(2);
+      options.backend = backend;
+      Solver solver(options);
+      solver.factor(a.view());
+      const std::vector<double> b = right_hand_sides(a, 1, a.n, 1);
+      std::vector<double> x(b.size());
+      solver.solve(b.data(), x.data());
+      EXPECT_LE(backward_error(a, b, x), 2e-15) << "seed " << seed;
+      EXPECT_EQ(solver.report().rung, Rung::factors);
+    }
 }
 
 TEST(Ladder, EveryRungHasAName) {

@@ -85,5 +85,47 @@ TEST(Definite, SumsOfSquares) {
   }
 }
 
+template <class Scalar>
+bool dominated(Vertex n, const std::map<std::pair<Vertex, Vertex>, Scalar>& entries,
+               const std::vector<Vertex>& row_order = {}) {
+  const Matrix<Scalar> a = matrix_of(n, entries);
+  const Pattern pattern = check_pattern(a.view(), 1);
+  const bool found = rows_are_dominated(pattern, row_order, a.values.data(), 1);
+  for (const int threads : {2, 3, 8})
+    EXPECT_EQ(rows_are_dominated(pattern, row_order, a.values.data(), threads), found);
+  return found;
+}
+
+TEST(Dominated, RowsButForRounding) {
+  const auto with = [](double diagonal) {
+    return dominated(3,
+                     Reals{{{0, 0}, 1.0}, {{1, 0}, -0.1}, {{1, 1}, diagonal}, {{1, 2}, 0.2}, {{2, 2}, 9.0}});
+  };
+  EXPECT_TRUE(with(0.5));
+  EXPECT_TRUE(with(-0.3));  // 0.1 + 0.2 is larger by rounding
+  EXPECT_FALSE(with(0.2999999));
+  EXPECT_FALSE(with(0.0));
+  EXPECT_FALSE(dominated(2, Reals{{{0, 1}, 1.0}, {{1, 1}, 1.0}})) << "no diagonal";
+  EXPECT_TRUE(dominated(1, Reals{{{0, 0}, 0.0}}));
+}
+
+// Columns count for nothing: 1 is not as large as 4.
+TEST(Dominated, ByRowsAlone) {
+  EXPECT_TRUE(dominated(2, Reals{{{0, 0}, 1.0}, {{1, 0}, 4.0}, {{1, 1}, 5.0}}));
+  EXPECT_FALSE(dominated(2, Reals{{{0, 0}, 1.0}, {{0, 1}, 4.0}, {{1, 1}, 5.0}}));
+}
+
+TEST(Dominated, OfTheEntryThatIsMatched) {
+  const Reals entries{{{0, 0}, 1.0}, {{0, 1}, 4.0}, {{1, 0}, 5.0}, {{1, 1}, 1.0}};
+  EXPECT_FALSE(dominated(2, entries));
+  EXPECT_TRUE(dominated(2, entries, {1, 0}));
+}
+
+TEST(Dominated, ComplexNumbersByTheirSize) {
+  const std::complex<double> off(3, 4);
+  EXPECT_TRUE(dominated(2, Complexes{{{0, 0}, {0, -5}}, {{0, 1}, off}, {{1, 1}, 1.0}}));
+  EXPECT_FALSE(dominated(2, Complexes{{{0, 0}, {0, -4.9}}, {{0, 1}, off}, {{1, 1}, 1.0}}));
+}
+
 }  // namespace
 }  // namespace mfs::test

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <numeric>
 #include <utility>
 
 #include "ordering/transpose.hpp"
@@ -22,9 +21,9 @@ class PanelPlanner {
       : plan_(plan),
         by_column_(transpose(pattern, 1)),
         panel_of_(static_cast<std::size_t>(plan.n)),
-        position_of_row_(panel_of_.size()),
         local_(panel_of_.size()) {
-    for (Vertex p = 0; p < plan.n; ++p) position_of_row_[plan.row_of[p]] = p;
+    made_.row_position = plan.position_of_rows();
+    made_.column_position = plan.position_of_columns();
     made_.place.resize(static_cast<std::size_t>(plan.nnz));
   }
 
@@ -58,24 +57,25 @@ class PanelPlanner {
 
   // Each front is a source of the panels that its border meets.
   void find_sources() {
-    const std::size_t panels = made_.panels.size();
-    std::vector<Vertex> count(panels + 1, 0);
-    for_sources([&](Vertex panel, Vertex) { ++count[panel]; });
-    source_begin_.assign(panels + 1, 0);
-    std::partial_sum(count.begin(), count.end() - 1, source_begin_.begin() + 1);
-    sources_.resize(static_cast<std::size_t>(source_begin_.back()));
-    std::copy(source_begin_.begin(), source_begin_.end(), count.begin());
-    for_sources([&](Vertex panel, Vertex front) { sources_[count[panel]++] = front; });
+    for_sources([&](PanelProgram::Panel& panel, Vertex) { ++panel.source_end; });
+    Vertex sum = 0;
+    for (PanelProgram::Panel& panel : made_.panels) {
+      panel.source_begin = sum;
+      sum += std::exchange(panel.source_end, sum);
+    }
+    made_.sources.resize(static_cast<std::size_t>(sum));
+    for_sources(
+        [&](PanelProgram::Panel& panel, Vertex front) { made_.sources[panel.source_end++].front = front; });
   }
 
   /// visit(panel, front), fronts ascending.
   template <class Visit>
-  void for_sources(const Visit& visit) const {
+  void for_sources(const Visit& visit) {
     std::vector<Vertex> last(made_.panels.size(), -1);
     for (Vertex f = 0; f < plan_.num_fronts; ++f) {
       for (Offset b = plan_.border_begin[f]; b < plan_.border_begin[f + 1]; ++b) {
         const Vertex panel = panel_of_[plan_.border[b]];
-        if (std::exchange(last[panel], f) != f) visit(panel, f);
+        if (std::exchange(last[panel], f) != f) visit(made_.panels[panel], f);
       }
     }
   }
@@ -86,9 +86,7 @@ class PanelPlanner {
     const auto add_pivots = [&](Vertex f) {
       for (Vertex p = plan_.pivot_begin[f]; p < plan_.pivot_begin[f + 1]; ++p) local_[p] = rows++;
     };
-    const std::ptrdiff_t number = &panel - made_.panels.data();
-    const Vertex begin = source_begin_[number], end = source_begin_[number + 1];
-    for (Vertex s = begin; s < end; ++s) add_pivots(sources_[s]);
+    for (Vertex s = panel.source_begin; s < panel.source_end; ++s) add_pivots(made_.sources[s].front);
     panel.pivot_row = rows;
     add_pivots(own);
     for (Offset b = plan_.border_begin[own]; b < plan_.border_begin[own + 1]; ++b)
@@ -96,13 +94,11 @@ class PanelPlanner {
     panel.rows = rows;
     panel.numbers = made_.numbers;
     made_.numbers += static_cast<Offset>(panel.columns) * rows;
-    panel.source_begin = static_cast<Vertex>(made_.sources.size());
-    for (Vertex s = begin; s < end; ++s) add_source(sources_[s]);
-    panel.source_end = static_cast<Vertex>(made_.sources.size());
+    for (Vertex s = panel.source_begin; s < panel.source_end; ++s) add_runs(made_.sources[s]);
   }
 
-  void add_source(Vertex f) {
-    const auto begin = static_cast<Vertex>(made_.runs.size());
+  void add_runs(PanelProgram::Source& source) {
+    const Vertex f = source.front, begin = static_cast<Vertex>(made_.runs.size());
     for (Offset b = plan_.border_begin[f]; b < plan_.border_begin[f + 1]; ++b) {
       const Vertex row = local_[plan_.border[b]];
       const bool goes_on = static_cast<Vertex>(made_.runs.size()) > begin &&
@@ -113,7 +109,7 @@ class PanelPlanner {
         made_.runs.push_back({row, 1});
       }
     }
-    made_.sources.push_back({f, local_[plan_.pivot_begin[f]], begin, static_cast<Vertex>(made_.runs.size())});
+    source = {f, local_[plan_.pivot_begin[f]], begin, static_cast<Vertex>(made_.runs.size())};
   }
 
   void place_entries(const PanelProgram::Panel& panel) {
@@ -122,16 +118,15 @@ class PanelPlanner {
       const Offset begin = panel.numbers + static_cast<Offset>(c) * panel.rows;
       for (Offset e = by_column_.offsets[column]; e < by_column_.offsets[column + 1]; ++e)
         made_.place[by_column_.slots[e]] =
-            static_cast<Vertex>(begin + local_[position_of_row_[by_column_.columns[e]]]);
+            static_cast<Vertex>(begin + local_[made_.row_position[by_column_.columns[e]]]);
     }
   }
 
   const SymbolicPlan& plan_;
   const TransposedPattern by_column_;
   PanelProgram made_;
-  std::vector<Vertex> panel_of_, position_of_row_;
-  std::vector<Vertex> source_begin_, sources_;  // by panel
-  std::vector<Vertex> local_;                   // by position: row of the present panel
+  std::vector<Vertex> panel_of_;
+  std::vector<Vertex> local_;  // by position: row of the present panel
 };
 
 // ns: of a panel's source and its run, of a front and its operation, and of an entry of A, which both have.

@@ -43,7 +43,8 @@ struct PanelProgram {
   std::vector<Vertex> panel_begin;  // num_fronts + 1
   std::vector<Source> sources;
   std::vector<Run> runs;
-  std::vector<Vertex> place;  // by slot of the pattern: number
+  std::vector<Vertex> place;                          // by slot of the pattern: number
+  std::vector<Vertex> row_position, column_position;  // of A -> position
   Offset numbers = 0;
   Vertex most_pivots = 0;  // of a front
 };

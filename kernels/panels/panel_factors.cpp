@@ -20,11 +20,9 @@ struct PanelLayout {
     moved = arena.add(plan.num_fronts * static_cast<Offset>(sizeof(Vertex)));
     work = arena.add(program.most_pivots * panels::kSideBySide * scalar_bytes);
     y = arena.add(plan.n * panels::kSideBySide * scalar_bytes);
-    row_position = arena.add(plan.n * static_cast<Offset>(sizeof(Vertex)));
-    column_position = arena.add(plan.n * static_cast<Offset>(sizeof(Vertex)));
   }
   ArenaLayout arena;
-  Offset numbers, local_row, moved, work, y, row_position, column_position;
+  Offset numbers, local_row, moved, work, y;
 };
 
 template <class Value, class Scalar>
@@ -45,14 +43,7 @@ class PanelFactors final : public Factors<Value> {
                 arena_.at<Vertex>(layout_.local_row),
                 arena_.at<Vertex>(layout_.moved),
                 arena_.at<Scalar>(layout_.work)},
-        y_(arena_.at<Scalar>(layout_.y)),
-        row_position_(arena_.at<Vertex>(layout_.row_position)),
-        column_position_(arena_.at<Vertex>(layout_.column_position)) {
-    for (Vertex p = 0; p < plan_->n; ++p) {
-      row_position_[plan_->row_of[p]] = p;
-      column_position_[plan_->column_of[p]] = p;
-    }
-  }
+        y_(arena_.at<Scalar>(layout_.y)) {}
 
   Value* matrix_values() override { return fronts_->matrix_values(); }
   double* row_scale() override { return fronts_->row_scale(); }
@@ -110,7 +101,7 @@ class PanelFactors final : public Factors<Value> {
   void substitute(const Value* from, Value* to, Vertex count, bool transposed) {
     const HostMatrix<Value> a = fronts_->matrix();
     const Offset n = plan_->n;
-    const Vertex* const in = transposed ? column_position_ : row_position_;
+    const Vertex* const in = (transposed ? program_->column_position : program_->row_position).data();
     const double* const in_scale = transposed ? a.column_scale : a.row_scale;
     for (Offset i = 0; i < n; ++i) {
       const auto scale = static_cast<RealOf<Value>>(in_scale[i]);
@@ -119,7 +110,7 @@ class PanelFactors final : public Factors<Value> {
         y[j] = j < count ? static_cast<Scalar>(from[i + j * n] * scale) : Scalar(0);
     }
     panels::substitute(system_, transposed, width > 1, y_);
-    const Vertex* const out = transposed ? row_position_ : column_position_;
+    const Vertex* const out = (transposed ? program_->row_position : program_->column_position).data();
     const double* const out_scale = transposed ? a.row_scale : a.column_scale;
     for (Offset i = 0; i < n; ++i) {
       const auto scale = static_cast<RealOf<Value>>(out_scale[i]);
@@ -136,8 +127,7 @@ class PanelFactors final : public Factors<Value> {
   const HostArena arena_;
   const panels::System<Scalar> system_;
   Scalar* const y_;
-  Vertex *const row_position_, *const column_position_;  // of A -> position
-  bool by_panels_ = false;                               // the present factors are
+  bool by_panels_ = false;  // the present factors are
 };
 
 }  // namespace

@@ -50,6 +50,7 @@ struct Planned {
   /// The operations by step of the plan; empty where they are those of its blocks.
   std::vector<BlockFlops> step_flops{};
   bool one_thread = false;  // does all work of the product, in whatever thread that is
+  bool early = false;       // the product takes so little of what is free that it may be made at once
 };
 
 /// What factor() did, and the largest scaled entry of the matrix.

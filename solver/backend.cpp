@@ -190,14 +190,18 @@ class CudaBackend final : public BackendFor<Scalar> {
                                       const MemoryRoom& room) const override {
     const Planned<Factors<Scalar>> factors =
         cuda::plan_cuda_factors<Scalar>(single_precision, plan, pattern, {room.limit, room.held});
-    return {factors.bytes, factors.flops, factors.movement,
+    return {factors.bytes,
+            factors.flops,
+            factors.movement,
             [=] {
               const auto outside = static_cast<std::size_t>(factors.bytes.outside);
               const std::size_t available = outside > 0 ? available_host_memory() : 0;
               if (outside > available) throw OutOfMemory(MemorySpace::host, outside, available);
               return make_factorization<Scalar>(HostSpace::openmp, factors.make(), plan, pattern);
             },
-            factors.step_flops};
+            factors.step_flops,
+            false,
+            factors.early};
   }
 };
 

@@ -52,6 +52,8 @@ void MatrixFactors<Scalar>::analyze(const CsrView<Scalar>& a, const ListCost* li
   });
   analyzed_with_values_ = a.values != nullptr;
   report_analysis();
+  if (loading.valid()) loading.wait();
+  if (planned_.early) make_early();
 }
 
 // The first factorization also takes the memory; later ones only fill it.
@@ -222,6 +224,18 @@ void MatrixFactors<Scalar>::plan_numeric(Analysis& analysis) {
   analysis.time_symbolic += watch.seconds();
 }
 
+// A first factorization then takes as long as others.
+template <class Scalar>
+void MatrixFactors<Scalar>::make_early() {
+  using Made = std::unique_ptr<Factorization<Scalar>>;
+  const Stopwatch watch;
+  phases_.run("symbolic", [&] {
+    const auto make = std::exchange(planned_.make, {});  // good once
+    planned_.make = [made = std::make_shared<Made>(make())] { return std::move(*made); };
+  });
+  report_.time_symbolic += watch.seconds();
+}
+
 template <class Scalar>
 void MatrixFactors<Scalar>::make_numeric() {
   std::unique_ptr<Factorization<Scalar>> made;
@@ -320,7 +334,7 @@ void MatrixFactors<Scalar>::factor_values(std::size_t most_perturbed) {
     divides_proved_ = true;
   }
   PivotPolicy present = policy();
-  if (tiny_pivots_ == TinyPivots::noise) present.most_perturbed = most_perturbed;
+  if (pivots_.tiny == TinyPivots::noise) present.most_perturbed = most_perturbed;
   factor_values(present);
   divide_if_more_fail_than(most_perturbed);
   if (proved) delay_while_pivots_fail(allowed_flops());  // what is too small even to be divided by
@@ -328,53 +342,33 @@ void MatrixFactors<Scalar>::factor_values(std::size_t most_perturbed) {
 
 template <class Scalar>
 void MatrixFactors<Scalar>::divide_if_more_fail_than(std::size_t most) {
-  if (tiny_pivots_ == TinyPivots::data || report_.perturbed_pivots <= static_cast<std::int64_t>(most)) return;
+  if (pivots_.tiny == TinyPivots::data || report_.perturbed_pivots <= static_cast<std::int64_t>(most)) return;
   divide_by_tiny_pivots();
   factor_values(policy());
 }
 
 template <class Scalar>
 void MatrixFactors<Scalar>::forget_tiny_pivots() {
-  tiny_pivots_ = TinyPivots::noise;
-  definite_ = mirrors_ = pivots_proved_ = divides_proved_ = false;
+  pivots_.forget_tiny();
+  pivots_proved_ = divides_proved_ = false;
 }
 
 template <class Scalar>
 void MatrixFactors<Scalar>::divide_by_tiny_pivots() {
-  tiny_pivots_ = TinyPivots::data;
+  pivots_.tiny = TinyPivots::data;
   phases_.run("factor", [&] {
-    definite_ =
+    pivots_.definite =
         looks_definite(*analysis_->pattern, numeric_->factors().matrix().values, phases_.threads_at_work());
   });
 }
 
-// Exchanges of rows that scaling asks for would only mix what is large with what is small there. A device
-// multiplies by inverses of L's blocks, whose entries are not bounded by that.
+// Exchanges of rows that scaling asks for would only mix what is large with what is small there.
 template <class Scalar>
 void MatrixFactors<Scalar>::look_at_diagonal() {
-  if (on_device()) return;
   phases_.run("factor", [&] {
-    dominant_ = rows_are_dominated(*analysis_->pattern, analysis_->matched.row_order,
-                                   numeric_->factors().matrix().values, phases_.threads_at_work());
+    pivots_.dominant = rows_are_dominated(*analysis_->pattern, analysis_->matched.row_order,
+                                          numeric_->factors().matrix().values, phases_.threads_at_work());
   });
-}
-
-template <class Scalar>
-PivotPolicy MatrixFactors<Scalar>::policy() const {
-  // What grows by dividing by less than a hundredth of the border is seen in the backward error. To perturb
-  // such a pivot by the root of epsilon would be no better.
-  PivotPolicy policy = tiny_pivots_ == TinyPivots::noise
-                           ? PivotPolicy(pivot_tolerance())
-                           : PivotPolicy(pivot_tolerance(), tiny_pivots_, pivot_tolerance());
-  if (definite_ || dominant_) policy.preference = kDefinitePreference;
-  policy.symmetric = mirrors_;
-  return policy;
-}
-
-// Every pivot is compared with its border, as threshold pivoting does (tolerance 1: the largest entry).
-template <class Scalar>
-PivotPolicy MatrixFactors<Scalar>::threshold_policy() const {
-  return {1.0, tiny_pivots_, kBorderThreshold};
 }
 
 template <class Scalar>
@@ -400,7 +394,7 @@ bool MatrixFactors<Scalar>::climb(bool singular) {
     replace_numeric();
     return true;
   }
-  if (tiny_pivots_ == TinyPivots::data && divides_proved_) {
+  if (pivots_.tiny == TinyPivots::data && divides_proved_) {
     report_.rung = Rung::correction;
     forget_tiny_pivots();
     stays_corrected_ = true;
@@ -412,16 +406,16 @@ bool MatrixFactors<Scalar>::climb(bool singular) {
     rematch();
     return true;
   }
-  if (tiny_pivots_ == TinyPivots::noise && report_.perturbed_pivots > 0 &&
+  if (pivots_.tiny == TinyPivots::noise && report_.perturbed_pivots > 0 &&
       (!singular || options_.solve.solve_singular)) {
     report_.rung = Rung::tiny_pivots;
     divide_by_tiny_pivots();
     factor_values();
     return true;
   }
-  if (tiny_pivots_ == TinyPivots::data && definite_) {  // A was not what it looked like
+  if (pivots_.tiny == TinyPivots::data && pivots_.definite) {  // A was not what it looked like
     report_.rung = Rung::tiny_pivots;
-    definite_ = mirrors_ = dominant_ = false;
+    pivots_.definite = pivots_.mirrors = pivots_.dominant = false;
     factor_values();
     return true;
   }
@@ -435,11 +429,11 @@ void MatrixFactors<Scalar>::watch_effort() {
   // A solution by correction proves that A is regular. What is divided by needs no correction, and such
   // solves stay where the factors are; so later values are factored that way, and corrected again should that
   // fail.
-  if (report_.corrected_pivots > 0 && tiny_pivots_ == TinyPivots::noise) pivots_proved_ = !stays_corrected_;
+  if (report_.corrected_pivots > 0 && pivots_.tiny == TinyPivots::noise) pivots_proved_ = !stays_corrected_;
   // A solve by transposed factors takes a fifth longer on a device, so they wait until they are needed.
   const bool is_real = std::is_same_v<Scalar, RealOf<Scalar>>;  // others that look definite have A = A^H
-  if (definite_ && is_real && on_device() && !mirrors_ && report_.refinement_steps > 0) {
-    mirrors_ = true;
+  if (pivots_.definite && is_real && on_device() && !pivots_.mirrors && report_.refinement_steps > 0) {
+    pivots_.mirrors = true;
     phases_.run("solve", [&] { numeric_->factors().resident()->solve_as(policy()); });
   }
   constexpr std::int64_t kMore = 4;
@@ -488,7 +482,7 @@ void MatrixFactors<Scalar>::delay_later_pivots() {
   dear_solves_ = 0;
   forget_tiny_pivots();
   factor_values(kMostDelayed);
-  if (report_.perturbed_pivots == 0) factor_values(threshold_policy());
+  if (report_.perturbed_pivots == 0) factor_values(pivots_.threshold_policy());
   const double solve_flops = backend_.info().flops_per_entry * static_cast<double>(report_.nnz_factor);
   if (delay_while_pivots_fail(usual_flops_ + solve_flops)) {
     divide_if_more_fail_than(kMostCorrected);
@@ -540,7 +534,7 @@ bool MatrixFactors<Scalar>::strengthen() {
   if (strengthened_ >= options_.factor.max_reanalyses) return false;
   ++strengthened_;
   const double allowed = kGrowth * report_.flops.total() + kFree;
-  factor_values(threshold_policy());
+  factor_values(pivots_.threshold_policy());
   if (report_.perturbed_pivots > 0 && delay_failed_pivots(kLevels, allowed)) {
     replace_numeric();
     return true;

@@ -16,6 +16,7 @@
 #include "solver/analysis.hpp"
 #include "solver/backend.hpp"
 #include "solver/phases.hpp"
+#include "solver/pivot_knowledge.hpp"
 
 namespace mfs {
 
@@ -41,7 +42,7 @@ class MatrixFactors {
   bool on_device() const { return backend_.info().memory == MemorySpace::device; }
   /// A device searches pivots in tiles and multiplies by inverses of L's blocks, which lets more grow than
   /// the host's search in all rows and substitution do. Where tiny pivots were divided by that may matter.
-  bool host_is_better() const { return on_device() && tiny_pivots_ == TinyPivots::data; }
+  bool host_is_better() const { return on_device() && pivots_.tiny == TinyPivots::data; }
   /// These numbers change with each analysis and with each set of values.
   std::int64_t analyses() const { return analyses_; }
   std::int64_t value_sets() const { return value_sets_; }
@@ -91,6 +92,7 @@ class MatrixFactors {
   Planned<Factorization<Scalar>> planned_for(std::shared_ptr<const SymbolicPlan> plan,
                                              std::shared_ptr<const Pattern> pattern) const;
   void plan_numeric(Analysis& analysis);
+  void make_early();
   void make_numeric();
   void use_scales(const std::vector<double>& row, const std::vector<double>& column);
   void begin_values();
@@ -100,8 +102,7 @@ class MatrixFactors {
   void refactor_checked(const CsrView<Scalar>& a, bool pattern);
   void factor_other_values(const CsrView<Scalar>& a);
   double pivot_tolerance() const;
-  PivotPolicy policy() const;
-  PivotPolicy threshold_policy() const;
+  PivotPolicy policy() const { return pivots_.policy(pivot_tolerance()); }
   void factor_values(std::size_t most_perturbed = kMostCorrected);
   void divide_if_more_fail_than(std::size_t most);
   void factor_values(const PivotPolicy& policy);
@@ -139,10 +140,7 @@ class MatrixFactors {
   std::int64_t dear_solves_ = 0;  // with more steps than usual since the tree changed
   int later_delays_ = 0;          // changes of the tree for later values
   std::int64_t analyses_ = 0, value_sets_ = 0;
-  TinyPivots tiny_pivots_ = TinyPivots::noise;  // data: since a factorization perturbed too many to correct
-  bool dominant_ = false;                       // the diagonal of the values of the analysis
-  bool definite_ = false;                       // as A looks, where it was decided that they are data
-  bool mirrors_ = false;                        // and solves take steps of refinement
+  PivotKnowledge pivots_;
   bool pivots_proved_ = false;    // by a corrected solve: the next factorization divides by them
   bool divides_proved_ = false;   // since then
   bool stays_corrected_ = false;  // that has failed

@@ -25,14 +25,16 @@ class FactorPlanner {
     solve_places_ = lists_->solve_places;
     for (const bool on_host : {true, false}) measure_rest(on_host);
     // So little is not worth a question, which would wait for the device to be there.
-    constexpr Offset kLittle = Offset(1) << 28;
+    constexpr Offset kLittle = Offset(1) << 28, kShare = 8;
     const Offset needed = bytes_.total();
+    bool early = true;
     if (room_.limit > 0 || needed > kLittle) {
       const Offset available = available_bytes(room_.held);
+      early = needed <= available / kShare;
       if (needed > available) divide(available);
     }
-    return {bytes_, flops_.done, movement_, [planner = *this]() mutable { return planner.make(); },
-            flops_.steps};
+    return {bytes_,       flops_.done, movement_, [planner = *this]() mutable { return planner.make(); },
+            flops_.steps, false,       early};
   }
 
  private:

@@ -44,6 +44,12 @@ add_library(mfs_camd UNKNOWN IMPORTED GLOBAL)
 set_target_properties(mfs_camd PROPERTIES IMPORTED_LOCATION "${MFS_CAMD_LIBRARY}")
 target_include_directories(mfs_camd SYSTEM INTERFACE "${MFS_CAMD_INCLUDE}")
 
+# Headers alone: what is linked to libmfs needs no Eigen for it.
+find_package(Eigen3 CONFIG REQUIRED GLOBAL)  # a version here would refuse Eigen 5
+if(Eigen3_VERSION VERSION_LESS 3.4)
+  message(FATAL_ERROR "Eigen ${Eigen3_VERSION} in ${Eigen3_DIR}: MFS needs 3.4 or later")
+endif()
+
 add_subdirectory(cmake/kokkos)    # target mfs_kokkos
 add_subdirectory(ordering/metis)   # target mfs_metis
 

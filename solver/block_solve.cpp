@@ -4,11 +4,16 @@
 #include <cmath>
 #include <complex>
 #include <cstdio>
+#include <limits>
+#include <new>
+#include <utility>
 #include <vector>
 
 #include <mfs/error.hpp>
 
 #include "ordering/stopwatch.hpp"
+#include "solver/memory_limit.hpp"
+#include "solver/orthogonal_solver.hpp"
 #include "solver/solve_rules.hpp"
 
 namespace mfs {
@@ -172,6 +177,7 @@ void BlockSolve<Scalar>::climb_until_solved(const Columns<Scalar>& part, const S
   const Offset overflowed = first_overflowed(rows(), part.count, solution);
   const auto missed = [&] { return !reached(outcome) && outcome.dependent_rows == 0; };
   if (missed() && !factors_.host_is_better()) outcome = solve_rescaled(part, solution.data());
+  if (missed() && !factors_.on_device()) try_orthogonal(part, solution.data(), outcome);
   report_.time_ladder += other_factors.seconds();
   if (missed() && factors_.on_device()) {
     try {
@@ -218,6 +224,48 @@ SolveOutcome BlockSolve<Scalar>::solve_rescaled(const Columns<Scalar>& part, Sca
   }
   worst.dependent_rows = 0;  // nothing that was singular comes here
   return worst;
+}
+
+// Bytes that the last resort may take.
+template <class Scalar>
+double BlockSolve<Scalar>::room_left() const {
+  const auto held = static_cast<double>(factors_.numeric("solve").bytes());
+  return options_.memory_limit > 0 ? static_cast<double>(options_.memory_limit) - held
+                                   : static_cast<double>(available_host_memory()) / 2;
+}
+
+// Leaves `outcome` where that would take too much, or reaches no more.
+template <class Scalar>
+void BlockSolve<Scalar>::try_orthogonal(const Columns<Scalar>& part, Scalar* solution,
+                                        SolveOutcome& outcome) {
+  constexpr double kRounding = 64 * std::numeric_limits<RealOf<Scalar>>::epsilon();
+  if (outcome.backward_error <= kRounding) return;  // nothing has grown
+  const SymbolicPlan& plan = *factors_.analysis().plan;
+  SolveOutcome worst;
+  std::vector<Scalar> found(static_cast<std::size_t>(rows() * part.count));
+  const auto solve_all = [&] {
+    const auto solver = OrthogonalSolver<Scalar>::make(
+        factors_.factored_matrix(), part.transposed, factors_.analysis().matched,
+        part.transposed ? plan.row_of : plan.column_of, room_left());
+    if (!solver) return false;
+    report_.rung = Rung::orthogonal;
+    for (Offset j = 0; j < part.count && reached(worst); ++j) {
+      const SolveOutcome column = solver->solve(part.b + j * part.ldb, found.data() + j * rows(), controls_);
+      if (column.dependent_rows > 0 || !(column.backward_error <= worst.backward_error)) worst = column;
+    }
+    return worst.dependent_rows > 0 || reached(worst);
+  };
+  bool better = false;
+  phases_.run("solve", [&] {
+    try {
+      better = solve_all();
+    } catch (const std::bad_alloc&) {  // what the factors have reached is told instead
+    }
+  });
+  if (!better) return;
+  if (part.transposed) std::swap(worst.row, worst.column);
+  std::copy(found.begin(), found.end(), solution);
+  outcome = worst;
 }
 
 template <class Scalar>

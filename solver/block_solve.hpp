@@ -48,6 +48,8 @@ class BlockSolve {
   void climb_until_solved(const Columns<Scalar>& part, const SolveOutcome* tried);
   void solve_on_host(const Columns<Scalar>& part);
   SolveOutcome solve_rescaled(const Columns<Scalar>& part, Scalar* solution);
+  double room_left() const;
+  void try_orthogonal(const Columns<Scalar>& part, Scalar* solution, SolveOutcome& outcome);
   template <class Work>
   void with_threads(Offset columns, const Work& work);
   void write_solution(const Columns<Scalar>& part, const Scalar* solution, const SolveOutcome& outcome);

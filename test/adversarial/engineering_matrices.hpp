@@ -9,8 +9,11 @@ namespace mfs::test {
 
 /// Shells with turned node blocks, nearly incompressible solids, curl-curl, mixed Darcy flow with contrast,
 /// interior point methods, penalties, gradings beyond 1e+-150, Oseen flow, lattices of rigid bodies with
-/// multipliers; singular ones among curl-curl and lattices.
+/// multipliers, multiple shooting; singular ones among curl-curl and lattices.
 HardMatrix engineering_matrix(std::uint64_t seed);
+
+/// The name with which multiple shooting begins: no factorization with exchanges of rows does there.
+constexpr char kGrowing[] = "multiple shooting";
 
 /// The Laplacian of side^2 points, and side^2 / 4 constraints between three of them as penalties.
 SparseMatrix penalties(std::int64_t side, double penalty, Random& random);

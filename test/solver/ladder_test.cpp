@@ -238,13 +238,58 @@ TEST(Ladder, PivotsStayOnADominantDiagonal) {
     }
 }
 
+/// Ones on the diagonal and in the last column, -1 below: with exchanges of rows the last column doubles with
+/// each pivot (Wilkinson, The Algebraic Eigenvalue Problem, 1965, chapter 4, section 57).
+template <class Scalar>
+BasicSparseMatrix<Scalar> doubling(std::int64_t n) {
+  std::vector<Entry> entries;
+  for (std::int64_t i = 0; i < n; ++i) {
+    for (std::int64_t j = 0; j < i; ++j) entries.push_back({i, j, -1});
+    entries.push_back({i, i, 1});
+    if (i + 1 < n) entries.push_back({i, n - 1, 1});
+  }
+  const SparseMatrix a = from_entries(n, entries);
+  return {n, a.offsets, a.columns, std::vector<Scalar>(a.values.begin(), a.values.end())};
+}
+
+template <class Scalar>
+void expect_reflections(Backend backend, std::int64_t n, bool transposed_solve) {
+  SCOPED_TRACE(std::string(backend_name(backend)) + ", n = " + std::to_string(n) +
+               (transposed_solve ? ", transposed" : ""));
+  const BasicSparseMatrix<Scalar> a = doubling<Scalar>(n);
+  constexpr std::int64_t kColumns = 19;  // more than one block
+  const BasicSparseMatrix<Scalar> solved = transposed_solve ? transposed(a) : a;
+  const std::vector<Scalar> b = right_hand_sides(solved, kColumns, n, 5);
+  std::vector<Scalar> x(b.size());
+  Options options = with_threads(2);
+  options.backend = backend;
+  BasicSolver<Scalar> solver(options);
+  solver.factor(a.view());
+  transposed_solve ? solver.solve_transpose(b.data(), x.data(), kColumns)
+                   : solver.solve(b.data(), x.data(), kColumns);
+  EXPECT_LE(worst_error(solved, b, n, x, n, kColumns), kPromisedFor<Scalar>);
+  EXPECT_GE(solver.report().rung, Rung::orthogonal);
+  EXPECT_EQ(solver.report().dependent_rows, 0);
+}
+
+// Neither exchanges of rows nor larger blocks nor scales keep entries from growing there.
+TEST(Ladder, ReflectionsLetNothingGrow) {
+  for (const bool transposed_solve : {false, true}) {
+    for (const Backend backend : {Backend::serial, Backend::openmp, Backend::kokkos})
+      expect_reflections<double>(backend, 257, transposed_solve);
+    expect_reflections<float>(Backend::openmp, 200, transposed_solve);
+    expect_reflections<std::complex<double>>(Backend::openmp, 300, transposed_solve);
+    expect_reflections<std::complex<float>>(Backend::openmp, 100, transposed_solve);
+  }
+}
+
 TEST(Ladder, EveryRungHasAName) {
   std::set<std::string> names;
-  for (const Rung rung :
-       {Rung::factors, Rung::correction, Rung::refinement, Rung::krylov, Rung::full_precision,
-        Rung::reanalysis, Rung::tiny_pivots, Rung::larger_blocks, Rung::rescaling, Rung::host})
+  for (const Rung rung : {Rung::factors, Rung::correction, Rung::refinement, Rung::krylov,
+                          Rung::full_precision, Rung::reanalysis, Rung::tiny_pivots, Rung::larger_blocks,
+                          Rung::rescaling, Rung::orthogonal, Rung::host})
     names.insert(rung_name(rung));
-  EXPECT_EQ(names.size(), 10u);
+  EXPECT_EQ(names.size(), 11u);
   EXPECT_EQ(names.count("unknown"), 0u);
 }
 

@@ -50,6 +50,8 @@ enum class Rung {
   tiny_pivots,     ///< perturbed pivots divided by as they are, though they may be rounding
   larger_blocks,   ///< larger pivot blocks wherever the factors grow
   rescaling,       ///< rows scaled by the size that the residual is measured by, for each right-hand side
+  orthogonal,      ///< on the host: Householder reflections, under which nothing grows, where they take some
+                   ///< seconds
   host,  ///< of a device: factors on the host, which substitutes where a device multiplies by inverses
 };
 
@@ -74,6 +76,8 @@ inline const char* rung_name(Rung rung) {
       return "larger_blocks";
     case Rung::rescaling:
       return "rescaling";
+    case Rung::orthogonal:
+      return "orthogonal";
     case Rung::host:
       return "host";
   }

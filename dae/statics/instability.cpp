@@ -32,6 +32,12 @@ constexpr double kRounding = 1e-14;
 /// K is symmetric where the rest is this part of kappa, and an eigenvector has a residual of this part.
 constexpr double kSymmetric = 1e-3, kEigenvector = 1e-3;
 
+/// K has a part that is not symmetric where it is more than this of what two motions have of it; dampers feed
+/// one where it is more than this of what they take.
+constexpr double kWithoutPotential = 1e-5, kFed = 1e-8;
+/// Rounding of a kappa, in parts of its terms: that of many entries.
+constexpr double kRoundings = 1e-12;
+
 class UnstableMotionSearch {
  public:
   UnstableMotionSearch(const RestingSystem& rest, ConstrainedMatrix& matrix)
@@ -43,7 +49,18 @@ class UnstableMotionSearch {
         n_(system_.coordinates()),
         m_(system_.constraints()) {}
 
-  std::optional<UnstableMotion> run(const std::function<bool()>& go_on) {
+  Stability run(const std::function<bool()>& go_on) {
+    Stability stability{find(go_on)};
+    if (stability.growing || space_.cols() == 0) return stability;
+    double terms = 0.0;
+    for (Index j = 0; j < space_.cols(); ++j) terms = std::max(terms, terms_of(space_.col(j)));
+    stability.rounding = std::max(slow_, kRoundings * terms);
+    stability.may_swing = !has_potential(stability.rounding) || !is_damped();
+    return stability;
+  }
+
+ private:
+  std::optional<UnstableMotion> find(const std::function<bool()>& go_on) {
     const double stiffest = stiffest_kappa();
     if (!(stiffest > slow_) || !std::isfinite(stiffest)) return std::nullopt;
     const double least = std::max(kLeast * stiffest, slow_);
@@ -59,7 +76,22 @@ class UnstableMotionSearch {
     return std::nullopt;
   }
 
- private:
+  /// Of the motions in the space, each with its own kappa.
+  bool has_potential(double rounding) const {
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> own(0.5 * (stiffness_ + stiffness_.transpose()));
+    const MatrixXd k = own.eigenvectors().transpose() * stiffness_ * own.eigenvectors();
+    const VectorXd size = own.eigenvalues().cwiseAbs().cwiseSqrt();
+    const MatrixXd least = (kWithoutPotential * size * size.transpose()).array() + rounding;
+    return ((k - k.transpose()).array().abs() <= least.array()).all();
+  }
+  bool is_damped() const {
+    MatrixXd d(space_.cols(), space_.cols());
+    for (Index j = 0; j < d.cols(); ++j) d.col(j) = space_.transpose() * times(Block::force_v, space_.col(j));
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(0.5 * (d + d.transpose()), Eigen::EigenvaluesOnly);
+    const VectorXd& taken = solver.eigenvalues();
+    return taken.minCoeff() >= -kFed * taken.cwiseAbs().maxCoeff();
+  }
+
   /// The largest of the diagonals; where what is stiff has no inertia, as the travel of a joint, that of a
   /// typical body takes its place.
   double stiffest_kappa() const {
@@ -217,11 +249,11 @@ class UnstableMotionSearch {
 
 }  // namespace
 
-std::optional<UnstableMotion> find_unstable_motion(const RestingSystem& rest, ConstrainedMatrix& matrix,
-                                                   const std::function<bool()>& go_on) {
+Stability examine_rest(const RestingSystem& rest, ConstrainedMatrix& matrix,
+                       const std::function<bool()>& go_on) {
   for (int row = 0; row < rest.system.constraints(); ++row)
-    if (rest.system.is_nonholonomic(row)) return std::nullopt;
-  if (rest.system.coordinates() == rest.system.constraints()) return std::nullopt;
+    if (rest.system.is_nonholonomic(row)) return {};
+  if (rest.system.coordinates() == rest.system.constraints()) return {};
   return UnstableMotionSearch(rest, matrix).run(go_on);
 }
 

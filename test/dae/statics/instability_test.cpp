@@ -5,6 +5,8 @@
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
+#include <complex>
+#include <tuple>
 
 #include "test/dae/statics/at_rest.hpp"
 #include "test/dae/statics/net.hpp"
@@ -28,6 +30,13 @@ class Instability : public test::AtRest {
     EXPECT_TRUE(report_.as_given);
     EXPECT_EQ(report_.escapes, 0);
     for (std::size_t i = 0; i < state_.q.size(); ++i) EXPECT_NEAR(state_.q[i], model_.q0[i], 1e-9) << i;
+  }
+  void expect_flutter(double growth, double swings, double relative) const {
+    EXPECT_NEAR(report_.growth, growth, relative * growth);
+    EXPECT_NEAR(report_.swings, swings, relative * swings);
+    EXPECT_TRUE(report_.is_mode);
+    EXPECT_NE(report_.grows_most, "");
+    EXPECT_EQ(report_.escapes, 0);
   }
 };
 
@@ -189,29 +198,105 @@ TEST_F(Instability, OfAColumnBeginsAtEulersLoad) {
 }
 
 /// Two rods on springs of 1 N m/rad, pressed at the end. A load that keeps its direction buckles them.
-/// Ziegler's, which follows the second rod, never does (it makes them flutter, from about 2 N on), although
-/// x^T K x becomes negative.
-TEST_F(Instability, OfTwoRodsUnderALoadThatFollowsIsNone) {
+/// Ziegler's, which follows the second rod, makes them flutter (from about 2 N on): kappa becomes complex.
+TEST_F(Instability, OfTwoRodsUnderALoad) {
   Json json = test::chain({0.0, 0.0});
   json["gravity"] = {0, 0, 0};
   for (const char* hinge : {"0", "1"})
     json["forces"][std::string("coil") + hinge] = {
         {"type", "rotational_spring"}, {"joint", std::string("hinge") + hinge}, {"stiffness", 1}};
+  const MatrixXd mass = (MatrixXd(2, 2) << 4.0 / 3, 0.5, 0.5, 1.0 / 3).finished();
   for (const double load : {0.3, 0.45, 1.5, 3.0}) {
     SCOPED_TRACE(load);
     json["forces"]["load"] = {
         {"type", "point"}, {"side", "rod1"}, {"point", {2, 0, 0}}, {"x", std::to_string(-load)}};
     find(json);
-    const MatrixXd mass = (MatrixXd(2, 2) << 4.0 / 3, 0.5, 0.5, 1.0 / 3).finished(),
-                   stiffness = (MatrixXd(2, 2) << 2 - load, -1, -1, 1 - load).finished();
-    const double kappa = Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd>(stiffness, mass).eigenvalues()[0];
+    const MatrixXd dead = (MatrixXd(2, 2) << 2 - load, -1, -1, 1 - load).finished();
+    const double kappa = Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd>(dead, mass).eigenvalues()[0];
     if (kappa > 0)
       expect_stable();
     else
       expect_to_stay_and_grow_by(std::sqrt(-kappa), 1e-6);
     json["forces"]["load"]["axes"] = "body";
     find(json);
-    expect_stable();
+    const MatrixXd follower = (MatrixXd(2, 2) << 2 - load, -1 + load, -1, 1).finished();
+    const std::complex<double> rate =
+        std::sqrt(Eigen::EigenSolver<MatrixXd>(mass.inverse() * follower).eigenvalues()[0]);
+    if (rate.imag() == 0.0)
+      expect_stable();
+    else
+      expect_flutter(std::abs(rate.imag()), rate.real(), 1e-6);
+  }
+}
+
+/// Ziegler's column of two massless rods with 2 kg at its middle and 1 kg at its end flutters from
+/// 7/2 - sqrt 2 N on; with dampers of c N m s/rad in both hinges, however small, from 41/28 + c^2/2 on
+/// (G. Herrmann and I.-C. Jong, J. Applied Mechanics 32, 1965).
+TEST_F(Instability, OfZieglersColumnBeginsAtHisLoads) {
+  constexpr double kInertia = 1e-7;
+  for (const double c : {0.0, 0.1})
+    for (const double part : {0.9995, 1.0005}) {
+      SCOPED_TRACE(std::to_string(c) + " " + std::to_string(part));
+      Json json = test::chain({0.0, 0.0});
+      json["gravity"] = {0, 0, 0};
+      for (const int k : {0, 1}) {
+        Json& rod = json["bodies"]["rod" + std::to_string(k)];
+        rod["position"] = {k + 1, 0, 0};
+        rod["mass"] = 2 - k;
+        rod["inertia"] = {kInertia, kInertia, kInertia};
+        json["forces"]["coil" + std::to_string(k)] = {{"type", "rotational_spring"},
+                                                      {"joint", "hinge" + std::to_string(k)},
+                                                      {"stiffness", 1},
+                                                      {"damping", c}};
+      }
+      const double critical = c == 0.0 ? 3.5 - std::sqrt(2.0) : 41.0 / 28 + 0.5 * c * c;
+      json["forces"]["load"] = {{"type", "point"},
+                                {"side", "rod1"},
+                                {"point", {2, 0, 0}},
+                                {"axes", "body"},
+                                {"x", {{"type", "constant"}, {"value", -part * critical}}}};
+      find(json);
+      if (part < 1)
+        expect_stable();
+      else
+        EXPECT_TRUE(report_.is_mode && report_.growth > 0.0);
+    }
+}
+
+/// Beck's column, clamped, with a load that follows its end: 20.05 E I / L^2, and 11.02 / L^2
+/// sqrt(E I / (rho A)) (M. Beck, ZAMP 3, 1952).
+TEST_F(Instability, OfBecksColumnBeginsAtHisLoad) {
+  constexpr double kHeight = 0.02, kWidth = 0.04;
+  const double bending = 2e11 * kWidth * std::pow(kHeight, 3) / 12, mass = 8000 * kHeight * kWidth;
+  for (const double load : {19.9, 20.2}) {
+    SCOPED_TRACE(load);
+    Json json = test::cantilever(kHeight, kWidth, 20);
+    json["materials"]["steel"]["poisson"] = 0.0;
+    json["forces"]["load"] = {{"type", "point"},
+                              {"side", "beam:x1"},
+                              {"point", {1, 0, 0}},
+                              {"axes", "body"},
+                              {"x", {{"type", "constant"}, {"value", -load * bending}}}};
+    find(json);
+    if (load < 20.05)
+      expect_stable();
+    else
+      EXPECT_NEAR(report_.swings, 11.02 * std::sqrt(bending / mass), 0.01 * report_.swings);
+  }
+}
+
+/// What a controller feeds grows: x'' - 0.1 x' + 4 x = 0 of a pendulum of 1 kg m^2, and x'' - 5 x' + 4 x = 0,
+/// whose rates are 1 and 4.
+TEST_F(Instability, OfAPendulumThatIsFed) {
+  Json json = test::chain({-0.5 * kPi});
+  json["gravity"] = {0, 0, 0};
+  json["bodies"]["rod0"]["inertia"] = {0.75, 0.75, 0.75};
+  json["forces"]["coil"] = {{"type", "rotational_spring"}, {"joint", "hinge0"}, {"stiffness", 4}};
+  for (const auto& [fed, growth, swings] : {std::tuple(0.1, 0.05, std::sqrt(4 - 0.0025)), {5.0, 4.0, 0.0}}) {
+    json["forces"]["controller"] = {
+        {"type", "actuator"}, {"joint", "hinge0"}, {"torque", std::to_string(fed) + "*hinge0.angle_rate"}};
+    find(json);
+    expect_flutter(growth, swings, 1e-6);
   }
 }
 

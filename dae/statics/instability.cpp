@@ -27,6 +27,10 @@ constexpr Index kMostVectors = 40, kPart = 20;
 constexpr double kResolved = 4.0;
 /// What is left of a vector beside the others, in parts of it, that is rounding.
 constexpr double kDependent = 1e-10;
+/// What constraints allow of a vector, in parts of it, beyond which it is made of the rounding of those
+/// before: of equal kappas a Krylov space has one vector alone, and inertia tells nothing of what violates
+/// p.p = 1.
+constexpr double kViolated = 1e-6;
 /// A negative x^T K x that is less than this part of its terms is rounding.
 constexpr double kRounding = 1e-14;
 /// K is symmetric where the rest is this part of kappa, and an eigenvector has a residual of this part.
@@ -171,7 +175,7 @@ class UnstableMotionSearch {
         force -= forces_.leftCols(count) * shares;
       }
       const double left = size_of(next, force);
-      is_complete_ = !(left > kDependent * size) || !std::isfinite(left);
+      is_complete_ = !(left > kDependent * size) || !std::isfinite(left) || !is_allowed(next);
       if (is_complete_) break;
       space_.col(count) = next / left;
       forces_.col(count) = force / left;
@@ -181,6 +185,10 @@ class UnstableMotionSearch {
     stiffness_.resize(count, count);
     for (Index j = 0; j < count; ++j)
       stiffness_.col(j) = space_.transpose() * times(Block::force_q, space_.col(j));
+  }
+
+  bool is_allowed(const VectorXd& x) const {
+    return times(Block::position_q, x).lpNorm<Eigen::Infinity>() <= kViolated * x.lpNorm<Eigen::Infinity>();
   }
 
   std::optional<UnstableMotion> motion_in_space(double s) {

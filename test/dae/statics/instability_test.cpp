@@ -300,6 +300,46 @@ TEST_F(Instability, OfAPendulumThatIsFed) {
   }
 }
 
+/// Three rods on balls, whose ends hang by strings on each other and on the next foot: they turn about
+/// themselves freely, and kappas are three times and twice the same. What a Krylov space has beyond the
+/// distinct ones is rounding, which counted as a motion that grows by e in 0.16 s. The height is that of the
+/// least energy (SciPy, BFGS).
+TEST_F(Instability, IsNotThatOfRodsOnBallsHeldByStrings) {
+  const auto circle = [](double radius, int k, double turn, double z) {
+    const double angle = 2 * kPi / 3 * k + turn;
+    return Eigen::Vector3d(radius * std::cos(angle), radius * std::sin(angle), z);
+  };
+  const auto triple = [](const Eigen::Vector3d& x) { return Json{x[0], x[1], x[2]}; };
+  Json json = Json::parse(R"({"name": "prism", "end": 1, "outputs": 1, "gravity": [0, 0, -9.81]})");
+  for (int k = 0; k < 3; ++k) {
+    const Eigen::Vector3d foot = circle(1.0, k, 0.0, 0.0), top = circle(0.9, k, 2.3, 1.2), along = top - foot,
+                          axis = Eigen::Vector3d::UnitZ().cross(along);
+    const std::string number = std::to_string(k), rod = "rod" + number, next = std::to_string((k + 1) % 3);
+    json["bodies"][rod] = {
+        {"type", "rigid"},
+        {"mass", 1},
+        {"inertia", {0.1, 0.1, 0.001}},
+        {"position", triple(0.5 * (foot + top))},
+        {"rotation", {{"axis", triple(axis)}, {"angle", std::atan2(axis.norm(), along[2])}}}};
+    json["joints"]["ball" + number] = {
+        {"type", "spherical"}, {"a", "ground"}, {"b", rod}, {"point", triple(foot)}};
+    const auto string = [&](const std::string& a, const Eigen::Vector3d& from, double stiffness) {
+      return Json{{"type", "spring_damper"},
+                  {"a", a},
+                  {"b", rod},
+                  {"point_a", triple(from)},
+                  {"point_b", triple(top)},
+                  {"free_length", 0},
+                  {"stiffness", stiffness}};
+    };
+    json["forces"]["top" + number] = string("rod" + next, circle(0.9, k + 1, 2.3, 1.2), 50);
+    json["forces"]["side" + number] = string("ground", circle(1.0, k + 1, 0.0, 0.0), 80);
+  }
+  find(json);
+  expect_stable();
+  EXPECT_NEAR(2 * q("rod0.z"), 0.84372907, 1e-6);
+}
+
 /// Nets come to rest at saddles where the search does not leave them. The least eigenvalue of the energy's
 /// second derivatives, by differences of plain loops over the springs.
 TEST_F(Instability, OfANetOfSpringsIsLeft) {

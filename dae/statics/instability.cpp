@@ -99,9 +99,8 @@ class UnstableMotionSearch {
   /// The largest of the diagonals; where what is stiff has no inertia, as the travel of a joint, that of a
   /// typical body takes its place.
   double stiffest_kappa() const {
-    const TangentPattern& pattern = system_.tangent_pattern();
-    const VectorXd k = diagonal_sizes(pattern[Block::force_q], tangent_[Block::force_q]),
-                   m = diagonal_sizes(pattern[Block::force_a], tangent_[Block::force_a]);
+    const VectorXd k = diagonal_sizes(system_.tangent_pattern()[Block::force_q], tangent_[Block::force_q]),
+                   m = inertias();
     std::vector<double> inertias;
     double most = 0.0, without = 0.0;
     for (Index i = 0; i < m.size(); ++i) {
@@ -114,6 +113,21 @@ class UnstableMotionSearch {
     }
     if (inertias.empty()) return 0.0;
     return std::max(most, without / median(std::move(inertias)));
+  }
+
+  /// Of coordinates. Of Euler parameters the one that is 1 has as little as the others are, perhaps 1e-90,
+  /// and gets that of another.
+  VectorXd inertias() const {
+    VectorXd m = diagonal_sizes(system_.tangent_pattern()[Block::force_a], tangent_[Block::force_a]);
+    const Pattern& pattern = system_.tangent_pattern()[Block::position_q];
+    for (int row = 0; row < m_; ++row) {
+      if (!system_.is_normalization(row)) continue;
+      const auto begin = pattern.column.begin() + pattern.row_start[row],
+                 end = pattern.column.begin() + pattern.row_start[row + 1];
+      const int most = *std::max_element(begin, end, [&](int i, int j) { return m[i] < m[j]; });
+      std::for_each(begin, end, [&](int i) { m[i] = std::max(m[i], m[most]); });
+    }
+    return m;
   }
 
   /// Where the space has only positive kappas, it has shown negative ones down to that size.
@@ -230,12 +244,14 @@ class UnstableMotionSearch {
     return sum;
   }
 
-  /// Beyond rounding, and beyond what forces that are left can do with directions that change.
+  /// Beyond rounding, and beyond what forces that are left can do with directions that change, and
+  /// constraints with what violates them.
   bool is_negative_along(const VectorXd& x) const {
-    double left = 0.0;
+    const VectorXd stiff = times(Block::force_q, x);
+    double left = stiff.norm() * times(Block::position_q, x).norm();
     for (Index i = 0; i < n_; ++i) left += std::abs(force_[i]) * x[i] * x[i];
     const double inertia = x.dot(by_inertia(x));
-    return x.dot(times(Block::force_q, x)) < -(kRounding * terms_of(x) + slow_ * inertia + left);
+    return x.dot(stiff) < -(kRounding * terms_of(x) + slow_ * inertia + left);
   }
 
   UnstableMotion motion_along(const VectorXd& x) const {

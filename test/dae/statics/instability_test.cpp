@@ -300,6 +300,42 @@ TEST_F(Instability, OfAPendulumThatIsFed) {
   }
 }
 
+/// Rods of 1 m on balls stand, each between four springs that are relaxed: (m g l - 2 k 4 / 4.25) / J. The
+/// mass of the Euler parameter that is 1 was next to nothing, so that all kappas seemed to be slow, and the
+/// unstable ones were not found.
+TEST_F(Instability, OfRodsThatStandOnBalls) {
+  constexpr double kNearly = 1.8e-16;  // zero, as 1.5 sin(pi) is: the rods turn by as little
+  Json json = Json::parse(R"({"name": "rods", "end": 1, "outputs": 1, "gravity": [0, 0, -9.81]})");
+  const auto spring = [](const char* a, const Json& from, const std::string& b, const Json& to, double k) {
+    return Json{{"type", "spring_damper"}, {"a", a},        {"b", b},
+                {"point_a", from},         {"point_b", to}, {"stiffness", k}};
+  };
+  json["forces"]["between"] = spring("rod0", {1.5, 0, 1}, "rod1", {-1.5, kNearly, 1}, 100);
+  for (const auto& [stiffness, second] : {std::pair(2.0, 1.0), {2.65, 1.0}, {2.65, 1.01}}) {
+    SCOPED_TRACE(stiffness);
+    for (const int k : {0, 1}) {
+      const std::string number = std::to_string(k), rod = "rod" + number;
+      const double x = 1.5 - 3 * k, y = k * kNearly;
+      json["bodies"][rod] = {{"type", "rigid"},
+                             {"mass", k == 0 ? 1.0 : second},
+                             {"inertia", {0.09, 0.09, 0.002}},
+                             {"position", {x, y, 0.5}}};
+      json["joints"]["ball" + number] = {
+          {"type", "spherical"}, {"a", "ground"}, {"b", rod}, {"point", {x, y, 0}}};
+      const double ends[][2] = {{x + 2, y}, {x - 2, y}, {x, y + 2}, {x, y - 2}};
+      for (const auto& end : ends)
+        json["forces"]["side" + number + "_" + std::to_string(&end - ends)] =
+            spring("ground", {end[0], end[1], 0.5}, rod, {x, y, 1}, stiffness);
+    }
+    find(json);
+    const double kappa = (9.81 * 0.5 - 2 * stiffness * 4 / 4.25) / 0.34;
+    if (kappa > 0)
+      expect_to_stay_and_grow_by(std::sqrt(kappa), 1e-6);
+    else
+      expect_stable();
+  }
+}
+
 /// Three rods on balls, whose ends hang by strings on each other and on the next foot: they turn about
 /// themselves freely, and kappas are three times and twice the same. What a Krylov space has beyond the
 /// distinct ones is rounding, which counted as a motion that grows by e in 0.16 s. The height is that of the

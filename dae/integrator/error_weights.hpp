@@ -1,4 +1,5 @@
-// What local errors and rates are measured by. Passes over vectors, for the host and for devices.
+// Passes over vectors, for the host and for devices: what local errors and rates are measured by, and what is
+// expected of multipliers.
 #pragma once
 
 #include <cmath>
@@ -25,6 +26,14 @@ struct Rates {
   const double *v, *a;
   std::size_t n;
   MFS_HOST_DEVICE Numbers<1> operator()(std::size_t i) const { return {{i < n ? v[i] : a[i - n]}}; }
+};
+
+/// On the line through two values at the ends of the last step, `ratio` steps after it.
+struct Extrapolate {
+  const double *now, *before;
+  double* then;
+  double ratio;
+  MFS_HOST_DEVICE void operator()(std::size_t i) const { then[i] = now[i] + (now[i] - before[i]) * ratio; }
 };
 
 }  // namespace mfs::dae

@@ -58,14 +58,6 @@ constexpr double kStretch = 1.05;
 /// How far ahead of a step that became too small its cause may be, in shortest steps.
 constexpr double kMoment = 64.0;
 
-/// On the line through two values at the ends of the last step, `ratio` steps after it.
-struct Extrapolate {
-  const double *now, *before;
-  double* then;
-  double ratio;
-  MFS_HOST_DEVICE void operator()(std::size_t i) const { then[i] = now[i] + (now[i] - before[i]) * ratio; }
-};
-
 }  // namespace
 
 class Integrator::Impl {
@@ -178,12 +170,16 @@ class Integrator::Impl {
     if (redundancy_->redundant().size() <= report_.redundant.size()) report_constraints();
   }
 
-  /// Whether what is left out holds in `there`, where a step has arrived, or the step is to be tried again
-  /// with it.
-  bool redundant_hold(const StepState& there) {
+  /// Whether what is left out holds in `there`, where a step of `h` has arrived, or the step is to be tried
+  /// again, with it or with another h.
+  bool redundant_hold(const StepState& there, double& h) {
     if (!redundancy_->filters()) return true;  // otherwise the state is on the host
     auto found = redundancy_->look_at(view(there), options_);
     if (!found) return true;
+    if (redundancy_->leaves_blindly(state_.t, state_.q.on_host(*executor_), *found)) {
+      h *= kNewtonRejection;
+      return false;
+    }
     leave_out(std::move(*found));
     make_equations();
     if (redundancy_->has_left_singular()) leave_singular();
@@ -340,7 +336,7 @@ class Integrator::Impl {
       relation_.t = last ? target : state_.t + h;
       const NewtonOutcome outcome = search(h);
       line.newton_iterations += outcome.iterations;
-      if (outcome.converged && !redundant_hold(next_)) {
+      if (outcome.converged && !redundant_hold(next_, h)) {
         ++report_.newton_rejections;
         h = std::min(h, kStretch * step_);  // which is less where the formula has been started anew
       } else if (outcome.converged) {

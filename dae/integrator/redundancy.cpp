@@ -21,10 +21,17 @@ constexpr double kNearlySingular = 1e-3;
 /// How far, in the scales of coordinates, a motion is followed to see whether its position is singular: then
 /// more than that is left of a constraint, and what follows everywhere is off by the square alone.
 constexpr double kBeside = 1e-2;
+/// Constraints hold there to that, and a constraint of which more is left did follow in that position alone.
+constexpr double kExact = 1e-10, kLeftBeside = 1e-5;
 /// What accelerations move bodies by in a moment that is nothing, in the scales of coordinates.
 constexpr double kStays = 1e-14;
 /// What a way from rest may violate, in parts of the terms that cancel each other on a way out.
 constexpr double kOffTheWay = 1e-6;
+/// What bodies are off a way when they have left a singular position, in parts of what is left of the
+/// constraint that comes back: 4e-4 on one, as its curvature shows when a thousandth is left.
+constexpr double kBesideTheWay = 1e-2;
+/// What has to be left of it for that.
+constexpr double kBlind = 1e-4;
 /// Where a motion leaves a singular position constraints hold to this part of their bounds, as so little is
 /// left of one of them that determines a velocity, but not below rounding.
 constexpr double kLeaveSingular = 1e-3, kRoundedPosition = 1e-14;
@@ -89,6 +96,8 @@ void Redundancy::check_start(const StateView& state, const IntegratorOptions& op
     is_in_singular_ =
         singular_row(state.t, of_state(state.q), way.empty() ? of_state(state.v) : way).has_value();
     if (is_in_singular_ && !way.empty()) check_way(state, way);
+    if (!is_in_singular_) only_here_ = row_of_here_only(state, options);
+    is_in_singular_ = is_in_singular_ || only_here_;
     return;
   }
   // Of what follows everywhere accelerations do where positions and velocities do.
@@ -99,16 +108,34 @@ void Redundancy::check_start(const StateView& state, const IntegratorOptions& op
   throw_contradiction(*violated, state.t, singular ? note : "");
 }
 
+std::optional<int> Redundancy::row_of_here_only(const StateView& state, IntegratorOptions options) const {
+  options.constraint_position = kExact;
+  State beside{state.t, {state.q, state.q + given_.coordinates()}, {}, {}, {}};
+  beside.v.resize(beside.q.size());
+  for (std::size_t i = 0; i < beside.q.size(); ++i)
+    beside.q[i] += kBeside * scale_[i] * std::sin(static_cast<double>(i + 1));
+  try {
+    beside = consistent_motion(system(), options, std::move(beside));
+  } catch (const Error&) {  // so far off nothing is known
+    return std::nullopt;
+  }
+  return needed_in(find(beside.t, beside.q, kLeftBeside));
+}
+
+std::optional<int> Redundancy::needed_in(const Dependencies& there) const {
+  const std::vector<int>&here = redundant(), &still = there.redundant();
+  if (still.size() >= here.size()) return std::nullopt;
+  return *std::find_if(here.begin(), here.end(),
+                       [&](int row) { return std::find(still.begin(), still.end(), row) == still.end(); });
+}
+
 std::optional<int> Redundancy::singular_row(double t, const std::vector<double>& q,
                                             const std::vector<double>& way) const {
   std::vector<double> beside = q;
   const double most = largest_in(way, scale_);
   if (!(most > 0.0)) return std::nullopt;
   for (std::size_t i = 0; i < beside.size(); ++i) beside[i] += kBeside / most * way[i];
-  const std::vector<int> there = find(t, beside, kNearlySingular).redundant();
-  if (there.size() >= redundant().size()) return std::nullopt;
-  return *std::find_if(redundant().begin(), redundant().end(),
-                       [&](int row) { return std::find(there.begin(), there.end(), row) == there.end(); });
+  return needed_in(find(t, beside, kNearlySingular));
 }
 
 std::vector<double> Redundancy::way_from_rest(const StateView& state, const IntegratorOptions& options,
@@ -166,18 +193,41 @@ void Redundancy::check_way(const StateView& state, const std::vector<double>& x)
 State Redundancy::brought_back(State state, IntegratorOptions options) const {
   options.constraint_position = std::max(kLeaveSingular * options.constraint_position, kRoundedPosition);
   options.constraint_velocity *= kLeaveSingular;
+  State brought;
   try {
-    return consistent_motion(system(), options, state);
-  } catch (const InvalidInput&) {  // so little is left that rounding is more
+    brought = consistent_motion(system(), options, state);
+  } catch (const InvalidInput&) {  // it is off the way, or so little is left that rounding is more
+    if (only_here_) throw_off_the_way(find(state.t, state.q, kNearlySingular), state.t);
     return state;
+  }
+  if (!only_here_) return brought;
+  double moved = 0.0;
+  for (std::size_t i = 0; i < scale_.size(); ++i)
+    moved = std::max(moved, std::abs(brought.q[i] - state.q[i]) / scale_[i]);
+  throw_off_the_way(find(state.t, brought.q, moved / kBesideTheWay), state.t);
+  return brought;
+}
+
+void Redundancy::throw_off_the_way(const Dependencies& found, double t) const {
+  for (std::size_t k = 0; k < found.redundant().size(); ++k) {
+    const int row = found.redundant()[k];
+    if (std::find(redundant().begin(), redundant().end(), row) != redundant().end()) continue;
+    throw InvalidInput(given_.constraint_name(row),
+                       "where time begins the position is singular, as there it follows from " +
+                           others_of(row, found.combination(k)) +
+                           ": until t = " + number_text(t * time_unit_) +
+                           " forces and motions have pushed bodies on none of the ways out of it; begin a "
+                           "little beside it, on the way that is meant");
   }
 }
 
 std::string Redundancy::singular_start() const {
-  if (begun_with_.size() <= redundant().size()) return {};
-  const auto needed = std::find_if(begun_with_.begin(), begun_with_.end(), [&](int row) {
-    return std::find(redundant().begin(), redundant().end(), row) == redundant().end();
-  });
+  std::optional<int> needed = only_here_;
+  if (begun_with_.size() > redundant().size())
+    needed = *std::find_if(begun_with_.begin(), begun_with_.end(), [&](int row) {
+      return std::find(redundant().begin(), redundant().end(), row) == redundant().end();
+    });
+  if (!needed) return {};
   return "where time began, " + given_.constraint_name(*needed) +
          " followed from others, as it does not later: a singular position leaves open how bodies go on; "
          "begin a little beside it";
@@ -211,6 +261,14 @@ std::optional<Dependencies> Redundancy::look_at(const StateView& there, const In
   return found;
 }
 
+bool Redundancy::leaves_blindly(double t, const std::vector<double>& q, const Dependencies& found) {
+  if (!only_here_ || !has_left_singular_ || find(t, q, kBlind).redundant().size() <= found.redundant().size())
+    return false;
+  has_left_singular_ = false;
+  is_in_singular_ = true;
+  return true;
+}
+
 Dependencies Redundancy::choose(Dependencies exact, double t, const std::vector<double>& q) const {
   return exact.redundant().size() < redundant().size() ? find(t, q, kNearlySingular) : exact;
 }
@@ -228,6 +286,7 @@ std::optional<Dependencies> Redundancy::look_for_singular(double t, const std::v
   Dependencies found = find(t, q, kNearlySingular);
   if (found.redundant().size() <= redundant().size()) return std::nullopt;
   is_in_singular_ = true;
+  only_here_.reset();
   return found;
 }
 

@@ -58,6 +58,9 @@ class Redundancy {
   /// instead, where some of it does not follow any more; then the step is to be tried again. Throws
   /// as check() where it is violated although it follows.
   std::optional<Dependencies> look_at(const StateView& there, const IntegratorOptions& options);
+  /// Whether the step that look_at() has seen leave the position in which the motion began, for `found`,
+  /// comes from so close to it (t, q) that nothing tells on which way. Then it has to be shorter.
+  bool leaves_blindly(double t, const std::vector<double>& q, const Dependencies& found);
   /// What is to be left out from this position on. What is left out now and is next to nothing stays so.
   Dependencies choose(double t, const std::vector<double>& q) const;
   /// What is to be left out until look_at() takes it back, where in a position more constraints determine
@@ -90,6 +93,14 @@ class Redundancy {
   /// Throws InvalidInput where on a way from rest, q + x t^2, constraints that follow from others do not
   /// hold.
   void check_way(const StateView& state, const std::vector<double>& x) const;
+  /// A constraint that is left out and does not follow where what is kept holds beside the position.
+  std::optional<int> row_of_here_only(const StateView& state, IntegratorOptions options) const;
+  /// One that is left out and not redundant `there`, where fewer are.
+  std::optional<int> needed_in(const Dependencies& there) const;
+  /// Throws InvalidInput where more than what is left out follows in `found`: the motion has left the
+  /// singular position, in which nothing kept to that, so far off all ways that what is left of it is as
+  /// small.
+  void throw_off_the_way(const Dependencies& found, double t) const;
   /// Names of those besides the owner of `row` that take part in a combination.
   std::string others_of(int row, SparseRow shares) const;
   [[noreturn]] void throw_contradiction(const Violation& violation, double t,
@@ -103,6 +114,9 @@ class Redundancy {
   std::vector<int> begun_with_;  ///< redundant where the motion began
   bool may_be_singular_ = true;  ///< the position for which that was found
   bool is_in_singular_ = false, has_left_singular_ = false;
+  /// What followed from others where the motion began, in a singular position out of which neither velocities
+  /// nor forces said the way then.
+  std::optional<int> only_here_;
   std::optional<IndependentConstraints> filtered_;
 };
 

@@ -2,6 +2,7 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 
 #include <fmt/format.h>
@@ -36,11 +37,15 @@ bool go_on() {
 /// What to know of an equilibrium beside where it is.
 std::vector<std::string> stability_notes(const EquilibriumReport& report) {
   if (report.grows_most.empty()) return {};
+  const std::string swings =
+      report.swings > 0 ? fmt::format("swings at {:.3g} Hz and ", 0.5 * report.swings / std::acos(-1.0)) : "";
+  const char* const besides = report.is_mode    ? ""
+                              : report.as_given ? " where nothing damps it; it is where the model begins"
+                                                : " where nothing damps it, and no other has been found";
   return {
-      fmt::format("this equilibrium is unstable: a small motion, in which {} moves most, grows by e in "
-                  "{:.3g} s where nothing damps it{}",
-                  report.grows_most, 1.0 / report.growth,
-                  report.as_given ? "; it is where the model begins" : ", and no other has been found")};
+      fmt::format("this equilibrium is unstable: a small motion, in which {} moves most, {}grows by e in "
+                  "{:.3g} s{}",
+                  report.grows_most, swings, 1.0 / report.growth, besides)};
 }
 
 /// Where flexible bodies are evaluated for statics: derivatives of forces on a device stay there

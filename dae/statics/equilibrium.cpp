@@ -14,6 +14,7 @@
 #include "dae/statics/constrained_matrix.hpp"
 #include "dae/statics/independent_system.hpp"
 #include "dae/statics/instability.hpp"
+#include "dae/statics/modes.hpp"
 
 namespace mfs::dae {
 namespace {
@@ -43,6 +44,9 @@ constexpr double kEscape = 0.02, kEscapeRate = 2.0;
 /// A kappa (instability.hpp) is rounding that is this part of the square of the rate of forces where the
 /// search began, or of s where it ended: multipliers that hold nothing are s M times the last step.
 constexpr double kPartOfForces = 1e-10, kPartOfEnd = 1e-12;
+/// Modes that are looked at where forces have no potential; one grows where that is this part of its rate.
+constexpr int kModes = 10;
+constexpr double kGrows = 1e-5;
 /// Searches with other constraints left out.
 constexpr int kMostRanks = 4;
 /// What has moved by less, in ranges, is where it was given.
@@ -103,11 +107,13 @@ class Search {
   /// Leaves unstable equilibria, as far as it can, after run().
   void leave_unstable(const std::function<bool()>& go_on) {
     for (; !report_.stopped; ++report_.escapes) {
-      const std::optional<UnstableMotion> motion = unstable_motion(go_on);
-      if (!motion) return;
-      tell(*motion);
+      const Stability stability = examine(go_on);
+      if (stability.may_swing) look_among_modes(stability.rounding, go_on);
+      if (!stability.growing) return;
+      const UnstableMotion& motion = *stability.growing;
+      tell(motion.rate, [&](int i) { return std::abs(motion.x[i]); });
       report_.as_given = reach_of(state_.q, report_.begin) < kAsGiven;
-      if (report_.as_given || report_.escapes == kMostEscapes || !leave(*motion, go_on)) return;
+      if (report_.as_given || report_.escapes == kMostEscapes || !leave(motion, go_on)) return;
     }
   }
 
@@ -146,10 +152,30 @@ class Search {
     return false;
   }
 
-  std::optional<UnstableMotion> unstable_motion(const std::function<bool()>& go_on) {
-    system_.evaluate(view(state_), tangent_, {Block::force_q, Block::force_a, Block::position_q});
+  Stability examine(const std::function<bool()>& go_on) {
+    system_.evaluate(view(state_), tangent_,
+                     {Block::force_q, Block::force_v, Block::force_a, Block::position_q});
     const double rounding = std::max(kPartOfForces * rate_ * rate_, kPartOfEnd * s_);
-    return find_unstable_motion({system_, tangent_, residual_.force, rounding}, matrix_, go_on);
+    return examine_rest({system_, tangent_, residual_.force, rounding}, matrix_, go_on);
+  }
+
+  /// `rounding`: 1/time^2, the square of a rate that may be 0.
+  void look_among_modes(double rounding, const std::function<bool()>& go_on) {
+    std::vector<Mode> modes;
+    try {
+      modes =
+          find_modes(system_, state_, kModes, options_.threads, Damping::as_it_is, go_on, options_.backend);
+    } catch (const Error&) {  // where they are not found nothing is known
+      return;
+    }
+    for (const Mode& mode : modes) {
+      if (!(mode.s.real() > std::max(kGrows * std::abs(mode.s), report_.growth)) ||
+          !(std::norm(mode.s) > rounding))
+        continue;
+      tell(mode.s.real(), [&](int i) { return std::abs(mode.x[i]); });
+      report_.is_mode = true;
+      report_.swings = mode.s.imag();
+    }
   }
 
   /// Takes a step along it and comes to rest elsewhere. Where that fails the state is as before.
@@ -179,12 +205,14 @@ class Search {
     return false;
   }
 
-  void tell(const UnstableMotion& motion) {
-    const auto size = [&](int i) { return std::abs(motion.x[i]) / system_.coordinate_scale(i); };
+  /// Of a motion that grows by `rate`, with |x_i|.
+  template <class Sizes>
+  void tell(double rate, const Sizes& x) {
+    const auto size = [&](int i) { return x(i) / system_.coordinate_scale(i); };
     int most = 0;
     for (int i = 0; i < n_; ++i)
       if (size(i) > size(most)) most = i;
-    report_.growth = motion.rate;
+    report_.growth = rate;
     report_.grows_most = system_.coordinate_name(most);
   }
 

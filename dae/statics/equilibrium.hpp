@@ -24,7 +24,8 @@
 //
 // An equilibrium that is reached may be unstable all the same, as a step goes where forces push as a whole.
 // So each is examined (instability.hpp). Where a motion grows the search takes a short step along it and goes
-// on; one that begins in an unstable equilibrium stays there, and the report tells.
+// on; one that begins in an unstable equilibrium stays there, and the report tells. Where forces have no
+// potential it looks among the slowest modes, too: what swings and grows leads to no other equilibrium.
 #pragma once
 
 #include <functional>
@@ -47,6 +48,9 @@ struct EquilibriumReport {
   /// the coordinate that moves most in it; 0 and empty: none has been found.
   double growth = 0.0;
   std::string grows_most;
+  /// That motion is a mode, with dampers as they are: forces have no potential.
+  bool is_mode = false;
+  double swings = 0.0;    ///< 1/time: angular frequency of that mode
   bool as_given = false;  ///< growth > 0, and the given state was in that equilibrium
 };
 

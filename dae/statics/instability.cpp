@@ -27,10 +27,20 @@ constexpr Index kMostVectors = 40, kPart = 20;
 constexpr double kResolved = 4.0;
 /// What is left of a vector beside the others, in parts of it, that is rounding.
 constexpr double kDependent = 1e-10;
+/// What constraints allow of a vector, in parts of it, beyond which it is made of the rounding of those
+/// before: of equal kappas a Krylov space has one vector alone, and inertia tells nothing of what violates
+/// p.p = 1.
+constexpr double kViolated = 1e-6;
 /// A negative x^T K x that is less than this part of its terms is rounding.
 constexpr double kRounding = 1e-14;
 /// K is symmetric where the rest is this part of kappa, and an eigenvector has a residual of this part.
 constexpr double kSymmetric = 1e-3, kEigenvector = 1e-3;
+
+/// K has a part that is not symmetric where it is more than this of what two motions have of it; dampers feed
+/// one where it is more than this of what they take.
+constexpr double kWithoutPotential = 1e-5, kFed = 1e-8;
+/// Rounding of a kappa, in parts of its terms: that of many entries.
+constexpr double kRoundings = 1e-12;
 
 class UnstableMotionSearch {
  public:
@@ -43,7 +53,18 @@ class UnstableMotionSearch {
         n_(system_.coordinates()),
         m_(system_.constraints()) {}
 
-  std::optional<UnstableMotion> run(const std::function<bool()>& go_on) {
+  Stability run(const std::function<bool()>& go_on) {
+    Stability stability{find(go_on)};
+    if (stability.growing || space_.cols() == 0) return stability;
+    double terms = 0.0;
+    for (Index j = 0; j < space_.cols(); ++j) terms = std::max(terms, terms_of(space_.col(j)));
+    stability.rounding = std::max(slow_, kRoundings * terms);
+    stability.may_swing = !has_potential(stability.rounding) || !is_damped();
+    return stability;
+  }
+
+ private:
+  std::optional<UnstableMotion> find(const std::function<bool()>& go_on) {
     const double stiffest = stiffest_kappa();
     if (!(stiffest > slow_) || !std::isfinite(stiffest)) return std::nullopt;
     const double least = std::max(kLeast * stiffest, slow_);
@@ -59,13 +80,27 @@ class UnstableMotionSearch {
     return std::nullopt;
   }
 
- private:
+  /// Of the motions in the space, each with its own kappa.
+  bool has_potential(double rounding) const {
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> own(0.5 * (stiffness_ + stiffness_.transpose()));
+    const MatrixXd k = own.eigenvectors().transpose() * stiffness_ * own.eigenvectors();
+    const VectorXd size = own.eigenvalues().cwiseAbs().cwiseSqrt();
+    const MatrixXd least = (kWithoutPotential * size * size.transpose()).array() + rounding;
+    return ((k - k.transpose()).array().abs() <= least.array()).all();
+  }
+  bool is_damped() const {
+    MatrixXd d(space_.cols(), space_.cols());
+    for (Index j = 0; j < d.cols(); ++j) d.col(j) = space_.transpose() * times(Block::force_v, space_.col(j));
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(0.5 * (d + d.transpose()), Eigen::EigenvaluesOnly);
+    const VectorXd& taken = solver.eigenvalues();
+    return taken.minCoeff() >= -kFed * taken.cwiseAbs().maxCoeff();
+  }
+
   /// The largest of the diagonals; where what is stiff has no inertia, as the travel of a joint, that of a
   /// typical body takes its place.
   double stiffest_kappa() const {
-    const TangentPattern& pattern = system_.tangent_pattern();
-    const VectorXd k = diagonal_sizes(pattern[Block::force_q], tangent_[Block::force_q]),
-                   m = diagonal_sizes(pattern[Block::force_a], tangent_[Block::force_a]);
+    const VectorXd k = diagonal_sizes(system_.tangent_pattern()[Block::force_q], tangent_[Block::force_q]),
+                   m = inertias();
     std::vector<double> inertias;
     double most = 0.0, without = 0.0;
     for (Index i = 0; i < m.size(); ++i) {
@@ -78,6 +113,21 @@ class UnstableMotionSearch {
     }
     if (inertias.empty()) return 0.0;
     return std::max(most, without / median(std::move(inertias)));
+  }
+
+  /// Of coordinates. Of Euler parameters the one that is 1 has as little as the others are, perhaps 1e-90,
+  /// and gets that of another.
+  VectorXd inertias() const {
+    VectorXd m = diagonal_sizes(system_.tangent_pattern()[Block::force_a], tangent_[Block::force_a]);
+    const Pattern& pattern = system_.tangent_pattern()[Block::position_q];
+    for (int row = 0; row < m_; ++row) {
+      if (!system_.is_normalization(row)) continue;
+      const auto begin = pattern.column.begin() + pattern.row_start[row],
+                 end = pattern.column.begin() + pattern.row_start[row + 1];
+      const int most = *std::max_element(begin, end, [&](int i, int j) { return m[i] < m[j]; });
+      std::for_each(begin, end, [&](int i) { m[i] = std::max(m[i], m[most]); });
+    }
+    return m;
   }
 
   /// Where the space has only positive kappas, it has shown negative ones down to that size.
@@ -139,7 +189,7 @@ class UnstableMotionSearch {
         force -= forces_.leftCols(count) * shares;
       }
       const double left = size_of(next, force);
-      is_complete_ = !(left > kDependent * size) || !std::isfinite(left);
+      is_complete_ = !(left > kDependent * size) || !std::isfinite(left) || !is_allowed(next);
       if (is_complete_) break;
       space_.col(count) = next / left;
       forces_.col(count) = force / left;
@@ -149,6 +199,10 @@ class UnstableMotionSearch {
     stiffness_.resize(count, count);
     for (Index j = 0; j < count; ++j)
       stiffness_.col(j) = space_.transpose() * times(Block::force_q, space_.col(j));
+  }
+
+  bool is_allowed(const VectorXd& x) const {
+    return times(Block::position_q, x).lpNorm<Eigen::Infinity>() <= kViolated * x.lpNorm<Eigen::Infinity>();
   }
 
   std::optional<UnstableMotion> motion_in_space(double s) {
@@ -190,12 +244,14 @@ class UnstableMotionSearch {
     return sum;
   }
 
-  /// Beyond rounding, and beyond what forces that are left can do with directions that change.
+  /// Beyond rounding, and beyond what forces that are left can do with directions that change, and
+  /// constraints with what violates them.
   bool is_negative_along(const VectorXd& x) const {
-    double left = 0.0;
+    const VectorXd stiff = times(Block::force_q, x);
+    double left = stiff.norm() * times(Block::position_q, x).norm();
     for (Index i = 0; i < n_; ++i) left += std::abs(force_[i]) * x[i] * x[i];
     const double inertia = x.dot(by_inertia(x));
-    return x.dot(times(Block::force_q, x)) < -(kRounding * terms_of(x) + slow_ * inertia + left);
+    return x.dot(stiff) < -(kRounding * terms_of(x) + slow_ * inertia + left);
   }
 
   UnstableMotion motion_along(const VectorXd& x) const {
@@ -217,11 +273,11 @@ class UnstableMotionSearch {
 
 }  // namespace
 
-std::optional<UnstableMotion> find_unstable_motion(const RestingSystem& rest, ConstrainedMatrix& matrix,
-                                                   const std::function<bool()>& go_on) {
+Stability examine_rest(const RestingSystem& rest, ConstrainedMatrix& matrix,
+                       const std::function<bool()>& go_on) {
   for (int row = 0; row < rest.system.constraints(); ++row)
-    if (rest.system.is_nonholonomic(row)) return std::nullopt;
-  if (rest.system.coordinates() == rest.system.constraints()) return std::nullopt;
+    if (rest.system.is_nonholonomic(row)) return {};
+  if (rest.system.coordinates() == rest.system.constraints()) return {};
   return UnstableMotionSearch(rest, matrix).run(go_on);
 }
 

@@ -54,6 +54,17 @@ TEST_F(StaticsProgram, SaysThatAnEquilibriumIsUnstable) {
               HasSubstr("note            " + note));
 }
 
+// The torque of a controller feeds it: x'' - 0.1 x' + (3 g / 2 L) x = 0, s = 0.05 + 3.836 i.
+TEST_F(StaticsProgram, SaysThatAMotionIsFed) {
+  ordered_json json = bar(-0.5 * M_PI);
+  json["forces"]["controller"] = {
+      {"type", "actuator"}, {"joint", "hinge"}, {"torque", "hinge.angle_rate/30"}};
+  const ProgramRun rest = run_program(
+      {"static", folder_.write("fed.json", json.dump()), "-o", folder_.path("out"), "--no-plots"});
+  EXPECT_EQ(rest.code, 0) << rest.err;
+  EXPECT_THAT(rest.out, HasSubstr("moves most, swings at 0.61 Hz and grows by e in 20 s\n"));
+}
+
 // What the search has moved is not what constraints ask for: here a motion by 0.2 rad.
 TEST_F(StaticsProgram, SaysWhatWasCorrectedBeforeTheSearch) {
   ordered_json json = bar(0);

@@ -6,11 +6,11 @@
 #include <cstdio>
 #include <limits>
 #include <new>
-#include <utility>
 #include <vector>
 
 #include <mfs/error.hpp>
 
+#include "accuracy/null_vectors.hpp"
 #include "ordering/stopwatch.hpp"
 #include "solver/memory_limit.hpp"
 #include "solver/orthogonal_solver.hpp"
@@ -251,9 +251,16 @@ void BlockSolve<Scalar>::try_orthogonal(const Columns<Scalar>& part, Scalar* sol
     report_.rung = Rung::orthogonal;
     for (Offset j = 0; j < part.count && reached(worst); ++j) {
       const SolveOutcome column = solver->solve(part.b + j * part.ldb, found.data() + j * rows(), controls_);
-      if (column.dependent_rows > 0 || !(column.backward_error <= worst.backward_error)) worst = column;
+      if (!(column.backward_error <= worst.backward_error)) worst = column;
     }
-    return worst.dependent_rows > 0 || reached(worst);
+    if (solver->smallness() <= singular_below<Scalar>()) {
+      worst.dependent_rows = 1;
+      worst.singularity = solver->smallness();
+      (part.transposed ? worst.row : worst.column) = solver->dependent_column();
+      if (!controls_.solve_singular) worst.backward_error = std::numeric_limits<double>::infinity();
+      return true;
+    }
+    return reached(worst);
   };
   bool better = false;
   phases_.run("solve", [&] {
@@ -263,7 +270,6 @@ void BlockSolve<Scalar>::try_orthogonal(const Columns<Scalar>& part, Scalar* sol
     }
   });
   if (!better) return;
-  if (part.transposed) std::swap(worst.row, worst.column);
   std::copy(found.begin(), found.end(), solution);
   outcome = worst;
 }

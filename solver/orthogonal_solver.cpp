@@ -10,14 +10,13 @@
 #include <Eigen/SparseCore>
 #include <Eigen/SparseQR>
 
-#include "accuracy/null_vectors.hpp"
-
 namespace mfs {
 
 namespace {
 
 /// Ten seconds of SparseQR at most.
 constexpr double kMostOperations = 1e10, kMostBytes = 1e9;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 template <class Wide>
 using Sparse = Eigen::SparseMatrix<Wide>;
@@ -27,6 +26,12 @@ using Vector = Eigen::Matrix<Wide, Eigen::Dynamic, 1>;
 using RealVector = Eigen::VectorXd;
 
 using Order = std::vector<Vertex>;  // by position
+
+/// As in kernels/stages/residual.hpp, which this file can do without Kokkos: nvcc does not compile Eigen.
+double row_error(double off, double size) {
+  const double ratio = off == 0 ? 0 : std::isfinite(size) ? off / size : kInfinity;
+  return ratio <= 1e300 ? ratio : kInfinity;
+}
 
 /// Whose column k has its one in the row order[k].
 Permutation permutation(const Order& order) {
@@ -198,6 +203,16 @@ std::unique_ptr<OrthogonalSolver<Scalar>> OrthogonalSolver<Scalar>::make(const C
 }
 
 template <class Scalar>
+double OrthogonalSolver<Scalar>::smallness() const {
+  return parts_->smallness;
+}
+
+template <class Scalar>
+Vertex OrthogonalSolver<Scalar>::dependent_column() const {
+  return parts_->dependent_column;
+}
+
+template <class Scalar>
 SolveOutcome OrthogonalSolver<Scalar>::solve(const Scalar* b, Scalar* x,
                                              const SolveControls& controls) const {
   using Wide = WideOf<Scalar>;
@@ -219,12 +234,6 @@ SolveOutcome OrthogonalSolver<Scalar>::solve(const Scalar* b, Scalar* x,
     best = found;
   }
   Eigen::Map<Vector<Scalar>>(x, n) = best.template cast<Scalar>();
-  if (parts_->smallness <= singular_below<Scalar>()) {
-    outcome.dependent_rows = 1;
-    outcome.singularity = parts_->smallness;
-    outcome.column = parts_->dependent_column;
-    if (!controls.solve_singular) outcome.backward_error = kInfinity;
-  }
   return outcome;
 }
 

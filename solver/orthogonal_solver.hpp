@@ -31,8 +31,12 @@ class OrthogonalSolver {
                                                 const std::vector<Vertex>& order, double room);
   ~OrthogonalSolver();
 
-  /// Solves for x [n], with steps of refinement. Where A is singular to working precision, the outcome says
-  /// so.
+  /// |A z| / | |A||z| | in scaled rows for the solution z of a right-hand side that is as good as random:
+  /// small where A is singular. And where |z| in scaled columns is largest.
+  double smallness() const;
+  Vertex dependent_column() const;
+
+  /// Solves for x [n], with steps of refinement. The outcome does not tell whether A is singular.
   SolveOutcome solve(const Scalar* b, Scalar* x, const SolveControls& controls) const;
 
  private:

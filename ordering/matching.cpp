@@ -42,7 +42,7 @@ bool pattern_is_nearly_symmetric(const Pattern& pattern, int threads) {
   std::vector<RawVector<Offset>> cursors(shares.count());
   for (RawVector<Offset>& cursor : cursors) cursor.resize(static_cast<std::size_t>(pattern.n));
   Offset mirrored = 0, diagonal = 0;
-#pragma omp parallel for num_threads(shares.count()) schedule(static, 1) reduction(+ : mirrored, diagonal)
+#pragma omp parallel for num_threads(shares.threads()) schedule(static, 1) reduction(+ : mirrored, diagonal)
   for (int share = 0; share < shares.count(); ++share) {
     RawVector<Offset>& cursor = cursors[share];
     const auto columns = pattern.columns.begin();

@@ -197,7 +197,7 @@ WeakUnknowns weak_unknowns(const Pattern& pattern, const Sizes& sizes, const std
   const RowShares shares(pattern.n, threads);
   std::vector<WeakUnknowns> found(static_cast<std::size_t>(shares.count()));
   FirstError error;
-#pragma omp parallel for num_threads(shares.count()) schedule(static, 1)
+#pragma omp parallel for num_threads(shares.threads()) schedule(static, 1)
   for (int share = 0; share < shares.count(); ++share)
     error.attempt([&] {
       found[share] = weak_among(pattern, sizes, pair, shares.first_row(share), shares.first_row(share + 1));

@@ -15,7 +15,7 @@ TransposedPattern transpose(const Pattern& pattern, int threads) {
   const int count = shares.count();
   const auto n = static_cast<std::size_t>(pattern.n);
   RawVector<Vertex> next(static_cast<std::size_t>(count) * n);  // by share, by column
-#pragma omp parallel for num_threads(count) schedule(static, 1)
+#pragma omp parallel for num_threads(threads) schedule(static, 1)
   for (int share = 0; share < count; ++share) {
     Vertex* const of_share = next.data() + static_cast<std::size_t>(share) * n;
     std::fill_n(of_share, n, 0);
@@ -27,7 +27,7 @@ TransposedPattern transpose(const Pattern& pattern, int threads) {
   TransposedPattern result;
   result.offsets.resize(n + 1);
   std::vector<Offset> begin(static_cast<std::size_t>(count) + 1, 0);  // by share of the columns
-#pragma omp parallel for num_threads(count) schedule(static, 1)
+#pragma omp parallel for num_threads(threads) schedule(static, 1)
   for (int share = 0; share < count; ++share) {
     Offset place = 0;
     for (Vertex column = shares.first_row(share); column < shares.first_row(share + 1); ++column) {
@@ -39,7 +39,7 @@ TransposedPattern transpose(const Pattern& pattern, int threads) {
     begin[share + 1] = place;
   }
   for (int share = 0; share < count; ++share) begin[share + 1] += begin[share];
-#pragma omp parallel for num_threads(count) schedule(static, 1)
+#pragma omp parallel for num_threads(threads) schedule(static, 1)
   for (int share = 0; share < count; ++share) {
     for (Vertex column = shares.first_row(share); column < shares.first_row(share + 1); ++column)
       result.offsets[column + 1] += begin[share];
@@ -47,7 +47,7 @@ TransposedPattern transpose(const Pattern& pattern, int threads) {
 
   result.columns.resize(pattern.columns.size());
   result.slots.resize(pattern.columns.size());
-#pragma omp parallel for num_threads(count) schedule(static, 1)
+#pragma omp parallel for num_threads(threads) schedule(static, 1)
   for (int share = 0; share < count; ++share) {
     Vertex* const of_share = next.data() + static_cast<std::size_t>(share) * n;
     for (Vertex row = shares.first_row(share); row < shares.first_row(share + 1); ++row) {

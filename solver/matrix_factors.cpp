@@ -16,6 +16,7 @@
 #include "ordering/size_scaling.hpp"
 #include "plan/delay_pivots.hpp"
 #include "solver/option_checks.hpp"
+#include "solver/solve_rules.hpp"
 
 namespace mfs {
 
@@ -254,19 +255,25 @@ void MatrixFactors<Scalar>::make_numeric() {
 
 template <class Scalar>
 void MatrixFactors<Scalar>::use_scales(const std::vector<double>& row, const std::vector<double>& column) {
-  std::copy(row.begin(), row.end(), numeric_->factors().row_scale());
-  std::copy(column.begin(), column.end(), numeric_->factors().column_scale());
+  const Offset n = analysis_->pattern->n;
+  phases_.run("factor", [&] {
+    const int threads = phases_.threads_at_work();
+    copy_columns(n, 1, row.data(), n, numeric_->factors().row_scale(), n, threads);
+    copy_columns(n, 1, column.data(), n, numeric_->factors().column_scale(), n, threads);
+  });
 }
 
 template <class Scalar>
 void MatrixFactors<Scalar>::rescale(const Scalar* b, bool transposed) {
   report_.rung = Rung::rescaling;
+  std::vector<double> row, column;
   phases_.run("factor", [&] {
     const PowerScaling scaling = scaling_by_size(*analysis_->pattern, numeric_->factors().matrix().values, b,
                                                  transposed, phases_.threads_at_work());
-    use_scales(powers_of_two(scaling.row, phases_.threads_at_work()),
-               powers_of_two(scaling.column, phases_.threads_at_work()));
+    row = powers_of_two(scaling.row, phases_.threads_at_work());
+    column = powers_of_two(scaling.column, phases_.threads_at_work());
   });
+  use_scales(row, column);
   rescaled_ = true;
   factor_values();
 }

@@ -1,5 +1,6 @@
 #include "test/reference/generators.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -62,6 +63,21 @@ SparseMatrix random_diagonally_dominant(std::int64_t n, std::int64_t per_row, st
     for (std::int64_t k = 0; k < per_row; ++k) entries.push_back({i, random.integer(0, n), random.entry()});
   }
   return from_entries_summed(n, entries);
+}
+
+SparseMatrix resistors(std::int64_t nodes, std::uint64_t seed) {
+  Random random(seed);
+  std::vector<Entry> entries;
+  std::vector<double> diagonal(static_cast<std::size_t>(nodes), 1e-6);
+  for (std::int64_t i = 1; i < nodes; ++i) {
+    const std::int64_t before = random.integer(std::max<std::int64_t>(i - 300, 0), i);
+    const double conductance = std::pow(10.0, 3 * random.entry());
+    for (const std::int64_t node : {i, before}) diagonal[node] += conductance;
+    entries.push_back({i, before, -conductance});
+    entries.push_back({before, i, -conductance});
+  }
+  for (std::int64_t i = 0; i < nodes; ++i) entries.push_back({i, i, diagonal[i]});
+  return from_entries(nodes, entries);
 }
 
 SparseMatrix floating_chains(std::int64_t chains, std::int64_t length, bool alike, double spring) {

@@ -18,9 +18,12 @@ SparseMatrix tridiagonal(std::int64_t n);
 SparseMatrix arrow(std::int64_t n, std::int64_t width);
 /// Unsymmetric pattern with about `per_row` entries beside the dominant diagonal.
 SparseMatrix random_diagonally_dominant(std::int64_t n, std::int64_t per_row, std::uint64_t seed);
+/// Of resistors in a tree, each node with one to a node shortly before it, and earthed by a large one: a
+/// dominant diagonal. Conductances go over six orders of magnitude.
+SparseMatrix resistors(std::int64_t nodes, std::uint64_t seed);
 /// Chains of unknowns without a boundary, so each all but singular: `spring` or so is added to its diagonal.
-/// 1e-8 is nothing to factors of single precision, and one pivot of each chain gets perturbed. Springs of 1e-7
-/// they still see, too coarsely for two steps of refinement. Chains that are alike are cured together.
+/// 1e-8 is nothing to factors of single precision, and one pivot of each chain gets perturbed. Springs of
+/// 1e-7 they still see, too coarsely for two steps of refinement. Chains that are alike are cured together.
 SparseMatrix floating_chains(std::int64_t chains, std::int64_t length, bool alike, double spring = 1e-8);
 /// Of adversarial_matrices(seed), below, that of the family.
 SparseMatrix adversarial_matrix(const std::string& family, std::uint64_t seed);

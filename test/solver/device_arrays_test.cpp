@@ -433,5 +433,22 @@ TEST_F(DeviceArraysOfDoubles, LargeRootsDoWithoutPivotsWhereTheyCan) {
   EXPECT_EQ(x, with_pivots);
 }
 
+using DevicePivots = OnDevice;
+
+// Exchanges of rows that scaling asks for cost digits.
+TEST_F(DevicePivots, StayOnADominantDiagonal) {
+  options_.solve.tolerance = 1e-3;  // so that no step of refinement is taken
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    const SparseMatrix a = resistors(100000, seed);
+    Solver solver(options_);
+    solver.factor(a.view());
+    const std::vector<double> b = right_hand_sides(a, 1, a.n, 1);
+    std::vector<double> x(b.size());
+    solver.solve(b.data(), x.data());
+    EXPECT_LE(backward_error(a, b, x), 1e-9) << "seed " << seed;
+    EXPECT_EQ(solver.report().rung, Rung::factors);
+  }
+}
+
 }  // namespace
 }  // namespace mfs::test

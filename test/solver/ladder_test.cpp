@@ -203,23 +203,6 @@ TEST(Ladder, PivotsThatAreSmallForLaterValuesAreDelayed) {
   EXPECT_EQ(last.rung, Rung::factors);
 }
 
-/// Of resistors in a tree, each node with one to a node shortly before it, and earthed by a large one: a
-/// dominant diagonal. Conductances go over six orders of magnitude.
-SparseMatrix resistors(std::int64_t nodes, std::uint64_t seed) {
-  Random random(seed);
-  std::vector<Entry> entries;
-  std::vector<double> diagonal(static_cast<std::size_t>(nodes), 1e-6);
-  for (std::int64_t i = 1; i < nodes; ++i) {
-    const std::int64_t before = random.integer(std::max<std::int64_t>(i - 300, 0), i);
-    const double conductance = std::pow(10.0, 3 * random.entry());
-    for (const std::int64_t node : {i, before}) diagonal[node] += conductance;
-    entries.push_back({i, before, -conductance});
-    entries.push_back({before, i, -conductance});
-  }
-  for (std::int64_t i = 0; i < nodes; ++i) entries.push_back({i, i, diagonal[i]});
-  return from_entries(nodes, entries);
-}
-
 // Nothing is small beside its row there but what scaling has made so. Exchanges of rows cost up to three
 // digits.
 TEST(Ladder, PivotsStayOnADominantDiagonal) {

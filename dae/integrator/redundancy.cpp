@@ -47,6 +47,13 @@ double largest_in(const std::vector<double>& x, const std::vector<double>& scale
   return most;
 }
 
+/// The first of `rows` that is none of the others.
+std::optional<int> first_beside(const std::vector<int>& rows, const std::vector<int>& others) {
+  for (const int row : rows)
+    if (std::find(others.begin(), others.end(), row) == others.end()) return row;
+  return std::nullopt;
+}
+
 double largest_share(const SparseRow& combination) {
   double most = 0.0;
   for (const auto& entry : combination) most = std::max(most, std::abs(entry.second));
@@ -123,10 +130,8 @@ std::optional<int> Redundancy::row_of_here_only(const StateView& state, Integrat
 }
 
 std::optional<int> Redundancy::needed_in(const Dependencies& there) const {
-  const std::vector<int>&here = redundant(), &still = there.redundant();
-  if (still.size() >= here.size()) return std::nullopt;
-  return *std::find_if(here.begin(), here.end(),
-                       [&](int row) { return std::find(still.begin(), still.end(), row) == still.end(); });
+  if (there.redundant().size() >= redundant().size()) return std::nullopt;
+  return first_beside(redundant(), there.redundant());
 }
 
 std::optional<int> Redundancy::singular_row(double t, const std::vector<double>& q,
@@ -223,10 +228,7 @@ void Redundancy::throw_off_the_way(const Dependencies& found, double t) const {
 
 std::string Redundancy::singular_start() const {
   std::optional<int> needed = only_here_;
-  if (begun_with_.size() > redundant().size())
-    needed = *std::find_if(begun_with_.begin(), begun_with_.end(), [&](int row) {
-      return std::find(redundant().begin(), redundant().end(), row) == redundant().end();
-    });
+  if (begun_with_.size() > redundant().size()) needed = first_beside(begun_with_, redundant());
   if (!needed) return {};
   return "where time began, " + given_.constraint_name(*needed) +
          " followed from others, as it does not later: a singular position leaves open how bodies go on; "

@@ -92,9 +92,7 @@ bool rows_are_dominated(const Pattern& pattern, const std::vector<Vertex>& row_o
     for (Offset slot = pattern.offsets[i]; slot < pattern.offsets[i + 1]; ++slot) {
       const Vertex j = pattern.columns[slot];
       const bool matched = (row_order.empty() ? j : row_order[j]) == i;
-      const double size = std::abs(values[slot]);
-      own += matched ? size : 0;  // no branch: it would be mispredicted in every row
-      others += matched ? 0 : size;
+      (matched ? own : others) += std::abs(values[slot]);
     }
     return others <= (1 + kTolerance<Scalar>)*own;
   });

@@ -1,7 +1,6 @@
 // The last rung by itself: right for every size and order, never for more than it may take, and a singular
 // matrix is told as one.
 #include <complex>
-#include <limits>
 #include <numeric>
 
 #include "solver/orthogonal_solver.hpp"

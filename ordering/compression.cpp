@@ -4,19 +4,13 @@
 #include <numeric>
 #include <utility>
 
+#include "ordering/mixed_bits.hpp"
+
 namespace mfs {
 namespace {
 
 /// A second merge pays only if it removes at least one vertex in ten.
 constexpr double kWorthMerging = 0.9;
-
-/// SplitMix64's finaliser: sums of such numbers over different sets agree with probability 2^-64.
-std::uint64_t mixed(std::uint64_t x) {
-  x += 0x9e3779b97f4a7c15u;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-  return x ^ (x >> 31);
-}
 
 /// leader[i] = the first unknown of i's pair (or longer cycle).
 std::vector<Vertex> pair_leaders(Vertex n, const std::vector<Vertex>& pair) {

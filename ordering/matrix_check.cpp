@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <complex>
+#include <cstdint>
 #include <cstring>
 #include <limits>
 #include <string>
@@ -10,6 +11,7 @@
 #include <mfs/error.hpp>
 
 #include "ordering/first_error.hpp"
+#include "ordering/mixed_bits.hpp"
 #include "ordering/number_parts.hpp"
 
 namespace mfs {
@@ -145,25 +147,32 @@ void sort_pattern(const OffsetInt* offsets, const ColumnInt* columns, Pattern& p
   pattern.columns.resize(static_cast<std::size_t>(pattern.nnz()));
 }
 
-/// First row whose entries are not those that `pattern` was made from (sorted and unique then); kNone for
-/// none.
+/// Whether rows [first, last) have the entries that `pattern` was made from (sorted and unique then).
+template <class OffsetInt, class ColumnInt>
+bool same_rows(const Pattern& pattern, const OffsetInt* offsets, const ColumnInt* columns, Offset first,
+               Offset last) {
+  bool same = true;
+  for (Offset i = first; i <= last; ++i) same &= offsets[i] == pattern.offsets[i];
+  if (!same) return false;
+  for (Offset k = pattern.offsets[first]; k < pattern.offsets[last]; ++k)
+    same &= columns[k] == pattern.columns[k];
+  return same;
+}
+
+/// First row that has changed; kNone for none.
 template <class OffsetInt, class ColumnInt>
 Offset first_changed_row(const Pattern& pattern, const OffsetInt* offsets, const ColumnInt* columns,
                          int threads) {
+  constexpr Offset kBlock = 1024;
+  const Offset n = pattern.n, blocks = (n + kBlock - 1) / kBlock;
   Offset changed = kNone;
 #pragma omp parallel for num_threads(threads) schedule(static) reduction(min : changed)
-  for (Vertex i = 0; i < pattern.n; ++i) {
-    const Offset begin = pattern.offsets[i], length = pattern.offsets[i + 1] - begin;
-    bool same = offsets[i] == begin && offsets[i + 1] == begin + length;
-    if (same) {
-      if constexpr (sizeof(ColumnInt) == sizeof(Vertex)) {
-        same = length == 0 ||
-               std::memcmp(columns + begin, &pattern.columns[begin], length * sizeof(Vertex)) == 0;
-      } else {
-        for (Offset k = begin; k < begin + length; ++k) same &= columns[k] == pattern.columns[k];
-      }
-    }
-    if (!same) changed = std::min<Offset>(changed, i);
+  for (Offset block = 0; block < blocks; ++block) {
+    const Offset first = block * kBlock, last = std::min(first + kBlock, n);
+    if (same_rows(pattern, offsets, columns, first, last)) continue;
+    Offset row = first;
+    while (same_rows(pattern, offsets, columns, row, row + 1)) ++row;
+    changed = std::min(changed, row);
   }
   return changed;
 }
@@ -203,6 +212,21 @@ bool all_finite(const Real* values, Offset count) {
 }
 
 }  // namespace
+
+template <class Scalar>
+std::uint64_t fingerprint_of_values(const CsrView<Scalar>& matrix, int threads) {
+  using Real = typename NumberParts<Scalar>::type;
+  const Offset count = matrix.row_offsets[matrix.rows] * NumberParts<Scalar>::count;
+  const auto* numbers = reinterpret_cast<const Real*>(matrix.values);
+  std::uint64_t sum = 0;
+#pragma omp parallel for num_threads(threads) schedule(static) reduction(+ : sum)
+  for (Offset k = 0; k < count; ++k) {
+    std::uint64_t bits = 0;
+    std::memcpy(&bits, numbers + k, sizeof(Real));
+    sum += mixed(bits + static_cast<std::uint64_t>(k) * 0xd1342543de82ef95u);
+  }
+  return sum;
+}
 
 template <class Scalar>
 Pattern check_pattern(const CsrView<Scalar>& matrix, int threads) {
@@ -304,6 +328,7 @@ void sum_into_slots(const Pattern& pattern, const CsrView<Scalar>& matrix, Scala
   template Pattern check_pattern(const CsrView<Scalar>&, int);                   \
   template void check_same_pattern(const Pattern&, const CsrView<Scalar>&, int); \
   template void check_values(const CsrView<Scalar>&, int);                       \
+  template std::uint64_t fingerprint_of_values(const CsrView<Scalar>&, int);     \
   template void sum_into_slots(const Pattern&, const CsrView<Scalar>&, Scalar*, int);
 MFS_INSTANTIATE(float)
 MFS_INSTANTIATE(double)

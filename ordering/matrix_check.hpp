@@ -11,6 +11,8 @@
 //   slots              0   1 | 2   3   4            row 0: columns 1 3       row 1: columns 0 1 2
 #pragma once
 
+#include <cstdint>
+
 #include <mfs/csr_view.hpp>
 
 #include "ordering/types.hpp"
@@ -37,5 +39,10 @@ void check_values(const CsrView<Scalar>& matrix, int threads);
 /// nothing. Throws InvalidInput("values") with the first row in which such a sum is no longer finite.
 template <class Scalar>
 void sum_into_slots(const Pattern& pattern, const CsrView<Scalar>& matrix, Scalar* slot_values, int threads);
+
+/// A number that other values (bit for bit, in the caller's order) have with a probability of 2^-64. It is
+/// the same for any number of threads. Allocates nothing.
+template <class Scalar>
+std::uint64_t fingerprint_of_values(const CsrView<Scalar>& matrix, int threads);
 
 }  // namespace mfs

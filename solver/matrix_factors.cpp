@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <complex>
 #include <future>
-#include <numeric>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -16,6 +15,7 @@
 #include "ordering/size_scaling.hpp"
 #include "plan/delay_pivots.hpp"
 #include "solver/option_checks.hpp"
+#include "solver/plan_report.hpp"
 #include "solver/solve_rules.hpp"
 
 namespace mfs {
@@ -29,6 +29,8 @@ constexpr Vertex kLevels = 3, kMostLevels = 96;
 constexpr int kPatience = 32;
 /// Failed pivots that are delayed at most as noise. More are data, of which fewer fail.
 constexpr std::size_t kMostDelayed = 128;
+/// Operations per entry of A up to which the analysis tries its values: a twentieth of what it takes itself.
+constexpr double kTrialFlops = 1e4;
 
 }  // namespace
 
@@ -40,6 +42,12 @@ MatrixFactors<Scalar>::MatrixFactors(const Options& options, Phases& phases, Rep
 
 template <class Scalar>
 void MatrixFactors<Scalar>::analyze(const CsrView<Scalar>& a, const ListCost* list) {
+  make_analysis(a, list);
+  if (planned_.early && a.values) make_early(a);
+}
+
+template <class Scalar>
+void MatrixFactors<Scalar>::make_analysis(const CsrView<Scalar>& a, const ListCost* list) {
   forget();
   std::future<void> loading;
   const auto begin_loading = [&](const Pattern& pattern) {
@@ -49,34 +57,45 @@ void MatrixFactors<Scalar>::analyze(const CsrView<Scalar>& a, const ListCost* li
     Analysis analysis = analyze_matrix(a, options_.analysis, backend_.plan_needs(),
                                        phases_.analysis_threads(), progress(), begin_loading, list);
     plan_numeric(analysis);
+    if (a.values) analyzed_values_ = fingerprint_of_values(a, phases_.analysis_threads());
     analysis_ = std::move(analysis);
   });
-  analyzed_with_values_ = a.values != nullptr;
   report_analysis();
+  usual_flops_ = report_.flops.total();
   if (loading.valid()) loading.wait();
-  if (planned_.early) make_early();
 }
 
-// The first factorization also takes the memory; later ones only fill it.
+// A first factorization then takes as long as others: its memory is there, and pivots that fail have moved.
+template <class Scalar>
+void MatrixFactors<Scalar>::make_early(const CsrView<Scalar>& a) {
+  const Stopwatch watch;
+  make_numeric();
+  if (report_.flops.total() <= kTrialFlops * static_cast<double>(report_.nnz)) {
+    factor_first_values(a);
+    factor_values();  // records what a device has to do
+    tried_ = true;
+    report_.perturbed_pivots = report_.bytes_used = 0;
+    report_.flops_used = {};
+  }
+  analysis_->time_symbolic += watch.seconds();
+  report_.time_symbolic = analysis_->time_symbolic;
+}
+
+// The first factorization also takes the memory where the analysis has not; later ones only fill it.
 template <class Scalar>
 void MatrixFactors<Scalar>::factor(const CsrView<Scalar>& a) {
   const bool known_pattern = analysis_.has_value();
   if (known_pattern) check(a, true);
-  if (!known_pattern || !analyzed_with_values_) analyze(a);  // the values decide about matching and scaling
+  if (!known_pattern || !analyzed_values_) make_analysis(a);  // the values decide about matching and scaling
   if (!known_pattern) check(a, false);
   const Stopwatch watch;
-  const bool first = !numeric_;
-  if (first) {
-    make_numeric();
-    refactored_ = false;
-    take_values(a);
-    look_at_diagonal();
-    factor_values(kMostDelayed);
-    const Stopwatch delaying;
-    delay_first_pivots();
-    if (report_.reanalyses > 0) report_.time_reanalyses = delaying.seconds();
-  } else {
+  if (known_ && numeric_) {
     factor_other_values(a);
+  } else {
+    if (!numeric_) make_numeric();
+    factored_ = false;
+    known_ = true;
+    factor_first_values(a);
   }
   report_.time_factor = watch.seconds();
 }
@@ -132,13 +151,13 @@ CsrView<Scalar> MatrixFactors<Scalar>::factored_matrix() const {
 // The analysis of a matrix that has been factored; not necessarily for the present values.
 template <class Scalar>
 const Analysis& MatrixFactors<Scalar>::known(const char* call) const {
-  if (!numeric_) throw StateError(std::string(call) + ": the matrix has not been factored");
+  if (!known_ || !numeric_) throw StateError(std::string(call) + ": the matrix has not been factored");
   return *analysis_;
 }
 
 template <class Scalar>
 Factorization<Scalar>& MatrixFactors<Scalar>::numeric(const char* call) const {
-  if (!factored_) throw StateError(std::string(call) + ": the matrix has not been factored");
+  if (!factored()) throw StateError(std::string(call) + ": the matrix has not been factored");
   return *numeric_;
 }
 
@@ -151,7 +170,7 @@ ResidentFactors<Scalar>& MatrixFactors<Scalar>::resident(const char* call) const
 
 template <class Scalar>
 void MatrixFactors<Scalar>::forget() {
-  factored_ = refactored_ = drifted_ = false;
+  factored_ = known_ = tried_ = refactored_ = drifted_ = false;
   usual_effort_ = 0;
   rematches_ = 0;
   stays_corrected_ = false;
@@ -162,6 +181,7 @@ void MatrixFactors<Scalar>::forget() {
   numeric_.reset();
   transposed_pattern_.reset();
   analysis_.reset();
+  analyzed_values_.reset();
   reset_report();
 }
 
@@ -175,37 +195,14 @@ void MatrixFactors<Scalar>::reset_report() {
 
 template <class Scalar>
 void MatrixFactors<Scalar>::report_analysis() {
-  const SymbolicPlan& plan = *analysis_->plan;
-  report_.n = plan.n;
-  report_.nnz = plan.nnz;
   report_.matched = analysis_->matched.matched;
-  report_.nnz_factor = plan.nnz_factor;
-  report_.flops = {planned_.flops.getrf, planned_.flops.trsm, planned_.flops.gemm};
+  report_plan(*analysis_->plan, planned_.bytes, planned_.flops, report_);
   step_flops_ = planned_.step_flops;
-  report_.fronts = plan.num_fronts;
-  report_.depths = plan.num_depths;
-  report_.max_front = plan.max_front;
-  report_.bytes_factor = planned_.bytes.factor;
-  report_.bytes_peak = planned_.bytes.total();
-  report_movement(planned_.movement);
+  movement_ = planned_.movement;
+  report_movement(movement_, report_);
   report_.time_order = analysis_->time_order;
   report_.time_symbolic = analysis_->time_symbolic;
-  if (phases_.logs(2)) {
-    phases_.log(2, "plan: " + std::to_string(report_.fronts) + " fronts in " +
-                       std::to_string(report_.depths) + " depths, " + std::to_string(report_.nnz_factor) +
-                       " factor entries, " + std::to_string(report_.bytes_peak) + " bytes");
-  }
-}
-
-template <class Scalar>
-void MatrixFactors<Scalar>::report_movement(Movement movement) {
-  report_.partial = !movement.segments.empty();
-  report_.segments = std::accumulate(movement.segments.begin(), movement.segments.end(), std::int64_t{0});
-  report_.bytes_out = movement.out;
-  report_.bytes_in = movement.in;
-  report_.bytes_back = movement.back;
-  report_.slowdown = movement.slowdown;
-  movement_ = std::move(movement);
+  if (phases_.logs(2)) phases_.log(2, plan_line(report_));
 }
 
 template <class Scalar>
@@ -225,18 +222,6 @@ void MatrixFactors<Scalar>::plan_numeric(Analysis& analysis) {
   analysis.time_symbolic += watch.seconds();
 }
 
-// A first factorization then takes as long as others.
-template <class Scalar>
-void MatrixFactors<Scalar>::make_early() {
-  using Made = std::unique_ptr<Factorization<Scalar>>;
-  const Stopwatch watch;
-  phases_.run("symbolic", [&] {
-    const auto make = std::exchange(planned_.make, {});  // good once
-    planned_.make = [made = std::make_shared<Made>(make())] { return std::move(*made); };
-  });
-  report_.time_symbolic += watch.seconds();
-}
-
 template <class Scalar>
 void MatrixFactors<Scalar>::make_numeric() {
   std::unique_ptr<Factorization<Scalar>> made;
@@ -249,7 +234,8 @@ void MatrixFactors<Scalar>::make_numeric() {
   });
   numeric_ = std::move(made);
   phases_.work_with_one_thread(one_thread);
-  report_movement(numeric_->factors().movement());  // of a plan for less memory, perhaps
+  movement_ = numeric_->factors().movement();  // of a plan for less memory, perhaps
+  report_movement(movement_, report_);
   use_scales(analysis_->matched.row_scale, analysis_->matched.column_scale);
 }
 
@@ -293,6 +279,20 @@ void MatrixFactors<Scalar>::refactor_checked(const CsrView<Scalar>& a, bool patt
   check(a, pattern);
   factor_other_values(a);
   report_.time_refactor = watch.seconds();
+}
+
+// The first since the analysis, whose values they need not be.
+template <class Scalar>
+void MatrixFactors<Scalar>::factor_first_values(const CsrView<Scalar>& a) {
+  phases_.run("factor",
+              [&] { refactored_ = fingerprint_of_values(a, phases_.threads_at_work()) != analyzed_values_; });
+  take_values(a);
+  if (tried_ && !refactored_) return factor_values();
+  forget_tiny_pivots();
+  look_at_diagonal();
+  factor_values(kMostDelayed);
+  const Stopwatch delaying;
+  if (delay_first_pivots()) report_.time_reanalyses = delaying.seconds();
 }
 
 // For an object that has been factored before.
@@ -468,12 +468,12 @@ bool MatrixFactors<Scalar>::delay_while_pivots_fail(double allowed_flops) {
   return round > 0;
 }
 
-// Of the values of the analysis.
+// False where the tree has not changed.
 template <class Scalar>
-void MatrixFactors<Scalar>::delay_first_pivots() {
-  usual_flops_ = report_.flops.total();
-  delay_while_pivots_fail(allowed_flops());
+bool MatrixFactors<Scalar>::delay_first_pivots() {
+  const bool delayed = delay_while_pivots_fail(allowed_flops());
   divide_if_more_fail_than(kMostCorrected);
+  return delayed;
 }
 
 template <class Scalar>
@@ -588,6 +588,7 @@ void MatrixFactors<Scalar>::rematch() {
   ++report_.reanalyses;
   look_at_diagonal();
   replace_numeric(kMostDelayed);
+  usual_flops_ = report_.flops.total();
   delay_first_pivots();
 }
 

@@ -4,6 +4,7 @@
 // accuracy/ladder.hpp). Right-hand sides are the business of solver/block_solve.hpp.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -35,7 +36,7 @@ class MatrixFactors {
   void refactor_device(const Scalar* values, void* stream);
 
   bool analyzed() const { return analysis_.has_value(); }
-  bool factored() const { return factored_; }
+  bool factored() const { return known_ && factored_; }
   /// False where singular must not be said: numbers ran out of range on the way.
   bool within_range() const { return !nonfinite_ && !analysis_->matched.beyond_range; }
   const Analysis& analysis() const { return *analysis_; }
@@ -81,10 +82,11 @@ class MatrixFactors {
 
  private:
   const Analysis& known(const char* call) const;
+  void make_analysis(const CsrView<Scalar>& a, const ListCost* list = nullptr);
+  void make_early(const CsrView<Scalar>& a);
   void forget();
   void reset_report();
   void report_analysis();
-  void report_movement(Movement movement);
   PhaseProgress progress() const {
     return [this](const char* phase, double fraction) { phases_.tell(phase, fraction); };
   }
@@ -92,7 +94,6 @@ class MatrixFactors {
   Planned<Factorization<Scalar>> planned_for(std::shared_ptr<const SymbolicPlan> plan,
                                              std::shared_ptr<const Pattern> pattern) const;
   void plan_numeric(Analysis& analysis);
-  void make_early();
   void make_numeric();
   void use_scales(const std::vector<double>& row, const std::vector<double>& column);
   void begin_values();
@@ -100,6 +101,7 @@ class MatrixFactors {
   void take_values(const CsrView<Scalar>& a);
   void check(const CsrView<Scalar>& a, bool pattern);
   void refactor_checked(const CsrView<Scalar>& a, bool pattern);
+  void factor_first_values(const CsrView<Scalar>& a);
   void factor_other_values(const CsrView<Scalar>& a);
   double pivot_tolerance() const;
   PivotPolicy policy() const { return pivots_.policy(pivot_tolerance()); }
@@ -111,7 +113,7 @@ class MatrixFactors {
   void look_at_diagonal();
 
   bool delay_while_pivots_fail(double allowed_flops);
-  void delay_first_pivots();
+  bool delay_first_pivots();
   /// Where pivots of the values of the analysis move.
   double allowed_flops() const { return 1.5 * usual_flops_ + 1e8; }
   bool tree_is_outdated() const;
@@ -125,13 +127,15 @@ class MatrixFactors {
   Phases& phases_;
   Report& report_;
   std::optional<Analysis> analysis_;
-  bool analyzed_with_values_ = false;
-  Planned<Factorization<Scalar>> planned_;  // what numeric_ is made of; empty once it is
+  std::optional<std::uint64_t> analyzed_values_;  // their fingerprint; none of a pattern alone
+  Planned<Factorization<Scalar>> planned_;        // what numeric_ is made of; empty once it is
   std::vector<BlockFlops> step_flops_;
   std::unique_ptr<Factorization<Scalar>> numeric_;
   Movement movement_;
   std::optional<TransposedPattern> transposed_pattern_;
   bool factored_ = false;
+  bool known_ = false;             // factor() has had its memory since the analysis
+  bool tried_ = false;             // the analysis has factored its values
   bool refactored_ = false;        // the values are not those of the analysis any more
   bool drifted_ = false;           // solves have become dearer: the next refactor matches anew
   std::int64_t usual_effort_ = 0;  // steps that a solve took for the values of the analysis

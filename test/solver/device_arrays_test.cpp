@@ -435,6 +435,49 @@ TEST_F(DeviceArraysOfDoubles, LargeRootsDoWithoutPivotsWhereTheyCan) {
 
 using DevicePivots = OnDevice;
 
+// The analysis has tried its values: the tree does not change for them any more.
+TEST_F(DevicePivots, HaveMovedBeforeTheFirstFactorization) {
+  options_.analysis.matching = Matching::never;
+  const SparseMatrix a = adversarial_matrix("saddle point renumbered", 1);
+  Solver solver(options_);
+  solver.analyze(a.view());
+  const std::int64_t changes = solver.report().reanalyses;
+  EXPECT_GT(changes, 0);
+  EXPECT_FALSE(solver.factored());
+  EXPECT_THROW(solver.refactor(a.view()), StateError);
+  const std::vector<double> b = right_hand_sides(a, 1, a.n, 1);
+  std::vector<double> x(b.size()), of_others(b.size());
+  EXPECT_THROW(solver.solve(b.data(), x.data()), StateError);
+  EXPECT_THROW(solver.determinant(), StateError);
+  solver.factor(a.view());
+  EXPECT_EQ(solver.report().reanalyses, changes);
+  EXPECT_EQ(solver.report().perturbed_pivots, 0);
+  solver.solve(b.data(), x.data());
+  EXPECT_LE(backward_error(a, b, x), kPromised);
+  Solver at_once(options_);  // which tries nothing
+  at_once.factor(a.view());
+  EXPECT_EQ(at_once.report().reanalyses, changes);
+  at_once.solve(b.data(), of_others.data());
+  EXPECT_EQ(of_others, x);
+}
+
+// What the values of the analysis have told of their pivots is not held against others.
+TEST_F(DevicePivots, OfOtherValuesThanThoseOfTheAnalysis) {
+  for (const char* const family : {"rows permuted", "zero diagonal", "saddle point", "graded and permuted"}) {
+    SCOPED_TRACE(family);
+    const SparseMatrix a = adversarial_matrix(family, 1);
+    SparseMatrix placeholder = a;
+    std::fill(placeholder.values.begin(), placeholder.values.end(), 1.0);
+    Solver solver(options_);
+    solver.analyze(placeholder.view());
+    solver.factor(a.view());
+    const std::vector<double> b = right_hand_sides(a, 1, a.n, 1);
+    std::vector<double> x(b.size());
+    solver.solve(b.data(), x.data());
+    EXPECT_LE(backward_error(a, b, x), kPromised);
+  }
+}
+
 // Exchanges of rows that scaling asks for cost digits.
 TEST_F(DevicePivots, StayOnADominantDiagonal) {
   options_.solve.tolerance = 1e-3;  // so that no step of refinement is taken

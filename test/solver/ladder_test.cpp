@@ -102,8 +102,12 @@ TEST(Ladder, FullPrecision) {
   EXPECT_FALSE(report.single_precision);
 }
 
-// A diagonal that was strong has become zero: the matching of the first values is of no use.
-TEST(Ladder, Reanalysis) {
+/// A strong diagonal, and the same pattern with zeros there: the matching of one is of no use to the other.
+struct DiagonalLost {
+  SparseMatrix before, after;
+};
+
+DiagonalLost diagonal_lost() {
   const std::int64_t n = 400;
   std::vector<Entry> entries;
   for (std::int64_t i = 0; i < n; ++i) {
@@ -111,16 +115,35 @@ TEST(Ladder, Reanalysis) {
     entries.push_back({i, (i * 7 + 3) % n, 1.0});
     entries.push_back({i, (i * 11 + 5) % n, 0.5});
   }
-  SparseMatrix a = from_entries_summed(n, entries);
-  Solver solver(with_threads(1));
-  solver.factor(a.view());
+  DiagonalLost lost;
+  lost.before = lost.after = from_entries_summed(n, entries);
+  SparseMatrix& a = lost.after;
   for (std::int64_t i = 0; i < n; ++i)
     for (std::int64_t k = a.offsets[i]; k < a.offsets[i + 1]; ++k)
       if (a.columns[k] == i) a.values[k] = 0;
-  solver.refactor(a.view());
-  const Report report = solve(solver, a);
+  return lost;
+}
+
+TEST(Ladder, Reanalysis) {
+  const DiagonalLost lost = diagonal_lost();
+  Solver solver(with_threads(1));
+  solver.factor(lost.before.view());
+  solver.refactor(lost.after.view());
+  const Report report = solve(solver, lost.after);
   EXPECT_EQ(report.rung, Rung::reanalysis);
   EXPECT_GT(report.reanalyses, 0);
+}
+
+// The values of the analysis only held the place of those to come.
+TEST(Ladder, ReanalysisForTheFirstValues) {
+  SparseMatrix a = diagonal_lost().after;
+  SparseMatrix placeholder = a;
+  std::fill(placeholder.values.begin(), placeholder.values.end(), 1.0);
+  for (std::size_t k = 0; k < a.values.size(); ++k) a.values[k] *= std::pow(10.0, 6 * std::sin(k * k));
+  Solver solver(with_threads(1));
+  solver.analyze(placeholder.view());
+  solver.factor(a.view());
+  EXPECT_EQ(solve(solver, a).rung, Rung::reanalysis);
 }
 
 /// A saddle point with `pivot` on the diagonal of its multipliers.

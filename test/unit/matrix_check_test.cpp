@@ -6,9 +6,12 @@
 #include <complex>
 #include <limits>
 #include <random>
+#include <set>
+#include <utility>
 
 #include <mfs/error.hpp>
 
+#include "ordering/number_parts.hpp"
 #include "test/unit/test_matrices.hpp"
 
 namespace mfs::test {
@@ -247,6 +250,26 @@ TEST(MatrixCheck, ASumThatOverflowsIsRefused) {
   const Pattern p = check_pattern(a.view(), 1);
   std::vector<double> slots(p.nnz());
   expect_invalid([&] { sum_into_slots(p, a.view(), slots.data(), 1); }, "values", 1, -1);
+}
+
+TYPED_TEST(MatrixCheckScalars, FingerprintsAreOfEachValueAndItsPlace) {
+  Matrix<TypeParam> a{{0, 2, 3, 6}, {0, 2, 1, 0, 1, 2}, {1, 2, 3, 4, 5, 6}};
+  const std::uint64_t first = fingerprint_of_values(a.view(), 1);
+  EXPECT_EQ(fingerprint_of_values(a.view(), 3), first);
+  std::set<std::uint64_t> seen{first};
+  const auto expect_new = [&] { EXPECT_TRUE(seen.insert(fingerprint_of_values(a.view(), 2)).second); };
+  std::swap(a.values[1], a.values[4]);
+  expect_new();
+  std::swap(a.values[1], a.values[4]);
+  for (TypeParam& value : a.values) {
+    const TypeParam kept = value;
+    value *= 1 + std::numeric_limits<typename NumberParts<TypeParam>::type>::epsilon();
+    expect_new();
+    value = -kept;
+    expect_new();
+    value = kept;
+  }
+  EXPECT_EQ(fingerprint_of_values(a.view(), 1), first);
 }
 
 TEST(MatrixCheck, RandomRowsAgainstSets) {

@@ -126,7 +126,7 @@ struct Report {
   std::int64_t perturbed_pivots = 0;  ///< of the last factorization
   bool single_precision = false;      ///< the factors in use are of single precision
   int reanalyses = 0;                 ///< times that the tree was changed because pivots failed
-  double time_reanalyses = 0;  ///< s, for those that the first factorization needed; part of time_factor
+  double time_reanalyses = 0;  ///< s, for those of the first values; part of time_symbolic or time_factor
   // What the last solve needed to reach the tolerance (all 0: the factors alone were good enough).
   Rung rung = Rung::factors;          ///< the highest one that was tried
   double time_ladder = 0;             ///< s, for all above Rung::factors; part of time_solve

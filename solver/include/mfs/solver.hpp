@@ -38,7 +38,8 @@ class MFS_API BasicSolver {
   BasicSolver& operator=(BasicSolver&&) noexcept;
 
   /// Orders the pattern of `a` (n x n) and computes the symbolic plan. The values of `a`, where it has some,
-  /// decide about matching and scaling. Earlier analyses and factorizations are forgotten. Throws
+  /// decide about matching and scaling, and on a device, where that takes little beside the analysis, about
+  /// pivots that fail. Earlier analyses and factorizations are forgotten. Throws
   /// InvalidInput (not square, empty, an index out of range, NaN or infinity with its place), SingularMatrix
   /// (structural), OutOfMemory, BackendError.
   void analyze(const CsrView<Scalar>& a);

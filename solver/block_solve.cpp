@@ -170,8 +170,12 @@ void BlockSolve<Scalar>::climb_until_solved(const Columns<Scalar>& part, const S
   SolveOutcome outcome = solve_with_factors(part, tried);
   report_.time_ladder += outcome.time_ladder;
   if (settled(outcome)) return write_solution(part, factors_.numeric("solve").solution(), outcome);
+  bool doubtful = outcome.doubtful;
   const Stopwatch other_factors;
-  while (!settled(outcome) && factors_.climb(outcome.dependent_rows > 0)) outcome = solve_with_factors(part);
+  while (!settled(outcome) && factors_.climb(outcome.dependent_rows > 0)) {
+    outcome = solve_with_factors(part);
+    doubtful |= outcome.doubtful;
+  }
   const Scalar* found = factors_.numeric("solve").solution();
   std::vector<Scalar> solution(found, found + rows() * part.count);
   const Offset overflowed = first_overflowed(rows(), part.count, solution);
@@ -185,7 +189,7 @@ void BlockSolve<Scalar>::climb_until_solved(const Columns<Scalar>& part, const S
     } catch (const OutOfMemory&) {  // what the device has found is told instead
     }
   }
-  if (!reached(outcome)) refuse(outcome, overflowed);
+  if (!reached(outcome)) refuse(outcome, doubtful, overflowed);
   write_solution(part, solution.data(), outcome);
 }
 
@@ -330,18 +334,23 @@ void BlockSolve<Scalar>::note_outcome(const SolveOutcome& outcome) {
 
 // The tolerance was missed: because A is singular, or in spite of a regular A.
 template <class Scalar>
-void BlockSolve<Scalar>::refuse(const SolveOutcome& outcome, Offset overflowed) const {
+void BlockSolve<Scalar>::refuse(const SolveOutcome& outcome, bool doubtful, Offset overflowed) const {
   if (outcome.dependent_rows == 0 || !factors_.within_range()) {
     AccuracyNotReached error(outcome.backward_error, controls_.tolerance);
     if (overflowed >= 0)
       error.append("; entry " + std::to_string(overflowed) +
                    " of the solution (counted from 0) is beyond the range of its numbers");
+    if (!factors_.within_range())
+      error.append("; scales or factors are beyond the range of their numbers");
+    else if (doubtful)
+      error.append("; whether the matrix is singular to working precision is not known");
     throw error;
   }
-  char text[120];
+  char text[200];
   std::snprintf(text, sizeof text,
-                "the matrix is singular to working precision: some z has |A z| = %.1e | |A||z| |",
-                outcome.singularity);
+                "the matrix is singular to working precision: some z has |A z| = %.1e | |A||z| |%s",
+                outcome.singularity,
+                controls_.solve_singular ? "" : "; solve_singular asks for a solution all the same");
   throw SingularMatrix(SingularMatrix::Kind::numerical, outcome.row, outcome.column, outcome.dependent_rows,
                        text);
 }

@@ -56,7 +56,7 @@ class BlockSolve {
   SolveOutcome solve_with_factors(const Columns<Scalar>& part, const SolveOutcome* tried = nullptr);
   const TransposedPattern* pattern_for(const Columns<Scalar>& part);
   void note_outcome(const SolveOutcome& outcome);
-  [[noreturn]] void refuse(const SolveOutcome& outcome, Offset overflowed) const;
+  [[noreturn]] void refuse(const SolveOutcome& outcome, bool doubtful, Offset overflowed) const;
 
   const Options& options_;
   Phases& phases_;

@@ -1,7 +1,6 @@
 #include "kernels/runtime/engine.hpp"
 
 #include <sched.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <string>
@@ -16,12 +15,6 @@ namespace mfs {
 Engine& Engine::instance() {
   static Engine* engine = new Engine;  // never destroyed: its thread may outlive static destructors
   return *engine;
-}
-
-void Engine::check_process(pid_t process) {
-  if (getpid() != process)
-    throw StateError(
-        "this process was forked from one that had used the solver before: use it in one of them");
 }
 
 #ifdef MFS_CUDA

@@ -4,11 +4,13 @@
 // needs none of that and runs in the thread that calls. One team, started when it is first needed, is that of
 // Kokkos: 3.4's OpenMP accepts only the thread that initialized it, so calls that start kernels of Kokkos are
 // served one after another. With the program's Kokkos (shared_engine.cpp) the program starts and ends it, the
-// calling thread starts the kernels, and all calls wait for each other. What Kokkos and OpenMP leave a
-// process made by fork is of no use: there the engine refuses to run.
+// calling thread starts the kernels, and all calls wait for each other.
+//
+// A process made by fork has the engine's memory, but none of its threads. With its private Kokkos it begins
+// with new teams there, unless calls were at work at the time, which may have held locks of the BLAS or of
+// OpenMP. Kokkos does not outlive a fork: once it has been started, and with the program's Kokkos, the engine
+// refuses to run there.
 #pragma once
-
-#include <sys/types.h>
 
 #include <functional>
 
@@ -26,9 +28,9 @@ class Engine {
   /// is done; what it throws is thrown here. Meanwhile `idle` (if any) is called about ten times per second,
   /// in the calling thread unless that is at work (a shared Kokkos); what it throws is thrown here once
   /// `work` is done. Waits for calls of other threads that leave too few processors. Work that calls this for
-  /// other work, which needs no Kokkos, has it done in its own thread. Throws StateError in a process that
-  /// was forked from the engine's, or where a shared Kokkos takes no calls, std::system_error where the
-  /// system refuses threads.
+  /// other work, which needs no Kokkos, has it done in its own thread. Throws StateError in a forked process
+  /// where that is of no use, or where a shared Kokkos takes no calls, std::system_error where the system
+  /// refuses threads.
   void run(int threads, const std::function<void()>& work, const std::function<void()>& idle = {},
            Needs needs = Needs::kokkos);
 
@@ -54,8 +56,6 @@ class Engine {
  private:
   Engine();
   ~Engine() = default;
-  /// Throws StateError in a process other than `process`.
-  static void check_process(pid_t process);
 #ifdef MFS_CUDA
   [[noreturn]] static void refuse_device(int of_kokkos, int current);
 #endif

@@ -102,7 +102,14 @@ void FactorFile::reserve(Offset bytes) const {
   if (errno != EOPNOTSUPP && errno != ENOSYS) fail(errno, "cannot have " + std::to_string(bytes) + " bytes");
 }
 
+// What one of two processes wrote would be wrong for the other.
+void FactorFile::check_process() const {
+  if (getpid() != process_)
+    throw StateError(name_ + " is that of the process that this one was forked from: make a solver here");
+}
+
 void FactorFile::write(std::size_t extent, const char* data) {
+  check_process();
   for (std::size_t i = first_block_[extent]; i < first_block_[extent + 1]; ++i) {
     Block& block = blocks_[i];
     block.sum = checksum(data, block.bytes);
@@ -118,6 +125,7 @@ void FactorFile::write(std::size_t extent, const char* data) {
 }
 
 void FactorFile::read(std::size_t extent, char* data) {
+  check_process();
   for (std::size_t i = first_block_[extent]; i < first_block_[extent + 1]; ++i) {
     const Block& block = blocks_[i];
     for (Offset done = 0; done < block.bytes;) {

@@ -4,6 +4,8 @@
 // unless it is.
 #pragma once
 
+#include <unistd.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -22,7 +24,8 @@ class FactorFile {
   FactorFile(const FactorFile&) = delete;
   FactorFile& operator=(const FactorFile&) = delete;
 
-  /// The error names the file and the block, counted through all extents.
+  /// The error names the file and the block, counted through all extents. Both throw StateError in a process
+  /// that was forked from the file's.
   void write(std::size_t extent, const char* data);
   /// Of an extent that was written. EBADMSG: a block is not what was written.
   void read(std::size_t extent, char* data);
@@ -34,10 +37,12 @@ class FactorFile {
   };
   void open_in(const std::string& folder);
   void reserve(Offset bytes) const;
+  void check_process() const;
   [[noreturn]] void fail(int error, const std::string& what) const;
   [[noreturn]] void fail_at(int error, const char* what, const Block& block) const;
 
   std::string name_;  // for errors
+  const pid_t process_ = getpid();
   int file_ = -1;
   std::vector<Block> blocks_;
   std::vector<std::size_t> first_block_;  // by extent, and one more

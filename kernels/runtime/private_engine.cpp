@@ -1,6 +1,6 @@
 // The engine with a Kokkos of its own (MFS_KOKKOS=private): calls have teams of threads from one pool.
 #include <omp.h>
-#include <unistd.h>
+#include <pthread.h>
 
 #include <atomic>
 #include <condition_variable>
@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <exception>
 #include <mutex>
+#include <new>
 #include <string>
 #include <vector>
 
@@ -109,9 +110,17 @@ void prepare_threads(Team& team, int wanted) {
 
 // Who may work at a time, and the teams that there are.
 struct Engine::State {
-  const pid_t process = getpid();
+  State() = default;
+  /// For a process forked from that of `parent`.
+  explicit State(const State& parent)
+      : processors(parent.processors),
+        forked_at_work(parent.forked_at_work || parent.busy > 0 || parent.callers_at_work > 0),
+        kokkos_lost(parent.kokkos_lost || parent.kokkos != nullptr) {}
+
   const int processors = available_threads();
-  std::mutex mutex;  // guards what follows
+  const bool forked_at_work = false, kokkos_lost = false;
+  std::atomic<int> callers_at_work{0};  // in their own threads
+  std::mutex mutex;                     // guards what follows
   std::condition_variable changed;
   std::uint64_t arrived = 0, admitted = 0;  // calls; they are admitted in the order in which they arrive
   int busy = 0;                             // threads at work
@@ -119,6 +128,17 @@ struct Engine::State {
   Team* kokkos = nullptr;
   std::vector<Team*> idle;
   std::size_t teams = 0;  // without that of Kokkos
+
+  void check_process(Needs needs) const {
+    if (forked_at_work)
+      throw StateError(
+          "this process was forked while the solver was at work in the other: fork before or after");
+    if (kokkos_lost && needs == Needs::kokkos)
+      throw StateError(
+          "this process was forked from one that had used Kokkos (backends cuda and kokkos) before: use them "
+          "in "
+          "one of the two");
+  }
 
   // Waits until so many processors are left by others, or all of them.
   void admit(int threads, Needs needs) {
@@ -181,7 +201,14 @@ struct Engine::State {
   }
 };
 
-Engine::Engine() : state_(new State) {}
+Engine::Engine() : state_(new State) {
+  // In the child, before fork returns there. What the parent had is left as it is, with locks that nobody
+  // will open.
+  pthread_atfork(nullptr, nullptr, [] {
+    Engine& engine = instance();
+    engine.state_ = new State(*engine.state_);
+  });
+}
 
 #ifdef MFS_CUDA
 void Engine::use_cuda() {
@@ -207,7 +234,7 @@ void Engine::check_device() {
 void Engine::run(int threads, const std::function<void()>& work, const std::function<void()>& idle,
                  Needs needs) {
   if (needs == Needs::threads && at_work()) return run_here(work);
-  check_process(state_->process);
+  state_->check_process(needs);
   state_->admit(threads, needs);
   // Processors are left when the work is done, the team when the caller has seen that.
   struct Lease {
@@ -232,7 +259,12 @@ void Engine::run(int threads, const std::function<void()>& work, const std::func
 }
 
 void Engine::run_here(const std::function<void()>& work) {
-  check_process(state_->process);
+  state_->check_process(Needs::threads);
+  struct AtWork {
+    std::atomic<int>& count;
+    explicit AtWork(std::atomic<int>& counted) : count(counted) { ++count; }
+    ~AtWork() { --count; }
+  } const at_work(state_->callers_at_work);
   const CallersSettings kept;
   const TeamScope one(1);
   work();

@@ -20,6 +20,12 @@ namespace mfs {
 
 namespace {
 
+void check_process(pid_t process) {
+  if (getpid() != process)
+    throw StateError(
+        "this process was forked from one that had used the solver before: use it in one of them");
+}
+
 void check_kokkos() {
   if (!Kokkos::is_initialized())
     throw StateError(

@@ -3,11 +3,13 @@
 #include <fcntl.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <complex>
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -313,6 +315,27 @@ TEST_F(Faults, AFailedFirstFactorizationMayBeTriedAgain) {
   solver.refactor(a_.view());
   expect_solution(solver);
   expect_usable(solver);
+}
+
+// What one process writes would be wrong for the other.
+TEST_F(Faults, AForkedProcessHasNoFile) {
+  Solver solver(options_);
+  solver.factor(a_.view());
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    alarm(60);
+    failure_of<StateError>([&] { solve(solver); });
+    failure_of<StateError>([&] { solver.refactor(a_.view()); });
+    Solver made_here(options_);
+    made_here.factor(a_.view());
+    expect_solution(made_here);
+    std::_Exit(HasFailure() ? 1 : 0);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << "status " << status;
+  expect_solution(solver);
 }
 
 TEST_F(Faults, AFailedSolveMayBeTriedAgain) {

@@ -13,6 +13,7 @@
 #include <ctime>
 #include <set>
 #include <thread>
+#include <utility>
 
 #include "test/failure/fresh_solver.hpp"
 #include "test/failure/refused_threads.hpp"
@@ -163,24 +164,94 @@ TEST(Threads, RefusedByTheSystem) {
   expect_usable(many);
 }
 
-// The threads of the parent are not in the child: a call would wait for them forever.
-TEST(Threads, ForkedProcessIsRefused) {
-  const SparseMatrix a = grid_2d(5, 4);
-  Solver solver(with_threads(2));
-  solver.factor(a.view());
+/// Runs `work` in a forked process, which has failed where a check has.
+template <class Work>
+void in_forked_process(const Work& work) {
   const pid_t child = fork();
   ASSERT_GE(child, 0);
   if (child == 0) {
-    alarm(20);  // a process that hangs ends by a signal
-    failure_of<StateError>([&] { expect_solves(solver, a); });
-    failure_of<StateError>([&] { solver.refactor(a.values.data()); });
-    failure_of<StateError>([&] { Solver(with_threads(1)).factor(a.view()); });
+    alarm(60);  // a process that hangs ends by a signal
+    work();
     std::_Exit(testing::Test::HasFailure() ? 1 : 0);
   }
   int status = 0;
   ASSERT_EQ(waitpid(child, &status, 0), child);
   EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << "status " << status;
-  expect_solves(solver, a);
+}
+
+// The threads of the parent are not in the child: it has new ones, and so has its child.
+TEST(Threads, ForkedProcessesGoOn) {
+  const SparseMatrix a = grid_2d(150, 140);
+#pragma omp parallel num_threads(3)
+  {  // the caller's own threads are not there, either
+  }
+  Solver one(with_threads(1)), several(with_threads(3));
+  one.factor(a.view());
+  several.factor(a.view());
+  const auto use = [&] {
+    expect_solves(several, a);
+    expect_solves(one, a);
+    several.refactor(a.values.data());
+    one.refactor(a.values.data());
+    expect_solves(several, a);
+    expect_solves(one, a);
+    Solver made_here(with_threads(4));
+    expect_usable(made_here);
+    std::thread other([&] { expect_solves(several, a); });
+    expect_solves(one, a);
+    other.join();
+  };
+  in_forked_process([&] {
+    use();
+    in_forked_process(use);
+  });
+  in_forked_process(use);
+  use();
+}
+
+// What calls of the parent had locked nobody opens in the child. The callback comes while there is work, and
+// once when it is done.
+TEST(Threads, ForkedAtWorkIsRefused) {
+  const SparseMatrix small = grid_2d(5, 4);
+  constexpr int kRefused = 2;
+  bool refused = false;
+  Options options = with_threads(2);
+  options.progress = [&](const Progress&) {
+    if (refused) return;
+    const pid_t child = fork();
+    if (child == 0) {
+      alarm(60);
+      try {
+        for (const int threads : {1, 2}) Solver(with_threads(threads)).factor(small.view());
+      } catch (const StateError&) {
+        std::_Exit(kRefused);
+      }
+      std::_Exit(0);
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    EXPECT_TRUE(WIFEXITED(status)) << "status " << status;
+    refused = WIFEXITED(status) && WEXITSTATUS(status) == kRefused;
+  };
+  Solver solver(options);
+  const SparseMatrix large = grid_2d(600, 600);
+  for (int k = 0; k < 20 && !refused; ++k) solver.factor(large.view());
+  EXPECT_TRUE(refused);
+}
+
+TEST(Threads, ForkedFromKokkosIsRefusedToItAlone) {
+  const SparseMatrix a = grid_2d(30, 20);
+  Options options = with_threads(2);
+  options.backend = Backend::kokkos;
+  Solver by_kokkos(options), by_threads(with_threads(2));
+  by_kokkos.factor(a.view());
+  by_threads.factor(a.view());
+  in_forked_process([&] {
+    failure_of<StateError>([&] { expect_solves(by_kokkos, a); });
+    failure_of<StateError>([&] { Solver(options).factor(a.view()); });
+    expect_solves(by_threads, a);
+  });
+  expect_solves(by_kokkos, a);
 }
 
 TEST(Callbacks, ProgressComesInTheCallersThreadAndGrows) {

@@ -1,6 +1,7 @@
 """The package mfs beside scipy: right and wrong inputs of each call."""
 
 import doctest
+import multiprocessing
 import signal
 import threading
 import unittest
@@ -271,6 +272,24 @@ class Threads(unittest.TestCase):
         for thread in threads:
             thread.join()
         self.assertEqual(wrong, [])
+
+    def test_forked_processes(self):
+        a, b = unsymmetric(3000), vectors(3000)
+        lu = mfs.splu(a, threads=2)
+
+        def work(results):
+            found = [lu.solve(b), mfs.splu(a, threads=2).solve(b), mfs.splu(a, threads=1).solve(b)]
+            results.put(max(np.linalg.norm(a @ x - b) for x in found))
+
+        processes = multiprocessing.get_context("fork")
+        results = processes.Queue()
+        children = [processes.Process(target=work, args=(results,)) for _ in range(3)]
+        for child in children:
+            child.start()
+        for child in children:
+            self.assertLess(results.get(timeout=60), 1e-9)
+        for child in children:
+            child.join()
 
     def test_a_signal_ends_a_phase(self):
         class Ended(Exception):

@@ -183,7 +183,8 @@ void BlockSolve<Scalar>::climb_until_solved(const Columns<Scalar>& part, const S
   if (missed() && !factors_.host_is_better()) outcome = solve_rescaled(part, solution.data());
   if (missed() && !factors_.on_device()) try_orthogonal(part, solution.data(), outcome);
   report_.time_ladder += other_factors.seconds();
-  if (missed() && factors_.on_device()) {
+  const bool singular_for_sure = outcome.dependent_rows > 0 && !factors_.host_is_better();
+  if (!reached(outcome) && factors_.on_device() && !singular_for_sure) {
     try {
       return solve_on_host(part);
     } catch (const OutOfMemory&) {  // what the device has found is told instead

@@ -211,22 +211,20 @@ bool all_finite(const Real* values, Offset count) {
   return sum == 0;
 }
 
-}  // namespace
-
-template <class Scalar>
-std::uint64_t fingerprint_of_values(const CsrView<Scalar>& matrix, int threads) {
-  using Real = typename NumberParts<Scalar>::type;
-  const Offset count = matrix.row_offsets[matrix.rows] * NumberParts<Scalar>::count;
-  const auto* numbers = reinterpret_cast<const Real*>(matrix.values);
+/// Of numbers that are the first-th ones and the following.
+template <class Real>
+std::uint64_t fingerprint_of(const Real* values, Offset count, Offset first) {
+  constexpr std::uint64_t kStep = 0xd1342543de82ef95u;  // odd
   std::uint64_t sum = 0;
-#pragma omp parallel for num_threads(threads) schedule(static) reduction(+ : sum)
   for (Offset k = 0; k < count; ++k) {
     std::uint64_t bits = 0;
-    std::memcpy(&bits, numbers + k, sizeof(Real));
-    sum += mixed(bits + static_cast<std::uint64_t>(k) * 0xd1342543de82ef95u);
+    std::memcpy(&bits, values + k, sizeof(Real));
+    sum += mixed(bits + static_cast<std::uint64_t>(first + k) * kStep);
   }
   return sum;
 }
+
+}  // namespace
 
 template <class Scalar>
 Pattern check_pattern(const CsrView<Scalar>& matrix, int threads) {
@@ -271,17 +269,20 @@ void check_same_pattern(const Pattern& pattern, const CsrView<Scalar>& matrix, i
 }
 
 template <class Scalar>
-void check_values(const CsrView<Scalar>& matrix, int threads) {
+void check_values(const CsrView<Scalar>& matrix, int threads, std::uint64_t* fingerprint) {
   const Offset entries = matrix.row_offsets[matrix.rows];
+  if (fingerprint) *fingerprint = 0;
   if (entries == 0) return;
   if (matrix.values == nullptr) throw InvalidInput("values", "null pointer");
   using Real = typename NumberParts<Scalar>::type;
   constexpr Offset block = 4096, parts = NumberParts<Scalar>::count;
   const auto* numbers = reinterpret_cast<const Real*>(matrix.values);
   Offset bad = kNone;
-#pragma omp parallel for num_threads(threads) schedule(static) reduction(min : bad)
+  std::uint64_t sum = 0;
+#pragma omp parallel for num_threads(threads) schedule(static) reduction(min : bad) reduction(+ : sum)
   for (Offset begin = 0; begin < entries; begin += block) {
     const Offset count = std::min(block, entries - begin);
+    if (fingerprint) sum += fingerprint_of(numbers + parts * begin, parts * count, parts * begin);
     if (all_finite(numbers + parts * begin, parts * count)) continue;
     for (Offset k = begin; k < begin + count; ++k) {
       if (!all_finite(numbers + parts * k, parts)) {
@@ -290,6 +291,7 @@ void check_values(const CsrView<Scalar>& matrix, int threads) {
       }
     }
   }
+  if (fingerprint) *fingerprint = sum;
   if (bad == kNone) return;
   std::int64_t low = 0, high = matrix.rows;  // the row of entry `bad`: offsets[low] <= bad < offsets[high]
   while (high - low > 1) {
@@ -327,8 +329,7 @@ void sum_into_slots(const Pattern& pattern, const CsrView<Scalar>& matrix, Scala
 #define MFS_INSTANTIATE(Scalar)                                                  \
   template Pattern check_pattern(const CsrView<Scalar>&, int);                   \
   template void check_same_pattern(const Pattern&, const CsrView<Scalar>&, int); \
-  template void check_values(const CsrView<Scalar>&, int);                       \
-  template std::uint64_t fingerprint_of_values(const CsrView<Scalar>&, int);     \
+  template void check_values(const CsrView<Scalar>&, int, std::uint64_t*);       \
   template void sum_into_slots(const Pattern&, const CsrView<Scalar>&, Scalar*, int);
 MFS_INSTANTIATE(float)
 MFS_INSTANTIATE(double)

@@ -31,18 +31,15 @@ template <class Scalar>
 void check_same_pattern(const Pattern& pattern, const CsrView<Scalar>& matrix, int threads);
 
 /// Throws InvalidInput("values") with the row and column of the first NaN or infinity, or where there are no
-/// values. `matrix` must have passed check_pattern or check_same_pattern. Allocates nothing.
+/// values. `matrix` must have passed check_pattern or check_same_pattern. Allocates nothing. `fingerprint`,
+/// where it is asked for: a number that other values (bit for bit, in the caller's order) have with a
+/// probability of 2^-64, the same for any number of threads.
 template <class Scalar>
-void check_values(const CsrView<Scalar>& matrix, int threads);
+void check_values(const CsrView<Scalar>& matrix, int threads, std::uint64_t* fingerprint = nullptr);
 
 /// slot_values[pattern.nnz()] = the values of `matrix`, duplicates summed in the caller's order. Allocates
 /// nothing. Throws InvalidInput("values") with the first row in which such a sum is no longer finite.
 template <class Scalar>
 void sum_into_slots(const Pattern& pattern, const CsrView<Scalar>& matrix, Scalar* slot_values, int threads);
-
-/// A number that other values (bit for bit, in the caller's order) have with a probability of 2^-64. It is
-/// the same for any number of threads. Allocates nothing.
-template <class Scalar>
-std::uint64_t fingerprint_of_values(const CsrView<Scalar>& matrix, int threads);
 
 }  // namespace mfs

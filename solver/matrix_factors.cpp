@@ -57,7 +57,7 @@ void MatrixFactors<Scalar>::make_analysis(const CsrView<Scalar>& a, const ListCo
     Analysis analysis = analyze_matrix(a, options_.analysis, backend_.plan_needs(),
                                        phases_.analysis_threads(), progress(), begin_loading, list);
     plan_numeric(analysis);
-    if (a.values) analyzed_values_ = fingerprint_of_values(a, phases_.analysis_threads());
+    if (a.values) check_values(a, phases_.analysis_threads(), &analyzed_values_.emplace());
     analysis_ = std::move(analysis);
   });
   report_analysis();
@@ -71,6 +71,7 @@ void MatrixFactors<Scalar>::make_early(const CsrView<Scalar>& a) {
   const Stopwatch watch;
   make_numeric();
   if (report_.flops.total() <= kTrialFlops * static_cast<double>(report_.n)) {
+    given_values_ = *analyzed_values_;
     factor_first_values(a);
     factor_values();  // records what a device has to do
     tried_ = true;
@@ -269,7 +270,7 @@ template <class Scalar>
 void MatrixFactors<Scalar>::check(const CsrView<Scalar>& a, bool pattern) {
   phases_.run("factor", [&] {
     if (pattern) check_same_pattern(*analysis_->pattern, a, phases_.threads_at_work());
-    check_values(a, phases_.threads_at_work());
+    check_values(a, phases_.threads_at_work(), known_ && numeric_ ? nullptr : &given_values_);
   });
 }
 
@@ -284,8 +285,7 @@ void MatrixFactors<Scalar>::refactor_checked(const CsrView<Scalar>& a, bool patt
 // The first since the analysis, whose values they need not be.
 template <class Scalar>
 void MatrixFactors<Scalar>::factor_first_values(const CsrView<Scalar>& a) {
-  phases_.run("factor",
-              [&] { refactored_ = fingerprint_of_values(a, phases_.threads_at_work()) != analyzed_values_; });
+  refactored_ = given_values_ != analyzed_values_;
   take_values(a);
   if (tried_ && !refactored_) return factor_values();
   forget_tiny_pivots();

@@ -128,6 +128,7 @@ class MatrixFactors {
   Report& report_;
   std::optional<Analysis> analysis_;
   std::optional<std::uint64_t> analyzed_values_;  // their fingerprint; none of a pattern alone
+  std::uint64_t given_values_ = 0;                // that of the first ones to be factored
   Planned<Factorization<Scalar>> planned_;        // what numeric_ is made of; empty once it is
   std::vector<BlockFlops> step_flops_;
   std::unique_ptr<Factorization<Scalar>> numeric_;

@@ -131,6 +131,7 @@ class Integrator::Impl {
         find_accelerations(between_);
         return between_.a.on_host(*executor_);
       });
+    if (redundancy_->waits_for_way()) tolerances_->make_small();
     formula_ = make_formula(options_, *executor_);
     start_formula();
   }
@@ -150,7 +151,7 @@ class Integrator::Impl {
   void leave_singular() {
     assign(*executor_, redundancy_->brought_back(on_host(*executor_, state_), options_), state_);
     find_accelerations(state_);
-    tolerances_->relax();
+    tolerances_->leave_singular();
     start_formula();
   }
 

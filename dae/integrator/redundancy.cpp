@@ -28,10 +28,11 @@ constexpr double kStays = 1e-14;
 /// What a way from rest may violate, in parts of the terms that cancel each other on a way out.
 constexpr double kOffTheWay = 1e-6;
 /// What bodies are off a way when they have left a singular position, in parts of what is left of the
-/// constraint that comes back: 4e-4 on one, as its curvature shows when a thousandth is left.
+/// constraint that comes back: 4e-4 on one where a thousandth is left, as its curvature shows.
 constexpr double kBesideTheWay = 1e-2;
-/// What has to be left of it for that.
-constexpr double kBlind = 1e-4;
+/// What is left of it then, and has to be left at the start of the step. Where the push is weak the motion
+/// without it is off by more the longer it has to wait: by a hundredth until a thousandth is left.
+constexpr double kNextToStart = 1e-4, kBlind = 1e-5;
 /// Where a motion leaves a singular position constraints hold to this part of their bounds, as so little is
 /// left of one of them that determines a velocity, but not below rounding.
 constexpr double kLeaveSingular = 1e-3, kRoundedPosition = 1e-14;
@@ -272,7 +273,8 @@ bool Redundancy::leaves_blindly(double t, const std::vector<double>& q, const De
 }
 
 Dependencies Redundancy::choose(Dependencies exact, double t, const std::vector<double>& q) const {
-  return exact.redundant().size() < redundant().size() ? find(t, q, kNearlySingular) : exact;
+  if (exact.redundant().size() >= redundant().size()) return exact;
+  return find(t, q, only_here_ ? kNextToStart : kNearlySingular);
 }
 
 Dependencies Redundancy::choose(double t, const std::vector<double>& q) const {

@@ -50,6 +50,8 @@ class Redundancy {
   /// Whether look_at() has just taken back what was left out in a singular position, where the motion began
   /// or look_for_singular() found it: it does not hold exactly, as nothing kept to it.
   bool has_left_singular() { return std::exchange(has_left_singular_, false); }
+  /// Whether the motion began in a singular position out of which nothing has said the way yet.
+  bool waits_for_way() const { return only_here_.has_value(); }
   /// A state of system() near the given one in which it holds again, as well as it can.
   State brought_back(State state, IntegratorOptions options) const;
   /// Says that it began in a singular position, which has no unique motion; empty: it did not.

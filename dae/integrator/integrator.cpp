@@ -430,7 +430,7 @@ class Integrator::Impl {
     const State there = on_host(*executor_, state_);
     std::string text = find_jump(given_, there, kMoment * resolved_step(), options_, time_unit_);
     if (text.empty()) text = redundancy_->singular_start();
-    if (text.empty()) text = redundancy_->nearly_redundant(there.t, there.q, report_.redundant);
+    if (text.empty()) text = redundancy_->dead_point(there.t, there.q, report_.redundant);
     if (text.empty()) text = find_pole(given_, there, kMoment * resolved_step(), options_);
     if (text.empty()) text = given_.most_pressed(there.q.data());
     return text.empty() ? text : "; " + text;

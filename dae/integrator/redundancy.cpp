@@ -16,8 +16,6 @@ namespace {
 /// Redundant constraints are only as exact as those that they follow from: their violation may be so many
 /// times as large.
 constexpr double kInexact = 100.0;
-/// What is left of a constraint, in parts of its largest entry, where it determines motions well.
-constexpr double kNearlySingular = 1e-3;
 /// How far, in the scales of coordinates, a motion is followed to see whether its position is singular: then
 /// more than that is left of a constraint, and what follows everywhere is off by the square alone.
 constexpr double kBeside = 1e-2;
@@ -255,7 +253,11 @@ std::optional<Dependencies> Redundancy::look_at(const StateView& there, const In
   const bool fewer = exact.redundant().size() < redundant().size();
   if (violated && !fewer) {
     const std::string too_fast = find_too_fast(given_, there.t, q, options, time_unit_);
-    throw_contradiction(*violated, there.t, too_fast.empty() ? "" : ", as " + too_fast);
+    const std::string dead = dead_point(there.t, q, names());
+    throw_contradiction(*violated, there.t,
+                        !too_fast.empty() ? ", as " + too_fast
+                        : dead.empty()    ? ""
+                                          : "; " + dead);
   }
   if (violated) found = std::move(exact);
   may_be_singular_ = fewer && found.redundant().size() >= redundant().size();
@@ -343,8 +345,8 @@ std::optional<Redundancy::Violation> Redundancy::violation(const StateView& stat
 }
 
 std::string Redundancy::nearly_redundant(double t, const std::vector<double>& q,
-                                         const std::vector<std::string>& usual) const {
-  const Dependencies found = find(t, q, kNearlySingular);
+                                         const std::vector<std::string>& usual, double left) const {
+  const Dependencies found = find(t, q, left);
   if (found.redundant().size() <= usual.size()) return {};
   for (std::size_t k = found.redundant().size(); k-- > 0;) {
     const int row = found.redundant()[k];

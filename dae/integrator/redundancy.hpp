@@ -74,10 +74,17 @@ class Redundancy {
                                   const std::vector<double>& way) const;
   /// Says which constraint determines next to nothing in a position, besides the `usual` redundant ones, and
   /// what it nearly follows from; empty: there is none. So it is where a motion leads beyond a dead point.
-  std::string nearly_redundant(double t, const std::vector<double>& q,
-                               const std::vector<std::string>& usual) const;
+  std::string nearly_redundant(double t, const std::vector<double>& q, const std::vector<std::string>& usual,
+                               double left = kNearlySingular) const;
+  /// The same where no step leads on: from a dead point it may be a little farther.
+  std::string dead_point(double t, const std::vector<double>& q,
+                         const std::vector<std::string>& usual) const {
+    return nearly_redundant(t, q, usual, 1e-2);
+  }
 
  private:
+  /// What is left of a constraint, in parts of its largest entry, where it determines motions well.
+  static constexpr double kNearlySingular = 1e-3;
   /// By what a constraint that is left out is violated.
   struct Violation {
     int row;

@@ -97,13 +97,14 @@ class UnstableMotionSearch {
     return taken.minCoeff() >= -kFed * taken.cwiseAbs().maxCoeff();
   }
 
-  /// The largest |k_ij| / sqrt(m_i m_j); where what is stiff has no inertia, as the travel of a joint, that of
-  /// a typical body takes its place. Of a K that is positive it is on the diagonal, but a force that depends
-  /// on a measured quantity may have no entry there.
+  /// The largest |k_ij| / sqrt(m_i m_j); where what is stiff has no inertia, as the travel of a joint, that
+  /// of a typical body takes its place. Of a K that is positive it is on the diagonal, but a force that
+  /// depends on a measured quantity may have no entry there.
   double stiffest_kappa() const {
     VectorXd m = inertias();
     std::vector<double> positive;
-    std::copy_if(m.begin(), m.end(), std::back_inserter(positive), [](double inertia) { return inertia > 0; });
+    std::copy_if(m.begin(), m.end(), std::back_inserter(positive),
+                 [](double inertia) { return inertia > 0; });
     if (positive.empty()) return 0.0;
     const double typical = median(std::move(positive));
     for (double& inertia : m) inertia = inertia > 0 ? inertia : typical;

@@ -82,6 +82,7 @@ class SaddlePoint {
     Options chosen;
     chosen.backend = options.backend;
     chosen.threads = options.threads;
+    chosen.solve.row_floor = kRowFloor;
     return chosen;
   }
 

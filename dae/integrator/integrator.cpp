@@ -19,6 +19,7 @@
 #include "dae/integrator/initial_conditions.hpp"
 #include "dae/integrator/input_checks.hpp"
 #include "dae/integrator/jumps.hpp"
+#include "dae/integrator/marks.hpp"
 #include "dae/integrator/newton.hpp"
 #include "dae/integrator/partition.hpp"
 #include "dae/integrator/projection.hpp"
@@ -79,6 +80,7 @@ class Integrator::Impl {
     condensed_failures_ = 0;
     watch_.emplace(t0, t_end);
     t_end_ = t_end;
+    marks_ = Marks(options_.fixed_step > 0.0 ? std::vector<double>() : given_.marks());
     const auto* turning = dynamic_cast<const TurningBodies*>(&given_);
     bodies_ = turning != nullptr ? turning->turning_bodies() : std::vector<PointRange>();
     most_past_ = outputs.empty() || bodies_.empty() ? 1 : kMostPast;
@@ -91,7 +93,7 @@ class Integrator::Impl {
     }
     while (state_.t < t_end_) {
       const bool ends_step = next_output < outputs.size() && between_ends_ == BetweenEnds::nothing;
-      step(ends_step ? outputs[next_output] : t_end_, observer);
+      step(marks_.next(state_.t + smallest_step(), ends_step ? outputs[next_output] : t_end_), observer);
       for (; next_output < outputs.size() && outputs[next_output] <= state_.t; ++next_output) {
         const State& state = state_at(outputs[next_output]);
         tell([&] { observer.output(state); });
@@ -129,6 +131,7 @@ class Integrator::Impl {
         find_accelerations(between_);
         return between_.a.on_host(*executor_);
       });
+    if (redundancy_->waits_for_way()) tolerances_->make_small();
     formula_ = make_formula(options_, *executor_);
     start_formula();
   }
@@ -148,7 +151,7 @@ class Integrator::Impl {
   void leave_singular() {
     assign(*executor_, redundancy_->brought_back(on_host(*executor_, state_), options_), state_);
     find_accelerations(state_);
-    tolerances_->relax();
+    tolerances_->leave_singular();
     start_formula();
   }
 
@@ -427,7 +430,7 @@ class Integrator::Impl {
     const State there = on_host(*executor_, state_);
     std::string text = find_jump(given_, there, kMoment * resolved_step(), options_, time_unit_);
     if (text.empty()) text = redundancy_->singular_start();
-    if (text.empty()) text = redundancy_->nearly_redundant(there.t, there.q, report_.redundant);
+    if (text.empty()) text = redundancy_->dead_point(there.t, there.q, report_.redundant);
     if (text.empty()) text = find_pole(given_, there, kMoment * resolved_step(), options_);
     if (text.empty()) text = given_.most_pressed(there.q.data());
     return text.empty() ? text : "; " + text;
@@ -525,6 +528,7 @@ class Integrator::Impl {
   double observed_ = 0;  // s, in the observer
 
   double t_end_ = 0.0;
+  Marks marks_{{}};
   std::optional<Redundancy> redundancy_;
   const ConstrainedSystem* system_ = nullptr;  ///< the one given, or without what is redundant
   std::unique_ptr<Executor> executor_;

@@ -16,8 +16,6 @@ namespace {
 /// Redundant constraints are only as exact as those that they follow from: their violation may be so many
 /// times as large.
 constexpr double kInexact = 100.0;
-/// What is left of a constraint, in parts of its largest entry, where it determines motions well.
-constexpr double kNearlySingular = 1e-3;
 /// How far, in the scales of coordinates, a motion is followed to see whether its position is singular: then
 /// more than that is left of a constraint, and what follows everywhere is off by the square alone.
 constexpr double kBeside = 1e-2;
@@ -28,10 +26,11 @@ constexpr double kStays = 1e-14;
 /// What a way from rest may violate, in parts of the terms that cancel each other on a way out.
 constexpr double kOffTheWay = 1e-6;
 /// What bodies are off a way when they have left a singular position, in parts of what is left of the
-/// constraint that comes back: 4e-4 on one, as its curvature shows when a thousandth is left.
+/// constraint that comes back: 4e-4 on one where a thousandth is left, as its curvature shows.
 constexpr double kBesideTheWay = 1e-2;
-/// What has to be left of it for that.
-constexpr double kBlind = 1e-4;
+/// What is left of it then, and has to be left at the start of the step. Where the push is weak the motion
+/// without it is off by more the longer it has to wait: by a hundredth until a thousandth is left.
+constexpr double kNextToStart = 1e-4, kBlind = 1e-5;
 /// Where a motion leaves a singular position constraints hold to this part of their bounds, as so little is
 /// left of one of them that determines a velocity, but not below rounding.
 constexpr double kLeaveSingular = 1e-3, kRoundedPosition = 1e-14;
@@ -254,7 +253,11 @@ std::optional<Dependencies> Redundancy::look_at(const StateView& there, const In
   const bool fewer = exact.redundant().size() < redundant().size();
   if (violated && !fewer) {
     const std::string too_fast = find_too_fast(given_, there.t, q, options, time_unit_);
-    throw_contradiction(*violated, there.t, too_fast.empty() ? "" : ", as " + too_fast);
+    const std::string dead = dead_point(there.t, q, names());
+    throw_contradiction(*violated, there.t,
+                        !too_fast.empty() ? ", as " + too_fast
+                        : dead.empty()    ? ""
+                                          : "; " + dead);
   }
   if (violated) found = std::move(exact);
   may_be_singular_ = fewer && found.redundant().size() >= redundant().size();
@@ -272,7 +275,8 @@ bool Redundancy::leaves_blindly(double t, const std::vector<double>& q, const De
 }
 
 Dependencies Redundancy::choose(Dependencies exact, double t, const std::vector<double>& q) const {
-  return exact.redundant().size() < redundant().size() ? find(t, q, kNearlySingular) : exact;
+  if (exact.redundant().size() >= redundant().size()) return exact;
+  return find(t, q, only_here_ ? kNextToStart : kNearlySingular);
 }
 
 Dependencies Redundancy::choose(double t, const std::vector<double>& q) const {
@@ -341,8 +345,8 @@ std::optional<Redundancy::Violation> Redundancy::violation(const StateView& stat
 }
 
 std::string Redundancy::nearly_redundant(double t, const std::vector<double>& q,
-                                         const std::vector<std::string>& usual) const {
-  const Dependencies found = find(t, q, kNearlySingular);
+                                         const std::vector<std::string>& usual, double left) const {
+  const Dependencies found = find(t, q, left);
   if (found.redundant().size() <= usual.size()) return {};
   for (std::size_t k = found.redundant().size(); k-- > 0;) {
     const int row = found.redundant()[k];

@@ -50,6 +50,8 @@ class Redundancy {
   /// Whether look_at() has just taken back what was left out in a singular position, where the motion began
   /// or look_for_singular() found it: it does not hold exactly, as nothing kept to it.
   bool has_left_singular() { return std::exchange(has_left_singular_, false); }
+  /// Whether the motion began in a singular position out of which nothing has said the way yet.
+  bool waits_for_way() const { return only_here_.has_value(); }
   /// A state of system() near the given one in which it holds again, as well as it can.
   State brought_back(State state, IntegratorOptions options) const;
   /// Says that it began in a singular position, which has no unique motion; empty: it did not.
@@ -72,10 +74,17 @@ class Redundancy {
                                   const std::vector<double>& way) const;
   /// Says which constraint determines next to nothing in a position, besides the `usual` redundant ones, and
   /// what it nearly follows from; empty: there is none. So it is where a motion leads beyond a dead point.
-  std::string nearly_redundant(double t, const std::vector<double>& q,
-                               const std::vector<std::string>& usual) const;
+  std::string nearly_redundant(double t, const std::vector<double>& q, const std::vector<std::string>& usual,
+                               double left = kNearlySingular) const;
+  /// The same where no step leads on: from a dead point it may be a little farther.
+  std::string dead_point(double t, const std::vector<double>& q,
+                         const std::vector<std::string>& usual) const {
+    return nearly_redundant(t, q, usual, 1e-2);
+  }
 
  private:
+  /// What is left of a constraint, in parts of its largest entry, where it determines motions well.
+  static constexpr double kNearlySingular = 1e-3;
   /// By what a constraint that is left out is violated.
   struct Violation {
     int row;

@@ -180,6 +180,12 @@ std::vector<double> ScaledSystem::given(const double* q) const {
   return there;
 }
 
+std::vector<double> ScaledSystem::marks() const {
+  std::vector<double> marks = system_.marks();
+  for (double& time : marks) time /= time_;
+  return marks;
+}
+
 std::vector<PointRange> ScaledSystem::turning_bodies() const {
   const auto* turning = dynamic_cast<const TurningBodies*>(&system_);
   return turning != nullptr ? turning->turning_bodies() : std::vector<PointRange>();

@@ -17,6 +17,9 @@ constexpr double kOfPosition = 1e-2;
 /// Steps after which a singular position is well behind. With 5 four_bars_40 got stuck at rtol 10^-8.4.
 constexpr int kRelaxedSteps = 20;
 
+/// Local errors by which a way is told from what is a hundredth of 1e-4 off.
+constexpr double kSmall = 1e-6;
+
 double proportional(const IntegratorOptions& options, double least) {
   const int order = options.method == Method::bdf ? options.max_order : 2;
   const double rtol = options.rtol;
@@ -42,11 +45,18 @@ LocalTolerances::LocalTolerances(const IntegratorOptions& asked, IntegratorOptio
 }
 
 bool LocalTolerances::relax() {
-  if (used_.rtol >= asked_.rtol) return false;
+  if (small_ || used_.rtol >= asked_.rtol) return false;
   used_.rtol = used_.atol_velocity = asked_.rtol;
   used_.atol_position = kOfPosition * asked_.rtol;
   relaxed_steps_ = kRelaxedSteps;
   return true;
+}
+
+void LocalTolerances::make_small() {
+  small_ = used_.rtol > kSmall;
+  used_.rtol = std::min(used_.rtol, kSmall);
+  used_.atol_velocity = std::min(used_.atol_velocity, kSmall);
+  used_.atol_position = std::min(used_.atol_position, kOfPosition * kSmall);
 }
 
 void LocalTolerances::tighten() {

@@ -16,13 +16,21 @@ namespace mfs::dae {
 void set_local_tolerances(IntegratorOptions& options);
 
 /// Those of a run. Near singular positions rounding may be more than is asked for beyond rtol, so that no
-/// search of Newton's method succeeds: for some steps then local errors may be rtol.
+/// search of Newton's method succeeds: for some steps then local errors may be rtol. Where a way out of one
+/// is to be told from others, they have to be smaller than what tells it.
 class LocalTolerances {
  public:
   /// Makes `used` the `asked` ones with tolerances of the local error. Both have to live as long.
   LocalTolerances(const IntegratorOptions& asked, IntegratorOptions& used);
   /// After a search that failed. True: local errors may be larger from now on.
   bool relax();
+  /// Local errors are small from now on, whatever is asked for.
+  void make_small();
+  /// Not any more: the singular position has been left. As relax() besides.
+  void leave_singular() {
+    small_ = false;
+    relax();
+  }
   /// After a step.
   void go_on() {
     if (relaxed_steps_ > 0 && --relaxed_steps_ == 0) tighten();
@@ -34,6 +42,7 @@ class LocalTolerances {
   const IntegratorOptions& asked_;
   IntegratorOptions& used_;
   int relaxed_steps_ = 0;  ///< that are left
+  bool small_ = false;
 };
 
 }  // namespace mfs::dae

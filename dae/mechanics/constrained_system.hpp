@@ -209,6 +209,8 @@ class ConstrainedSystem {
   virtual bool is_normalization(int /*row*/) const { return false; }
   /// Whether the constraint is on velocities alone.
   virtual bool is_nonholonomic(int /*row*/) const { return false; }
+  /// Times, ascending, at which steps are to end, so that they do not pass over what only lasts for a while.
+  virtual std::vector<double> marks() const { return {}; }
   /// A typical size of a coordinate, in its own unit: what the integrator measures it in. A power of two.
   virtual double coordinate_scale(int) const { return 1.0; }
   /// How far each coordinate may go while the mechanism moves: of lengths, the extent of the whole mechanism

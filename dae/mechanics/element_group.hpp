@@ -128,6 +128,9 @@ class ElementGroup {
     return nullptr;
   }
 
+  /// ConstrainedSystem::marks; need not ascend.
+  virtual std::vector<double> marks() const { return {}; }
+
   // For messages where no step leads on.
   /// The least length of a line in element e, of 1 undeformed; `q`: its coordinates. 1 where it has none.
   virtual double least_stretch(int /*e*/, const double* /*q*/) const { return 1.0; }

@@ -1,5 +1,6 @@
 #include "dae/mechanics/expression.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -51,6 +52,10 @@ class OfOneVariable final : public SmoothFunction {
   double value(double x) const override {
     return checked(x, {expression_.value(variables(x)), 0.0, 0.0}).value;
   }
+  std::vector<double> marks() const override {
+    if (variable_ < 0) return {};
+    return expression_.marks(variable_, {values_.begin(), values_.end()});
+  }
 
  private:
   std::vector<double> variables(double x) const {
@@ -73,6 +78,51 @@ class OfOneVariable final : public SmoothFunction {
 };
 
 }  // namespace
+
+namespace {
+
+/// Of the way between two comparisons: what is short there is seldom zero again at such a number.
+constexpr double kBetween = 0.382;
+
+}  // namespace
+
+std::vector<double> Expression::marks(int time, const std::vector<std::optional<double>>& others) const {
+  enum Degree { constant, linear, other };
+  std::vector<double> variables;
+  for (const std::optional<double>& number : others) variables.push_back(number.value_or(0.0));
+  std::vector<double> at_0, at_1, turns;
+  variables.at(time) = 0.0;
+  evaluate(variables, at_0);
+  variables[time] = 1.0;
+  evaluate(variables, at_1);
+  std::vector<Degree> degrees;
+  for (std::size_t i = 0; i < operations_.size(); ++i) {
+    const Operation& o = operations_[i];
+    const auto degree = [&](int k) { return k < 0 ? constant : degrees[k]; };
+    if (o.op == Op::variable) {
+      degrees.push_back(o.a == time ? linear : others[o.a] ? constant : other);
+      continue;
+    }
+    const Degree a = degree(o.a), b = degree(o.b), most = std::max({a, b, degree(o.c)});
+    const bool compares = o.op == Op::less || o.op == Op::less_equal || o.op == Op::equal;
+    const bool keeps = o.op == Op::add || o.op == Op::subtract ||
+                       (o.op == Op::multiply && std::min(a, b) == constant) ||
+                       (o.op == Op::divide && b == constant);
+    if (compares && most == linear) {
+      const double off = at_0[o.a] - at_0[o.b], rate = at_1[o.a] - at_1[o.b] - off;
+      if (rate != 0) turns.push_back(-off / rate);
+    }
+    degrees.push_back(most == constant || keeps ? most : other);
+  }
+  std::sort(turns.begin(), turns.end());
+  std::vector<double> marks;
+  for (std::size_t i = 0; i < turns.size(); ++i) {
+    if (i > 0 && turns[i] > turns[i - 1])
+      marks.push_back(turns[i - 1] + kBetween * (turns[i] - turns[i - 1]));
+    marks.push_back(turns[i]);
+  }
+  return marks;
+}
 
 template <class T>
 void Expression::evaluate(const std::vector<T>& variables, std::vector<T>& result) const {

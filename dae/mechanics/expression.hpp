@@ -8,6 +8,7 @@
 // of a motion. Gradients come by going through it backwards, so they are exact to rounding.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -40,6 +41,11 @@ class Expression {
   /// motion that they describe, as series.
   template <class T>
   T value(const std::vector<T>& variables, std::vector<T>& gradient) const;
+
+  /// Values of the variable number `time` at which comparisons turn over, and one between each two neighbours
+  /// of these. `others`: numbers that do not change; what is none changes by other things, and its
+  /// comparisons are left out, as are those that are not linear in time.
+  std::vector<double> marks(int time, const std::vector<std::optional<double>>& others) const;
 
  private:
   friend class ExpressionReader;

@@ -12,6 +12,7 @@
 #include <array>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "dae/mechanics/joint_equations.hpp"
 #include "dae/mechanics/single_element.hpp"
@@ -167,6 +168,15 @@ class JointElement final : public SingleElement<N> {
   int local_constraints() const override { return equations_.count(); }
   std::string direction(int row) const override { return equations_.direction(row); }
   LocalStructure structure() const override { return {}; }
+  std::vector<double> marks() const override {
+    std::vector<double> all;
+    for (const JointEquation& equation : equations_.all()) {
+      if (!equation.function) continue;
+      const std::vector<double> marks = equation.function->marks();
+      all.insert(all.end(), marks.begin(), marks.end());
+    }
+    return all;
+  }
 
   void residual(int, const LocalState& state, LocalResidual& residual) const override {
     const JointVectors<N> vectors(equations_, state, 1);

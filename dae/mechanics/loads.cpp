@@ -56,6 +56,16 @@ class LoadGroup : public ElementGroup {
     return structure;
   }
 
+  std::vector<double> marks() const override {
+    std::vector<double> all;
+    for (const StateFunction& function : functions_) {
+      if (!function) continue;
+      const std::vector<double> marks = function.marks();
+      all.insert(all.end(), marks.begin(), marks.end());
+    }
+    return all;
+  }
+
   void residual(int e, const LocalState& state, LocalResidual& residual) const override {
     for (std::size_t k = 0; k < functions_.size(); ++k) {
       if (!functions_[k]) continue;

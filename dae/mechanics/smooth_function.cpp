@@ -69,6 +69,27 @@ class Spline final : public SmoothFunction {
             left * m_[i] + right * m_[i + 1]};
   }
 
+  /// Peaks and valleys, but for those that are less than a hundredth of its range beside the one before.
+  std::vector<double> marks() const override {
+    const auto [least, most] = std::minmax_element(y_.begin(), y_.end());
+    const double small = 0.01 * (*most - *least);
+    std::vector<double> marks;
+    std::size_t peak = 0;
+    double way = 0.0;  // to the next peak or valley
+    for (std::size_t i = 1; i < y_.size(); ++i) {
+      const double change = y_[i] - y_[peak];
+      if (change * way >= 0 && (way != 0 || std::abs(change) > small)) {
+        if (change != 0 || way == 0) peak = i;
+        way = way == 0 ? change : way;
+      } else if (change * way < 0 && std::abs(change) > small) {
+        marks.push_back(x_[peak]);
+        peak = i;
+        way = change;
+      }
+    }
+    return marks;
+  }
+
  private:
   Jet line(double x, std::size_t through, double slope) const {
     return {y_[through] + slope * (x - x_[through]), slope, 0.0};

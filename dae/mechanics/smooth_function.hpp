@@ -20,6 +20,8 @@ class SmoothFunction {
   /// The value and the first derivative, or the value alone, where those that are left out may be infinite.
   virtual Jet slope(double x) const { return at(x); }
   virtual double value(double x) const { return at(x).value; }
+  /// x at which it is to be looked at, as it may be other there than its values farther off let expect.
+  virtual std::vector<double> marks() const { return {}; }
 };
 
 using Function = std::shared_ptr<const SmoothFunction>;

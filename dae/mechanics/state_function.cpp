@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include <mfs/error.hpp>
@@ -79,6 +80,18 @@ Taylor<double> StateFunction::along(const Taylor<double>& t, const std::vector<T
     by_q[place_[i]] = by_q[place_[i]] + gradient[i];
   }
   return value;
+}
+
+std::vector<double> StateFunction::marks() const {
+  if (of_time_) return of_time_->marks();
+  int time = -1;
+  std::vector<std::optional<double>> numbers;
+  for (std::size_t i = 0; i < arguments_.size(); ++i) {
+    numbers.emplace_back();
+    if (arguments_[i].kind == Kind::time) time = static_cast<int>(i);
+    if (arguments_[i].kind == Kind::number) numbers.back() = arguments_[i].number;
+  }
+  return time < 0 ? std::vector<double>() : expression_->marks(time, numbers);
 }
 
 }  // namespace mfs::dae

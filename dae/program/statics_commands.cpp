@@ -20,6 +20,7 @@
 #include "dae/statics/equilibrium.hpp"
 #include "dae/statics/linearization.hpp"
 #include "dae/statics/modes.hpp"
+#include "dae/statics/turning_axes.hpp"
 #include "ordering/stopwatch.hpp"
 #include "parts/interrupt.hpp"
 #include "parts/output_file.hpp"
@@ -103,6 +104,20 @@ State state_at(MultibodyModel& model, double t, std::vector<std::string>& notes)
 /// `notes`: overwritten where it is at rest or begins there.
 State state_of(MultibodyModel& model, const Command& command, std::vector<std::string>& notes) {
   return command.at ? state_at(model, *command.at, notes) : equilibrium(model, notes);
+}
+
+/// In what sense modes about a state that moves are modes.
+void add_motion_note(const MultibodyModel& model, const State& state, std::vector<std::string>& notes) {
+  const TurningAxes axes(*model.system, state);
+  if (axes.steady())
+    notes.push_back(
+        fmt::format("all turns as one body, at {:.4g} rad/s: modes are those seen from axes that turn along",
+                    axes.rate()));
+  else if (axes.moves())
+    notes.emplace_back(
+        "the mechanism moves: modes are those of this moment, and last only where it moves by bodies that "
+        "turn "
+        "evenly about their axes of symmetry");
 }
 
 std::string where(const Command& command) {
@@ -218,6 +233,7 @@ ExitCode list_modes(const Command& command) {
   return with_report(command, [&](MultibodyModel& model, Json& json) {
     std::vector<std::string> notes;
     const State state = state_of(model, command, notes);
+    add_motion_note(model, state, notes);
     json["notes"] = notes;
     const std::vector<Mode> modes =
         find_modes(*model.system, state, command.modes, model.integrator.threads,

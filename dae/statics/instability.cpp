@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include <mfs/error.hpp>
@@ -96,23 +97,23 @@ class UnstableMotionSearch {
     return taken.minCoeff() >= -kFed * taken.cwiseAbs().maxCoeff();
   }
 
-  /// The largest of the diagonals; where what is stiff has no inertia, as the travel of a joint, that of a
-  /// typical body takes its place.
+  /// The largest |k_ij| / sqrt(m_i m_j); where what is stiff has no inertia, as the travel of a joint, that
+  /// of a typical body takes its place. Of a K that is positive it is on the diagonal, but a force that
+  /// depends on a measured quantity may have no entry there.
   double stiffest_kappa() const {
-    const VectorXd k = diagonal_sizes(system_.tangent_pattern()[Block::force_q], tangent_[Block::force_q]),
-                   m = inertias();
-    std::vector<double> inertias;
-    double most = 0.0, without = 0.0;
-    for (Index i = 0; i < m.size(); ++i) {
-      if (m[i] > 0) {
-        inertias.push_back(m[i]);
-        most = std::max(most, k[i] / m[i]);
-      } else {
-        without = std::max(without, k[i]);
-      }
-    }
-    if (inertias.empty()) return 0.0;
-    return std::max(most, without / median(std::move(inertias)));
+    VectorXd m = inertias();
+    std::vector<double> positive;
+    std::copy_if(m.begin(), m.end(), std::back_inserter(positive),
+                 [](double inertia) { return inertia > 0; });
+    if (positive.empty()) return 0.0;
+    const double typical = median(std::move(positive));
+    for (double& inertia : m) inertia = inertia > 0 ? inertia : typical;
+    const Pattern& p = system_.tangent_pattern()[Block::force_q];
+    double most = 0.0;
+    for (int i = 0; i < p.rows; ++i)
+      for (int k = p.row_start[i]; k < p.row_start[i + 1]; ++k)
+        most = std::max(most, std::abs(tangent_[Block::force_q][k]) / std::sqrt(m[i] * m[p.column[k]]));
+    return most;
   }
 
   /// Of coordinates. Of Euler parameters the one that is 1 has as little as the others are, perhaps 1e-90,

@@ -5,6 +5,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include <mfs/error.hpp>
@@ -13,6 +14,7 @@
 #include "dae/statics/block_vectors.hpp"
 #include "dae/statics/constrained_matrix.hpp"
 #include "dae/statics/independent_system.hpp"
+#include "dae/statics/turning_axes.hpp"
 
 namespace mfs::dae {
 namespace {
@@ -328,13 +330,18 @@ std::vector<Mode> find_modes(const ConstrainedSystem& system, const State& state
   State at = state;
   at.lambda = independent.kept_multipliers(state.lambda);
   check_at_rest(own, at);
-  const Matrices matrices(own, at, damping);
+  const TurningAxes axes(system, state);
+  std::optional<TurnedSystem> turned;
+  if (axes.moves()) turned.emplace(own, axes);
+  const ConstrainedSystem& seen = turned ? *turned : own;
+  const Matrices matrices(seen, at, damping);
   const double c = matrices.shift();
   const bool is_small = n - m <= kDenseFreedoms && n <= kDenseCoordinates;
-  std::vector<Mode> modes = modes_of(own,
-                                     is_small ? solve_reduced(matrices, n, m, c)
-                                              : solve_large(own, matrices, c, count, threads, backend, go_on),
-                                     c);
+  std::vector<Mode> modes =
+      modes_of(own,
+               is_small ? solve_reduced(matrices, n, m, c)
+                        : solve_large(seen, matrices, c, count, threads, backend, go_on),
+               c);
   if (static_cast<int>(modes.size()) > count) modes.resize(static_cast<std::size_t>(count));
   check_regular(independent, system, state, modes);
   return modes;

@@ -3,8 +3,9 @@
 //   (s^2 M + s D + K) x + Phi_q^T mu = 0,   Phi_q x = 0,        M = F_a, D = F_v, K = F_q
 //
 // where K holds what loads, springs and the multipliers' forces change with q. s = -damping + i frequency.
-// D and K need not be symmetric, so that dampers, followers and controllers are in it as they are. The state
-// has to be at rest (an equilibrium), or the coefficients are those of one moment of its motion.
+// D and K need not be symmetric, so that dampers, followers and controllers are in it as they are. Where the
+// state moves D and K are those of turning_axes.hpp, which are constant where the motion is steady in its
+// sense; else they are those of one moment.
 //
 // Systems of few degrees of freedom are reduced to them and solved whole. For others Arnoldi's method
 // (Spectra) finds the modes nearest to zero, of the operator that solves for the response of the state

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <functional>
+#include <optional>
 
 #include "test/dae/mechanics/expect_refused.hpp"
 
@@ -35,6 +36,32 @@ TEST(Expression, ComputesAsWritten) {
   EXPECT_EQ(value_at("(x > 3) + 2 * (x >= 3) + 4 * (x == 3) + 8 * (x <= 3) + 16 * (x < 3)", {3}), 14);
   EXPECT_NEAR(value_at("log10(1000) + log(exp(2))"), 5, 1e-15);
   EXPECT_EQ(value_at("if(x > 0, log(x), 0)", {-1}), 0);
+}
+
+/// Where comparisons of t turn over, and at 0.382 of the way from one to the next.
+TEST(Expression, IsMarkedWhereComparisonsOfTimeTurnOver) {
+  const auto marks = [](const std::string& text) {
+    const Expression expression(text);
+    std::vector<std::optional<double>> others;
+    int time = -1;
+    for (const std::string& name : expression.variables()) {
+      if (name == "t") time = static_cast<int>(others.size());
+      others.emplace_back();
+      if (name == "two") others.back() = 2.0;
+    }
+    return expression.marks(time, others);
+  };
+  const auto are = [](std::vector<double> times) {
+    return testing::Pointwise(testing::DoubleNear(1e-14), times);
+  };
+  EXPECT_THAT(marks("if(t > 3 && t < 3.01, 5, 0)"), are({3, 3.00382, 3.01}));
+  EXPECT_THAT(marks("(3 <= t) * (2 * t - 1 <= 7)"), are({3, 3.382, 4}));
+  EXPECT_THAT(marks("(t / two > 1 + sqrt(4)) - (5 == t)"), are({5, 5.382, 6}));
+  EXPECT_THAT(marks("max(0, 1 - abs(t - 3))"), are({3}));
+  EXPECT_THAT(marks("(t > 1) + (t > 1) + (t < 2 * 1)"), are({1, 1, 1.382, 2}));
+  EXPECT_THAT(marks("if(t < 5, 1, -1) + t"), are({5}));
+  // What turns over by other things is not known beforehand.
+  EXPECT_THAT(marks("(x > 1) + (t < x) + (t * t > 9) + (sin(t) > 0) + (1 / t < 3) + (1 > two)"), are({}));
 }
 
 TEST(Expression, NamesItsVariables) {

@@ -1,7 +1,7 @@
 // Functions of one variable: values, derivatives, joins.
 #include "dae/mechanics/smooth_function.hpp"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <cmath>
 
@@ -37,6 +37,23 @@ TEST(SmoothFunction, SplineInterpolates) {
   // the middle.
   expect_jet(spline_function({1, 3}, {2, 8})->at(2), 5, 3, 0);
   expect_jet(spline_function({0, 1, 2}, {0, 1, 0})->at(1), 1, 0, -3);
+}
+
+/// Not at its ends, and not where it changes by less than a hundredth of its range.
+TEST(SmoothFunction, SplineIsMarkedAtPeaksAndValleys) {
+  using testing::ElementsAre;
+  const auto marks = [](const std::vector<double>& y) {
+    std::vector<double> x;
+    for (std::size_t i = 0; i < y.size(); ++i) x.push_back(10.0 + static_cast<double>(i));
+    return spline_function(x, y)->marks();
+  };
+  EXPECT_THAT(marks({0, 0, 0, 5, 0, 0}), ElementsAre(13));
+  EXPECT_THAT(marks({0, 1, 3, 3, 2, -4, -4, -1}), ElementsAre(12, 15));
+  EXPECT_THAT(marks({0, 0.01, -0.01, 5, 4.99, 5.01, 5.005, 0, 0.02, 0}), ElementsAre(15));
+  EXPECT_THAT(marks({7, 5, 6, 8}), ElementsAre(11));
+  EXPECT_THAT(marks({1, 2, 3}), ElementsAre());
+  EXPECT_THAT(marks({2, 2, 2}), ElementsAre());
+  EXPECT_THAT(harmonic_function(0, 1, 3, 0)->marks(), ElementsAre());
 }
 
 /// Derivatives against differences on both sides of every join, and past the ends.

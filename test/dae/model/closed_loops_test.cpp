@@ -167,6 +167,43 @@ TEST(FourBar, ThatLeadsBeyondItsDeadPointIsNamed) {
                            HasSubstr("joint A"), HasSubstr("joint D")));
 }
 
+/// Six bodies in a ring, hinges of each across each other and 1 m apart, which has one freedom (Bricard's
+/// trihedral linkage). The hinge that is driven turns back at its dead point.
+Json ring_of_six() {
+  Json json = mechanism(2.0, 2, Vector3d::Zero());
+  std::vector<Vector3d> place, axis;
+  for (int k = 0; k < 6; ++k) {
+    const double out = k % 2 == 0 ? 0.7504546491289555 : 0.8883503719251519,
+                 up = k % 2 == 0 ? 0.0 : 0.5606407967387388, lean = k % 2 == 0 ? 0.5 : -0.7411735725196716;
+    const Eigen::AngleAxisd around(k * std::acos(-1.0) / 3, Vector3d::UnitZ());
+    place.emplace_back(around * Vector3d(out, 0, up));
+    axis.emplace_back(around * Vector3d(std::cos(lean), 0, std::sin(lean)));
+  }
+  for (int k = 0; k < 6; ++k) {
+    const std::string body = "b" + std::to_string(k);
+    json["bodies"][body] = {{"type", "rigid"},
+                            {"mass", 1},
+                            {"inertia", {0.1, 0.12, 0.12}},
+                            {"position", triple(0.5 * (place[k] + place[(k + 1) % 6]))}};
+    json["joints"]["j" + std::to_string(k)] =
+        joint("revolute", "b" + std::to_string((k + 5) % 6), body, place[k], axis[k]);
+  }
+  json["motions"]["drive"] = {{"type", "rotation"}, {"joint", "j0"}, {"angle", "0.8*sin(t) + 0.3*t"}};
+  return json;
+}
+
+TEST(Ring, ThatIsDrivenBeyondItsDeadPointIsNamed) {
+  for (const double rtol : {1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8}) {
+    Json json = ring_of_six();
+    json["integrator"]["rtol"] = rtol;
+    EXPECT_THAT(
+        [&] { run(json); },
+        Throws<Error>(Property(&Error::what, HasSubstr("motion drive, equation 1 of 1 (about [0.878 0 "
+                                                       "0.479]) nearly follows from"))))
+        << rtol;
+  }
+}
+
 TEST(Motions, ThatJumpAreNamed) {
   Json json = of_library("four_bar", 1.0, 1);
   for (const char* angle : {"if(t < 0.5, 0, 0.5)", "abs(t - 0.5) - 0.5"}) {

@@ -4,9 +4,12 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <functional>
 #include <string>
+#include <vector>
 
 #include "dae/integrator/integrator.hpp"
+#include "dae/mechanics/smooth_function.hpp"
 #include "dae/model/model.hpp"
 
 namespace mfs::dae {
@@ -68,6 +71,72 @@ class Loads : public testing::Test {
   MultibodyModel model_;
   State end_;
 };
+
+/// A blow of 0.01 s in 10 s, in two units of time: between steps that end at rest there is nothing of it.
+TEST_F(Loads, ABlowIsNotPassedOver) {
+  for (const double second : {1.0, 1e4}) {
+    Json json = on_oblique_axis(machine());
+    json.erase("integrator");
+    json["end"] = 10 * second;
+    const std::string t = std::to_string(second), force = std::to_string(300 / (second * second));
+    json["forces"]["blow"] = {{"type", "point"},
+                              {"side", "slider"},
+                              {"point", {1, 0, 0}},
+                              {"x", "if(t > 3 * " + t + " && t < 3.01 * " + t + ", " + force + ", 0)"}};
+    run(json);
+    EXPECT_NEAR(v("slider.x") * second, 1.0, 5e-3) << second;
+  }
+}
+
+/// The same by a table, half of a sine.
+TEST_F(Loads, ABlowByATableIsNotPassedOver) {
+  Json json = on_oblique_axis(machine());
+  json.erase("integrator");
+  json["end"] = 10;
+  std::vector<double> times, torques;
+  const auto add = [&](double time) {
+    times.push_back(time);
+    torques.push_back(time > 3 && time < 3.01 ? 200 * std::sin((time - 3) * 100 * std::acos(-1.0)) : 0.0);
+  };
+  for (int i = 0; i < 12; ++i) add(0.25 * i);
+  for (int i = -30; i <= 40; ++i) add(3 + 0.001 * i);  // next to which a spline swings
+  for (int i = 13; i <= 40; ++i) add(0.25 * i);
+  json["forces"]["kick"] = {{"type", "actuator"},
+                            {"joint", "bearing"},
+                            {"torque", {{"type", "spline"}, {"x", times}, {"y", torques}}}};
+  run(json);
+  const Function torque = spline_function(times, torques);
+  double impulse = 0.0;
+  for (int i = 0; i < 100000; ++i) impulse += torque->value((i + 0.5) * 1e-4) * 1e-4;
+  const Eigen::Quaterniond p(q("wheel.e0"), q("wheel.e1"), q("wheel.e2"), q("wheel.e3")),
+      change(v("wheel.e0"), v("wheel.e1"), v("wheel.e2"), v("wheel.e3"));
+  EXPECT_GT(impulse, 1.0);
+  EXPECT_NEAR(2 * (change * p.conjugate()).vec().dot(wheel_axis()), impulse / 2, 5e-3);
+}
+
+/// What the slider is driven by, and a function of the angle of the wheel.
+TEST_F(Loads, AMotionForAMomentIsNotPassedOver) {
+  struct Ends : Observer {
+    void step(const StepReport& step, const std::function<const State&()>&) override {
+      if (step.t > 3 && step.t < 3.01) ++inside;
+    }
+    int inside = 0;
+  };
+  const std::string bump = "if(t > 3 && t < 3.01, ((t - 3) * (3.01 - t) * 1e4)^3, 0)";
+  for (const std::string& way : {bump, bump + " + 0 * bearing.angle"}) {
+    Json json = on_oblique_axis(machine());
+    json.erase("integrator");
+    json["motions"]["drive"] = {{"type", "translation"}, {"joint", "guide"}, {"distance", way}};
+    const MultibodyModel model = make_model(json, "", 1);
+    for (const double fixed_step : {0.0, 0.5}) {
+      IntegratorOptions options = model.integrator;
+      options.fixed_step = fixed_step;
+      Ends ends;
+      Integrator(*model.system, options).run(0.0, model.q0, model.v0, 4.0, {}, ends);
+      EXPECT_EQ(ends.inside > 0, fixed_step == 0.0) << way;
+    }
+  }
+}
 
 TEST_F(Loads, ATorqueSpinsAWheelUp) {
   // t^2 / 2 . 12 / 2: 12 rad after 2 s, 48 after 4.

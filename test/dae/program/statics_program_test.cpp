@@ -54,6 +54,19 @@ TEST_F(StaticsProgram, SaysThatAnEquilibriumIsUnstable) {
               HasSubstr("note            " + note));
 }
 
+TEST_F(StaticsProgram, SaysWhatModesOfAMotionAre) {
+  ordered_json json = bar(0);
+  EXPECT_THAT(run_program({"modes", folder_.write("falls.json", json.dump()), "--at", "0.3"}).out,
+              HasSubstr("note            the mechanism moves: modes are those of this moment"));
+  json.erase("gravity");
+  const std::string rests = folder_.write("rests.json", json.dump());
+  EXPECT_THAT(run_program({"modes", rests, "--at", "0.3"}).out, Not(HasSubstr("note")));
+  json["bodies"]["bar"]["angular_velocity"] = {0, 0, 5};
+  json["bodies"]["bar"]["velocity"] = {0, 2.5, 0};
+  EXPECT_THAT(run_program({"modes", folder_.write("turns.json", json.dump()), "--at", "0.3"}).out,
+              HasSubstr("note            all turns as one body, at 5 rad/s: modes are those seen from axes"));
+}
+
 // The torque of a controller feeds it: x'' - 0.1 x' + (3 g / 2 L) x = 0, s = 0.05 + 3.836 i.
 TEST_F(StaticsProgram, SaysThatAMotionIsFed) {
   ordered_json json = bar(-0.5 * M_PI);

@@ -65,6 +65,19 @@ TEST_F(Instability, EndsWhereASpringHoldsThePendulumUp) {
   }
 }
 
+/// m x'' = 4 x - x^3, by a force at a measured place: no coordinate has a stiffness of its own.
+TEST_F(Instability, OfAForceThatDependsOnAPlace) {
+  Json json = {{"name", "slide"}, {"end", 1}, {"outputs", 1}};
+  json["bodies"]["block"] = {{"type", "rigid"}, {"mass", 1}, {"inertia", {1, 1, 1}}};
+  json["joints"]["guide"] = {
+      {"type", "translational"}, {"a", "ground"}, {"b", "block"}, {"point", {0, 0, 0}}, {"axis", {1, 0, 0}}};
+  json["points"]["middle"] = {{"body", "block"}, {"point", {0, 0, 0}}};
+  json["forces"]["push"] = {
+      {"type", "point"}, {"side", "block"}, {"point", {0, 0, 0}}, {"x", "4 * middle.x - middle.x^3"}};
+  find(json);
+  expect_to_stay_and_grow_by(2.0, 1e-9);
+}
+
 /// What is not where it was given has fallen away from the unstable one: the block sinks by 0.1 m, and the
 /// bar that stands on it exactly upright does not stay so.
 TEST_F(Instability, IsLeftWhereTheSearchHasComeToIt) {

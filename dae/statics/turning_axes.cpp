@@ -1,0 +1,233 @@
+#include "dae/statics/turning_axes.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "dae/mechanics/rotation.hpp"
+#include "dae/mechanics/turning_bodies.hpp"
+
+namespace mfs::dae {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Matrix4d;
+using Eigen::Vector3d;
+using Quaternion = Quadruple<double>;
+
+/// What velocities may be off from those of one body, in parts of the largest, as steps leave errors in them.
+constexpr double kAsOneBody = 1e-3;
+
+Vector3d vector_at(const std::vector<double>& of, int first) {
+  return {of[first], of[first + 1], of[first + 2]};
+}
+Quaternion quaternion_at(const std::vector<double>& of, int first) {
+  return {of[first], of[first + 1], of[first + 2], of[first + 3]};
+}
+Quaternion conjugate(const Quaternion& p) {
+  return {p[0], -p[1], -p[2], -p[3]};
+}
+Quaternion half_of(const Vector3d& w) {
+  return {0.0, 0.5 * w[0], 0.5 * w[1], 0.5 * w[2]};
+}
+/// 2 (x y*) without its scalar part: of p' and p the angular velocity in ground axes.
+Vector3d turn_of(const Quaternion& x, const Quaternion& y) {
+  const Quaternion z = product(x, conjugate(y));
+  return 2.0 * Vector3d(z[1], z[2], z[3]);
+}
+/// Of the map x -> left x, and x -> x right.
+Matrix4d from_left(const Quaternion& left) {
+  Matrix4d matrix;
+  for (int i = 0; i < 4; ++i) {
+    Quaternion unit{};
+    unit[i] = 1.0;
+    const Quaternion image = product(left, unit);
+    for (int k = 0; k < 4; ++k) matrix(k, i) = image[k];
+  }
+  return matrix;
+}
+Matrix4d from_right(const Quaternion& right) {
+  Matrix4d matrix;
+  for (int i = 0; i < 4; ++i) {
+    Quaternion unit{};
+    unit[i] = 1.0;
+    const Quaternion image = product(unit, right);
+    for (int k = 0; k < 4; ++k) matrix(k, i) = image[k];
+  }
+  return matrix;
+}
+Matrix3d cross_matrix(const Vector3d& w) {
+  Matrix3d matrix;
+  matrix << 0, -w[2], w[1], w[2], 0, -w[0], -w[1], w[0], 0;
+  return matrix;
+}
+
+/// First of their Euler parameters; the three coordinates before these are their places.
+std::vector<int> frames_of(const ConstrainedSystem& system) {
+  const Pattern& pattern = system.tangent_pattern()[Block::position_q];
+  std::vector<int> frames;
+  for (int row = 0; row < pattern.rows; ++row)
+    if (system.is_normalization(row)) frames.push_back(pattern.column[pattern.row_start[row]]);
+  return frames;
+}
+
+/// First coordinates of places.
+std::vector<int> places_of(const ConstrainedSystem& system, const std::vector<int>& frames) {
+  std::vector<int> places;
+  for (const int frame : frames) places.push_back(frame - 3);
+  if (const auto* turning = dynamic_cast<const TurningBodies*>(&system))
+    for (const PointRange& range : turning->turning_bodies())
+      for (int i = 0; i < range.count; ++i) places.push_back(range.first + 3 * i);
+  return places;
+}
+
+/// Of points of equal masses, by their angular momentum.
+Vector3d turn_of_points(const std::vector<int>& places, const State& state) {
+  Vector3d centre = Vector3d::Zero(), momentum = Vector3d::Zero();
+  for (const int place : places) centre += vector_at(state.q, place) / static_cast<double>(places.size());
+  Matrix3d inertia = Matrix3d::Zero();
+  for (const int place : places) {
+    const Vector3d arm = vector_at(state.q, place) - centre;
+    momentum += arm.cross(vector_at(state.v, place));
+    inertia -= cross_matrix(arm) * cross_matrix(arm);
+  }
+  const Eigen::FullPivLU<Matrix3d> lu(inertia);
+  return lu.isInvertible() ? Vector3d(lu.solve(momentum)) : Vector3d(Vector3d::Zero());
+}
+
+}  // namespace
+
+TurningAxes::TurningAxes(const ConstrainedSystem& system, const State& state) {
+  moves_ = std::any_of(state.v.begin(), state.v.end(), [](double v) { return std::abs(v) > 1e-9; });
+  if (!moves_) return;
+  const std::vector<int> frames = frames_of(system), places = places_of(system, frames);
+  find_common_turn(frames, places, state);
+  const Quaternion rate = half_of(rate_), change = half_of(change_);
+  for (const int frame : frames) {
+    const Quaternion back = conjugate(quaternion_at(state.q, frame));
+    Part part{frame, 4, {}, {}};
+    if (turn_along_) {
+      part.w = from_left(rate);
+      part.u = from_left(change) + part.w * part.w;
+    } else {
+      part.w = from_right(product(back, quaternion_at(state.v, frame)));
+      part.u = from_right(product(back, quaternion_at(state.a, frame)));
+    }
+    parts_.push_back(part);
+  }
+  for (std::size_t i = 0; i < places.size() && turn_along_; ++i) {
+    Part part{places[i], 3, Matrix4d::Zero(), Matrix4d::Zero()};
+    part.w.topLeftCorner<3, 3>() = cross_matrix(rate_);
+    part.u.topLeftCorner<3, 3>() = cross_matrix(change_) + cross_matrix(rate_) * cross_matrix(rate_);
+    parts_.push_back(part);
+  }
+}
+
+/// `frames`, `places`: first coordinates.
+void TurningAxes::find_common_turn(const std::vector<int>& frames, const std::vector<int>& places,
+                                   const State& state) {
+  if (places.empty()) return;
+  const auto rate_of = [&](int frame) {
+    return turn_of(quaternion_at(state.v, frame), quaternion_at(state.q, frame));
+  };
+  // p'' p* has w' / 2 and -w^2 / 4 alone.
+  const auto change_of = [&](int frame) {
+    return turn_of(quaternion_at(state.a, frame), quaternion_at(state.q, frame));
+  };
+  rate_ = frames.empty() ? turn_of_points(places, state) : rate_of(frames.front());
+  if (!frames.empty()) change_ = change_of(frames.front());
+  double largest = 0.0, off = 0.0;
+  for (const int place : places) {
+    const Vector3d arm = vector_at(state.q, place) - vector_at(state.q, places.front()),
+                   along = vector_at(state.v, place) - vector_at(state.v, places.front());
+    largest = std::max(largest, arm.norm());
+    off = std::max(off, (along - rate_.cross(arm)).norm());
+  }
+  turn_along_ = rate_.norm() > 0 && off <= kAsOneBody * rate_.norm() * largest &&
+                std::all_of(frames.begin(), frames.end(), [&](int frame) {
+                  return (rate_of(frame) - rate_).norm() <= kAsOneBody * rate_.norm();
+                });
+  steady_ = turn_along_ && change_.norm() <= kAsOneBody * rate_.squaredNorm();
+}
+
+TurnedSystem::TurnedSystem(const ConstrainedSystem& system, const TurningAxes& axes)
+    : system_(system),
+      parts_(axes.parts()),
+      number_(static_cast<std::size_t>(system.coordinates()), -1),
+      pattern_(system.tangent_pattern()) {
+  for (std::size_t k = 0; k < parts_.size(); ++k)
+    std::fill_n(number_.begin() + parts_[k].first, parts_[k].size, static_cast<int>(k));
+  const auto widen = [&](Block wide, std::initializer_list<Block> by) {
+    Pattern& pattern = pattern_.block[static_cast<std::size_t>(wide)];
+    const Pattern narrow = pattern;
+    const int n = coordinates();
+    pattern = {n, n, {0}, {}};
+    for (int i = 0; i < n; ++i) {
+      std::set<int> columns(narrow.column.begin() + narrow.row_start[i],
+                            narrow.column.begin() + narrow.row_start[i + 1]);
+      for (const Block other : by) {
+        const Pattern& p = system.tangent_pattern()[other];
+        for (int k = p.row_start[i]; k < p.row_start[i + 1]; ++k)
+          if (const TurningAxes::Part* part = part_of(p.column[k]))
+            for (int c = 0; c < part->size; ++c) columns.insert(part->first + c);
+      }
+      for (const int column : columns) pattern.column.push_back(column);
+      pattern.row_start.push_back(static_cast<int>(pattern.column.size()));
+    }
+  };
+  widen(Block::force_v, {Block::force_a});
+  widen(Block::force_q, {Block::force_a, Block::force_v});
+}
+
+const TurningAxes::Part* TurnedSystem::part_of(int coordinate) const {
+  return number_[coordinate] < 0 ? nullptr : &parts_[number_[coordinate]];
+}
+
+void TurnedSystem::add_row(int row, Block from, const std::vector<double>& values, double factor,
+                           Matrix4d TurningAxes::Part::*times, Block to, std::vector<double>& sum) const {
+  const Pattern &p = system_.tangent_pattern()[from], &wide = pattern_[to];
+  const auto begin = wide.column.begin() + wide.row_start[row],
+             end = wide.column.begin() + wide.row_start[row + 1];
+  for (int k = p.row_start[row]; k < p.row_start[row + 1]; ++k) {
+    const TurningAxes::Part* part = part_of(p.column[k]);
+    if (part == nullptr) continue;
+    const auto place = std::lower_bound(begin, end, part->first) - wide.column.begin();
+    for (int c = 0; c < part->size; ++c)
+      sum[static_cast<std::size_t>(place + c)] +=
+          factor * values[k] * (part->*times)(p.column[k] - part->first, c);
+  }
+}
+
+void TurnedSystem::evaluate(const StateView& state, Tangent& tangent, BlockSet blocks) const {
+  Tangent own = make_tangent(system_);
+  system_.evaluate(state, own, blocks);
+  for (std::size_t b = 0; b < kBlocks; ++b) {
+    const auto block = static_cast<Block>(b);
+    if (!blocks.has(block)) continue;
+    if (block != Block::force_v && block != Block::force_q) {
+      tangent.values[b] = own.values[b];
+      continue;
+    }
+    const Pattern &narrow = system_.tangent_pattern()[block], &wide = pattern_[block];
+    std::fill(tangent.values[b].begin(), tangent.values[b].end(), 0.0);
+    for (int i = 0; i < coordinates(); ++i) {
+      auto place = wide.column.begin() + wide.row_start[i];
+      for (int k = narrow.row_start[i]; k < narrow.row_start[i + 1]; ++k) {
+        place = std::find(place, wide.column.end(), narrow.column[k]);
+        tangent.values[b][static_cast<std::size_t>(place - wide.column.begin())] = own.values[b][k];
+      }
+    }
+  }
+  if (!blocks.has(Block::force_q)) return;
+  const std::vector<double>&mass = own[Block::force_a], &damping = own[Block::force_v];
+  std::vector<double>&by_v = tangent[Block::force_v], &by_q = tangent[Block::force_q];
+  for (int i = 0; i < coordinates(); ++i) {
+    add_row(i, Block::force_a, mass, 2.0, &TurningAxes::Part::w, Block::force_v, by_v);
+    add_row(i, Block::force_v, damping, 1.0, &TurningAxes::Part::w, Block::force_q, by_q);
+    add_row(i, Block::force_a, mass, 1.0, &TurningAxes::Part::u, Block::force_q, by_q);
+  }
+}
+
+}  // namespace mfs::dae

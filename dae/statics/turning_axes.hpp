@@ -1,0 +1,87 @@
+// Small motions of what turns. About a motion q(t) the coefficients of
+//
+//   M x'' + D x' + K x + Phi_q^T mu = 0,   Phi_q x = 0
+//
+// change with time, as Euler parameters and the places of nodes do, even where the motion is steady. They are
+// constant for x = T(t) y with turns and places y along axes that do not change what they see:
+//
+//   axes of the ground    of bodies that turn about an axis of symmetry: rotors, wheels, tops
+//   axes that turn along  where all turns as a whole: blades, governors, satellites
+//
+// With T = 1 at the time of the state, x' = y' + W y and x'' = y'' + 2 W y' + U y, W = T', U = T''. So y has
+// D + 2 M W in place of D and K + D W + M U in place of K. W and U are blocks: of the Euler parameters p of a
+// frame the change dp = (turn / 2) p is a product of quaternions, of places it is turn x r.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "dae/integrator/integrator.hpp"
+#include "dae/mechanics/constrained_system.hpp"
+
+namespace mfs::dae {
+
+class TurningAxes {
+ public:
+  /// Places of nodes are turned where `system` is TurningBodies as well.
+  TurningAxes(const ConstrainedSystem& system, const State& state);
+
+  /// Whether anything moves.
+  bool moves() const { return moves_; }
+  /// Whether all turns as one body, which is when the axes turn along.
+  bool turn_along() const { return turn_along_; }
+  /// Whether that is at a rate that stays as it is.
+  bool steady() const { return steady_; }
+  /// rad/s.
+  double rate() const { return rate_.norm(); }
+
+  /// Three or four coordinates from `first` on.
+  struct Part {
+    int first, size;
+    Eigen::Matrix4d w, u;
+  };
+  const std::vector<Part>& parts() const { return parts_; }
+
+ private:
+  void find_common_turn(const std::vector<int>& frames, const std::vector<int>& places, const State& state);
+
+  bool moves_ = false, turn_along_ = false, steady_ = false;
+  Eigen::Vector3d rate_ = Eigen::Vector3d::Zero(), change_ = Eigen::Vector3d::Zero();  // of the axes
+  std::vector<Part> parts_;
+};
+
+/// The system with y for x in a state that does not change: of its blocks those of F and position_q are for
+/// use.
+class TurnedSystem : public ConstrainedSystem {
+ public:
+  /// `system` and `axes` have to live as long.
+  TurnedSystem(const ConstrainedSystem& system, const TurningAxes& axes);
+
+  int coordinates() const override { return system_.coordinates(); }
+  int constraints() const override { return system_.constraints(); }
+  const TangentPattern& tangent_pattern() const override { return pattern_; }
+  void evaluate(const StateView& state, Residual& residual) const override {
+    system_.evaluate(state, residual);
+  }
+  /// F_a, F_v and F_q together.
+  void evaluate(const StateView& state, Tangent& tangent, BlockSet blocks) const override;
+  std::string coordinate_name(int i) const override { return system_.coordinate_name(i); }
+  std::string constraint_name(int row) const override { return system_.constraint_name(row); }
+  std::string constraint_owner(int row) const override { return system_.constraint_owner(row); }
+  bool is_normalization(int row) const override { return system_.is_normalization(row); }
+  bool is_nonholonomic(int row) const override { return system_.is_nonholonomic(row); }
+  double coordinate_scale(int i) const override { return system_.coordinate_scale(i); }
+
+ private:
+  const TurningAxes::Part* part_of(int coordinate) const;
+  /// Adds the row's values of `from` times W or U, `times`, to `to`.
+  void add_row(int row, Block from, const std::vector<double>& values, double factor,
+               Eigen::Matrix4d TurningAxes::Part::*times, Block to, std::vector<double>& sum) const;
+
+  const ConstrainedSystem& system_;
+  const std::vector<TurningAxes::Part>& parts_;
+  std::vector<int> number_;  // of the block of a coordinate; -1: none
+  TangentPattern pattern_;
+};
+
+}  // namespace mfs::dae

@@ -109,21 +109,36 @@ class SkeletonMaker {
       graph.weights.push_back(whole_.weights[v]);
       graph.weight += whole_.weights[v];
     }
-    std::vector<std::pair<idx_t, idx_t>> edges;
-    edges.reserve(2 * made_.ends.size());
-    for (const auto& [v, w] : made_.ends) {
-      if (v == w) continue;
-      edges.emplace_back(number[v], number[w]);
-      edges.emplace_back(number[w], number[v]);
-    }
-    std::sort(edges.begin(), edges.end());
-    edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+    join_ends(number);
+  }
+
+  // Chains between the same two ends are one edge.
+  void join_ends(const RawVector<idx_t>& number) {
+    SubGraph& graph = made_.graph;
+    const auto for_edges = [&](const auto& call) {
+      for (const auto& [v, w] : made_.ends) {
+        if (v == w) continue;
+        call(number[v], number[w]);
+        call(number[w], number[v]);
+      }
+    };
     graph.offsets.assign(graph.vertices.size() + 1, 0);
-    for (const auto& [v, w] : edges) {
-      ++graph.offsets[v + 1];
-      graph.neighbors.push_back(w);
-    }
+    for_edges([&](idx_t v, idx_t) { ++graph.offsets[v + 1]; });
     std::partial_sum(graph.offsets.begin(), graph.offsets.end(), graph.offsets.begin());
+    graph.neighbors.resize(static_cast<std::size_t>(graph.offsets[graph.size()]));
+    std::vector<idx_t> next(graph.offsets.begin(), graph.offsets.end() - 1);
+    for_edges([&](idx_t v, idx_t w) { graph.neighbors[next[v]++] = w; });
+    auto* kept = graph.neighbors.data();
+    idx_t begin = 0;
+    for (Vertex v = 0; v < graph.size(); ++v) {
+      auto *const first = graph.neighbors.data() + begin, *const last = graph.neighbors.data() + next[v];
+      std::sort(first, last);
+      begin = next[v];
+      for (const auto* neighbor = first; neighbor != last; ++neighbor)
+        if (neighbor == first || *neighbor != neighbor[-1]) *kept++ = *neighbor;
+      graph.offsets[v + 1] = static_cast<idx_t>(kept - graph.neighbors.data());
+    }
+    graph.neighbors.resize(static_cast<std::size_t>(graph.offsets[graph.size()]));
   }
 
   const SubGraph& whole_;

@@ -77,10 +77,6 @@ class OfOneVariable final : public SmoothFunction {
   std::vector<double> values_;
 };
 
-}  // namespace
-
-namespace {
-
 /// Of the way between two comparisons: what is short there is seldom zero again at such a number.
 constexpr double kBetween = 0.382;
 
@@ -110,7 +106,7 @@ std::vector<double> Expression::marks(int time, const std::vector<std::optional<
                        (o.op == Op::divide && b == constant);
     if (compares && most == linear) {
       const double off = at_0[o.a] - at_0[o.b], rate = at_1[o.a] - at_1[o.b] - off;
-      if (rate != 0) turns.push_back(-off / rate);
+      if (std::isfinite(-off / rate)) turns.push_back(-off / rate);
     }
     degrees.push_back(most == constant || keeps ? most : other);
   }

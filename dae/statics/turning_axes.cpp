@@ -37,26 +37,23 @@ Vector3d turn_of(const Quaternion& x, const Quaternion& y) {
   const Quaternion z = product(x, conjugate(y));
   return 2.0 * Vector3d(z[1], z[2], z[3]);
 }
-/// Of the map x -> left x, and x -> x right.
-Matrix4d from_left(const Quaternion& left) {
+/// Of a linear map.
+template <class Map>
+Matrix4d matrix_of(const Map& map) {
   Matrix4d matrix;
   for (int i = 0; i < 4; ++i) {
     Quaternion unit{};
     unit[i] = 1.0;
-    const Quaternion image = product(left, unit);
+    const Quaternion image = map(unit);
     for (int k = 0; k < 4; ++k) matrix(k, i) = image[k];
   }
   return matrix;
 }
+Matrix4d from_left(const Quaternion& left) {
+  return matrix_of([&](const Quaternion& x) { return product(left, x); });
+}
 Matrix4d from_right(const Quaternion& right) {
-  Matrix4d matrix;
-  for (int i = 0; i < 4; ++i) {
-    Quaternion unit{};
-    unit[i] = 1.0;
-    const Quaternion image = product(unit, right);
-    for (int k = 0; k < 4; ++k) matrix(k, i) = image[k];
-  }
-  return matrix;
+  return matrix_of([&](const Quaternion& x) { return product(x, right); });
 }
 Matrix3d cross_matrix(const Vector3d& w) {
   Matrix3d matrix;

@@ -8,7 +8,6 @@
 #include <cstdlib>
 #include <exception>
 #include <mutex>
-#include <new>
 #include <string>
 #include <vector>
 
@@ -135,9 +134,8 @@ struct Engine::State {
           "this process was forked while the solver was at work in the other: fork before or after");
     if (kokkos_lost && needs == Needs::kokkos)
       throw StateError(
-          "this process was forked from one that had used Kokkos (backends cuda and kokkos) before: use them "
-          "in "
-          "one of the two");
+          "this process was forked from one that had used Kokkos (backends cuda and kokkos): use them in one "
+          "of the two");
   }
 
   // Waits until so many processors are left by others, or all of them.

@@ -134,8 +134,7 @@ class SkeletonMaker {
       auto *const first = graph.neighbors.data() + begin, *const last = graph.neighbors.data() + next[v];
       std::sort(first, last);
       begin = next[v];
-      for (const auto* neighbor = first; neighbor != last; ++neighbor)
-        if (neighbor == first || *neighbor != neighbor[-1]) *kept++ = *neighbor;
+      kept = std::copy(first, std::unique(first, last), kept);
       graph.offsets[v + 1] = static_cast<idx_t>(kept - graph.neighbors.data());
     }
     graph.neighbors.resize(static_cast<std::size_t>(graph.offsets[graph.size()]));

@@ -62,7 +62,7 @@ Analysis analyze_matrix(const CsrView<Scalar>& matrix, const AnalysisOptions& op
   RawVector<Scalar> summed;
   const Scalar* slot_values = matrix.values;
   if (matrix.values) {
-    check_values(matrix, threads);
+    check_values(matrix, threads, &analysis.values.emplace());
     if (!analysis.pattern->slot_of_entry.empty()) {
       summed.resize(static_cast<std::size_t>(analysis.pattern->nnz()));
       sum_into_slots(*analysis.pattern, matrix, summed.data(), threads);

@@ -1,8 +1,10 @@
 // What is known once per pattern: made by analyze_matrix from the caller's matrix, never changed.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 
 #include <mfs/analysis_options.hpp>
 #include <mfs/csr_view.hpp>
@@ -20,8 +22,9 @@ struct Analysis {
   /// Offsets and columns of the caller's matrix where they are not the pattern's own (unsorted or repeated).
   std::vector<Offset> caller_offsets;
   std::vector<Vertex> caller_columns;
-  double time_order = 0;     // s: check, matching, ordering
-  double time_symbolic = 0;  // s
+  std::optional<std::uint64_t> values;  // fingerprint of those of the caller; none of a pattern alone
+  double time_order = 0;                // s: check, matching, ordering
+  double time_symbolic = 0;             // s
 
   /// `values`, in the order of the caller's entries, as the matrix that was analysed.
   template <class Scalar>

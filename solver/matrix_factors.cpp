@@ -57,7 +57,6 @@ void MatrixFactors<Scalar>::make_analysis(const CsrView<Scalar>& a, const ListCo
     Analysis analysis = analyze_matrix(a, options_.analysis, backend_.plan_needs(),
                                        phases_.analysis_threads(), progress(), begin_loading, list);
     plan_numeric(analysis);
-    if (a.values) check_values(a, phases_.analysis_threads(), &analyzed_values_.emplace());
     analysis_ = std::move(analysis);
   });
   report_analysis();
@@ -71,7 +70,7 @@ void MatrixFactors<Scalar>::make_early(const CsrView<Scalar>& a) {
   const Stopwatch watch;
   make_numeric();
   if (report_.flops.total() <= kTrialFlops * static_cast<double>(report_.n)) {
-    given_values_ = *analyzed_values_;
+    given_values_ = *analysis_->values;
     factor_first_values(a);
     factor_values();  // records what a device has to do
     tried_ = true;
@@ -87,10 +86,10 @@ template <class Scalar>
 void MatrixFactors<Scalar>::factor(const CsrView<Scalar>& a) {
   const bool known_pattern = analysis_.has_value();
   if (known_pattern) check(a, true);
-  if (!known_pattern || !analyzed_values_) make_analysis(a);  // the values decide about matching and scaling
+  if (!known_pattern || !analysis_->values) make_analysis(a);  // the values decide about matching and scaling
   if (!known_pattern) check(a, false);
   const Stopwatch watch;
-  if (known_ && numeric_) {
+  if (was_given_values()) {
     factor_other_values(a);
   } else {
     if (!numeric_) make_numeric();
@@ -152,7 +151,7 @@ CsrView<Scalar> MatrixFactors<Scalar>::factored_matrix() const {
 // The analysis of a matrix that has been factored; not necessarily for the present values.
 template <class Scalar>
 const Analysis& MatrixFactors<Scalar>::known(const char* call) const {
-  if (!known_ || !numeric_) throw StateError(std::string(call) + ": the matrix has not been factored");
+  if (!was_given_values()) throw StateError(std::string(call) + ": the matrix has not been factored");
   return *analysis_;
 }
 
@@ -182,7 +181,6 @@ void MatrixFactors<Scalar>::forget() {
   numeric_.reset();
   transposed_pattern_.reset();
   analysis_.reset();
-  analyzed_values_.reset();
   reset_report();
 }
 
@@ -270,7 +268,7 @@ template <class Scalar>
 void MatrixFactors<Scalar>::check(const CsrView<Scalar>& a, bool pattern) {
   phases_.run("factor", [&] {
     if (pattern) check_same_pattern(*analysis_->pattern, a, phases_.threads_at_work());
-    check_values(a, phases_.threads_at_work(), known_ && numeric_ ? nullptr : &given_values_);
+    check_values(a, phases_.threads_at_work(), was_given_values() ? nullptr : &given_values_);
   });
 }
 
@@ -285,7 +283,7 @@ void MatrixFactors<Scalar>::refactor_checked(const CsrView<Scalar>& a, bool patt
 // The first since the analysis, whose values they need not be.
 template <class Scalar>
 void MatrixFactors<Scalar>::factor_first_values(const CsrView<Scalar>& a) {
-  refactored_ = given_values_ != analyzed_values_;
+  refactored_ = given_values_ != analysis_->values;
   take_values(a);
   if (tried_ && !refactored_) return factor_values();
   forget_tiny_pivots();

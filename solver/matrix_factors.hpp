@@ -82,6 +82,7 @@ class MatrixFactors {
 
  private:
   const Analysis& known(const char* call) const;
+  bool was_given_values() const { return known_ && numeric_; }
   void make_analysis(const CsrView<Scalar>& a, const ListCost* list = nullptr);
   void make_early(const CsrView<Scalar>& a);
   void forget();
@@ -127,9 +128,8 @@ class MatrixFactors {
   Phases& phases_;
   Report& report_;
   std::optional<Analysis> analysis_;
-  std::optional<std::uint64_t> analyzed_values_;  // their fingerprint; none of a pattern alone
-  std::uint64_t given_values_ = 0;                // that of the first ones to be factored
-  Planned<Factorization<Scalar>> planned_;        // what numeric_ is made of; empty once it is
+  std::uint64_t given_values_ = 0;          // fingerprint of the first ones to be factored
+  Planned<Factorization<Scalar>> planned_;  // what numeric_ is made of; empty once it is
   std::vector<BlockFlops> step_flops_;
   std::unique_ptr<Factorization<Scalar>> numeric_;
   Movement movement_;

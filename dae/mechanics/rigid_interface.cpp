@@ -7,16 +7,12 @@
 
 #include <mfs/error.hpp>
 
+#include "dae/mechanics/rotation.hpp"
+
 namespace mfs::dae {
 namespace {
 
 using Parameters = Eigen::Map<const Eigen::Vector4d>;
-
-Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& s) {
-  Eigen::Matrix3d matrix;
-  matrix << 0, -s[2], s[1], s[2], 0, -s[0], -s[1], s[0], 0;
-  return matrix;
-}
 
 /// A(p) s is quadratic in p: it is D(p) p, with D linear in p and D(p) u = D(u) p.
 Eigen::Matrix<double, 3, 4> half_derivative(const Parameters& p, const Eigen::Vector3d& s) {

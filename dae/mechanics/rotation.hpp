@@ -33,6 +33,13 @@ Triple<T> operator+(const Triple<T>& x, const Triple<T>& y) {
   return {T(x[0] + y[0]), T(x[1] + y[1]), T(x[2] + y[2])};
 }
 
+/// Its product with x is s x x.
+inline Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& s) {
+  Eigen::Matrix3d matrix;
+  matrix << 0, -s[2], s[1], s[2], 0, -s[0], -s[1], s[0], 0;
+  return matrix;
+}
+
 /// A(p) s.
 template <class T>
 Triple<T> rotate(const T* p, const Eigen::Vector3d& s) {

@@ -115,9 +115,8 @@ void add_motion_note(const MultibodyModel& model, const State& state, std::vecto
                     axes.rate()));
   else if (axes.moves())
     notes.emplace_back(
-        "the mechanism moves: modes are those of this moment, and last only where it moves by bodies that "
-        "turn "
-        "evenly about their axes of symmetry");
+        "the mechanism moves: modes are those of this moment, and last only where it moves by bodies "
+        "that turn evenly about their axes of symmetry");
 }
 
 std::string where(const Command& command) {

@@ -55,11 +55,6 @@ Matrix4d from_left(const Quaternion& left) {
 Matrix4d from_right(const Quaternion& right) {
   return matrix_of([&](const Quaternion& x) { return product(x, right); });
 }
-Matrix3d cross_matrix(const Vector3d& w) {
-  Matrix3d matrix;
-  matrix << 0, -w[2], w[1], w[2], 0, -w[0], -w[1], w[0], 0;
-  return matrix;
-}
 
 /// First of their Euler parameters; the three coordinates before these are their places.
 std::vector<int> frames_of(const ConstrainedSystem& system) {

@@ -109,15 +109,16 @@ void prepare_threads(Team& team, int wanted) {
 
 // Who may work at a time, and the teams that there are.
 struct Engine::State {
-  State() = default;
-  /// For a process forked from that of `parent`.
-  explicit State(const State& parent)
-      : processors(parent.processors),
-        forked_at_work(parent.forked_at_work || parent.busy > 0 || parent.callers_at_work > 0),
-        kokkos_lost(parent.kokkos_lost || parent.kokkos != nullptr) {}
+  State(int processors, bool forked_at_work, bool kokkos_lost)
+      : processors(processors), forked_at_work(forked_at_work), kokkos_lost(kokkos_lost) {}
+  /// That of a process forked from this one.
+  State* of_child() const {
+    return new State(processors, forked_at_work || busy > 0 || callers_at_work > 0,
+                     kokkos_lost || kokkos != nullptr);
+  }
 
-  const int processors = available_threads();
-  const bool forked_at_work = false, kokkos_lost = false;
+  const int processors;
+  const bool forked_at_work, kokkos_lost;
   std::atomic<int> callers_at_work{0};  // in their own threads
   std::mutex mutex;                     // guards what follows
   std::condition_variable changed;
@@ -199,12 +200,12 @@ struct Engine::State {
   }
 };
 
-Engine::Engine() : state_(new State) {
+Engine::Engine() : state_(new State(available_threads(), false, false)) {
   // In the child, before fork returns there. What the parent had is left as it is, with locks that nobody
   // will open.
   pthread_atfork(nullptr, nullptr, [] {
     Engine& engine = instance();
-    engine.state_ = new State(*engine.state_);
+    engine.state_ = engine.state_->of_child();
   });
 }
 

@@ -1,12 +1,9 @@
 // The first use of the library in a process starts its engine (a thread, Kokkos). Each allocation on that
-// way, and the thread, are made to fail in a process of their own.
-#include <sys/wait.h>
-#include <unistd.h>
-
-#include <cstdlib>
-
+// way, and the thread, are made to fail in a process of their own. This one must not touch the library, or
+// theirs would not be the first use.
 #include "test/failure/counted_memory.hpp"
 #include "test/failure/fresh_solver.hpp"
+#include "test/failure/new_process.hpp"
 #include "test/failure/refused_threads.hpp"
 
 namespace mfs::test {
@@ -36,19 +33,6 @@ Outcome first_use(const SparseMatrix& a, long fail_at) {
   } catch (...) {
     return not_usable;
   }
-}
-
-// What a process of its own says. This one must not touch the library: there is no using it after a fork.
-template <class Work>
-int in_new_process(const Work& work) {
-  const pid_t child = fork();
-  if (child == 0) {
-    alarm(20);  // a process that hangs ends by a signal
-    std::_Exit(work());
-  }
-  int status = 0;
-  if (child < 0 || waitpid(child, &status, 0) != child) return -1;
-  return WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status);
 }
 
 TEST(FirstUse, EveryAllocationMayFail) {

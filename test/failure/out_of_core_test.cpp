@@ -3,13 +3,11 @@
 #include <fcntl.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <complex>
 #include <csignal>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -17,6 +15,7 @@
 
 #include "test/failure/file_faults.hpp"
 #include "test/failure/fresh_solver.hpp"
+#include "test/failure/new_process.hpp"
 #include "test/failure/refused_threads.hpp"
 #include "test/program/temporary_folder.hpp"
 #include "test/solver/answers.hpp"
@@ -321,20 +320,13 @@ TEST_F(Faults, AFailedFirstFactorizationMayBeTriedAgain) {
 TEST_F(Faults, AForkedProcessHasNoFile) {
   Solver solver(options_);
   solver.factor(a_.view());
-  const pid_t child = fork();
-  ASSERT_GE(child, 0);
-  if (child == 0) {
-    alarm(60);
+  check_in_new_process([&] {
     failure_of<StateError>([&] { solve(solver); });
     failure_of<StateError>([&] { solver.refactor(a_.view()); });
     Solver made_here(options_);
     made_here.factor(a_.view());
     expect_solution(made_here);
-    std::_Exit(HasFailure() ? 1 : 0);
-  }
-  int status = 0;
-  ASSERT_EQ(waitpid(child, &status, 0), child);
-  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << "status " << status;
+  });
   expect_solution(solver);
 }
 

@@ -2,7 +2,6 @@
 // settings, output, callbacks.
 #include <dlfcn.h>
 #include <omp.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -16,6 +15,7 @@
 #include <utility>
 
 #include "test/failure/fresh_solver.hpp"
+#include "test/failure/new_process.hpp"
 #include "test/failure/refused_threads.hpp"
 
 extern char** environ;
@@ -164,21 +164,6 @@ TEST(Threads, RefusedByTheSystem) {
   expect_usable(many);
 }
 
-/// Runs `work` in a forked process, which has failed where a check has.
-template <class Work>
-void in_forked_process(const Work& work) {
-  const pid_t child = fork();
-  ASSERT_GE(child, 0);
-  if (child == 0) {
-    alarm(60);  // a process that hangs ends by a signal
-    work();
-    std::_Exit(testing::Test::HasFailure() ? 1 : 0);
-  }
-  int status = 0;
-  ASSERT_EQ(waitpid(child, &status, 0), child);
-  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << "status " << status;
-}
-
 // The threads of the parent are not in the child: it has new ones, and so has its child.
 TEST(Threads, ForkedProcessesGoOn) {
   const SparseMatrix a = grid_2d(150, 140);
@@ -201,11 +186,11 @@ TEST(Threads, ForkedProcessesGoOn) {
     expect_solves(one, a);
     other.join();
   };
-  in_forked_process([&] {
+  check_in_new_process([&] {
     use();
-    in_forked_process(use);
+    check_in_new_process(use);
   });
-  in_forked_process(use);
+  check_in_new_process(use);
   use();
 }
 
@@ -218,20 +203,17 @@ TEST(Threads, ForkedAtWorkIsRefused) {
   Options options = with_threads(2);
   options.progress = [&](const Progress&) {
     if (refused) return;
-    const pid_t child = fork();
-    if (child == 0) {
-      alarm(60);
+    const auto factor = [&] {
       try {
         for (const int threads : {1, 2}) Solver(with_threads(threads)).factor(small.view());
       } catch (const StateError&) {
-        std::_Exit(kRefused);
+        return kRefused;
       }
-      std::_Exit(0);
-    }
-    int status = 0;
-    waitpid(child, &status, 0);
-    EXPECT_TRUE(WIFEXITED(status)) << "status " << status;
-    refused = WIFEXITED(status) && WEXITSTATUS(status) == kRefused;
+      return 0;
+    };
+    const int outcome = in_new_process(factor, 60);
+    EXPECT_TRUE(outcome == 0 || outcome == kRefused) << outcome;
+    refused = outcome == kRefused;
   };
   Solver solver(options);
   const SparseMatrix large = grid_2d(600, 600);
@@ -246,7 +228,7 @@ TEST(Threads, ForkedFromKokkosIsRefusedToItAlone) {
   Solver by_kokkos(options), by_threads(with_threads(2));
   by_kokkos.factor(a.view());
   by_threads.factor(a.view());
-  in_forked_process([&] {
+  check_in_new_process([&] {
     failure_of<StateError>([&] { expect_solves(by_kokkos, a); });
     failure_of<StateError>([&] { Solver(options).factor(a.view()); });
     expect_solves(by_threads, a);

@@ -80,6 +80,16 @@ SparseMatrix resistors(std::int64_t nodes, std::uint64_t seed) {
   return from_entries(nodes, entries);
 }
 
+SparseMatrix renumbered(const SparseMatrix& a, Random& random) {
+  const std::vector<std::int64_t> place = random.permutation(a.n);
+  std::vector<Entry> entries = entries_of(a);
+  for (Entry& e : entries) {
+    e.row = place[e.row];
+    e.column = place[e.column];
+  }
+  return from_entries_summed(a.n, entries);
+}
+
 SparseMatrix floating_chains(std::int64_t chains, std::int64_t length, bool alike, double spring) {
   std::vector<Entry> entries;
   for (std::int64_t chain = 0; chain < chains; ++chain) {
@@ -118,16 +128,6 @@ SparseMatrix rows_permuted(const SparseMatrix& a, Random& random) {
   const std::vector<std::int64_t> row = random.permutation(a.n);
   std::vector<Entry> entries = entries_of(a);
   for (Entry& e : entries) e.row = row[e.row];
-  return from_entries_summed(a.n, entries);
-}
-
-SparseMatrix renumbered(const SparseMatrix& a, Random& random) {
-  const std::vector<std::int64_t> place = random.permutation(a.n);
-  std::vector<Entry> entries = entries_of(a);
-  for (Entry& e : entries) {
-    e.row = place[e.row];
-    e.column = place[e.column];
-  }
   return from_entries_summed(a.n, entries);
 }
 

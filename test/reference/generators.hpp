@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "test/reference/random.hpp"
 #include "test/reference/sparse.hpp"
 
 namespace mfs::test {
@@ -25,6 +26,8 @@ SparseMatrix resistors(std::int64_t nodes, std::uint64_t seed);
 /// 1e-8 is nothing to factors of single precision, and one pivot of each chain gets perturbed. Springs of
 /// 1e-7 they still see, too coarsely for two steps of refinement. Chains that are alike are cured together.
 SparseMatrix floating_chains(std::int64_t chains, std::int64_t length, bool alike, double spring = 1e-8);
+/// Rows and columns in one random order.
+SparseMatrix renumbered(const SparseMatrix& a, Random& random);
 /// Of adversarial_matrices(seed), below, that of the family.
 SparseMatrix adversarial_matrix(const std::string& family, std::uint64_t seed);
 

@@ -236,10 +236,7 @@ TEST(Ladder, PivotsStayOnADominantDiagonal) {
       options.backend = backend;
       Solver solver(options);
       solver.factor(a.view());
-      const std::vector<double> b = right_hand_sides(a, 1, a.n, 1);
-      std::vector<double> x(b.size());
-      solver.solve(b.data(), x.data());
-      EXPECT_LE(backward_error(a, b, x), 2e-15) << "seed " << seed;
+      EXPECT_LE(error_of_solution(solver, a), 2e-15) << "seed " << seed;
       EXPECT_EQ(solver.report().rung, Rung::factors);
     }
 }

@@ -91,6 +91,14 @@ inline void expect_solves(Solver& solver, const NamedMatrix& named, std::int64_t
   expect_solves(solver, named.matrix, nrhs, named.solution_sizes, named.transposed_solution_sizes);
 }
 
+/// Backward error of a solution; nothing is expected of it.
+inline double error_of_solution(Solver& solver, const SparseMatrix& a) {
+  const std::vector<double> b = right_hand_sides(a, 1, a.n, 1);
+  std::vector<double> x(b.size());
+  solver.solve(b.data(), x.data());
+  return backward_error(a, b, x);
+}
+
 inline Options with_threads(int threads) {
   Options options;
   options.threads = threads;

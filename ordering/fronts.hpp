@@ -27,9 +27,10 @@ struct NodeList {
 /// Renumbers the nodes breadth first: deepest depth first, siblings together, roots last.
 SeparatorTree breadth_first(const NodeList& nodes);
 
-/// What executors ask of a tree. Where they do one depth after the other, as devices do, each takes some
-/// microseconds, however little is done in it: a low tree has fewer depths, and some more zeros.
-enum class TreeHeight { any, low };
+/// What executors ask of a tree. One thread is as fast with any. Threads that share the work ask for subtrees
+/// of even size. Where one depth is done after the other, as devices do, each takes some microseconds,
+/// however little is done in it: a low tree has fewer depths, and some more zeros.
+enum class TreeHeight { any, even, low };
 
 /// Fronts that are merged for a low tree have at most so many pivots together.
 constexpr Offset kLowPivots = 32;

@@ -60,20 +60,69 @@ bool has_usual_leaves(const AnalysisOptions& options) {
   return options.leaf_size == AnalysisOptions().leaf_size;
 }
 
-/// Whether minimum degree is tried before dissection: it is a small part of its time for graphs of at most so
-/// many vertices and so many neighbours of each, and below so few the time is little.
-bool tries_minimum_degree(const Graph& graph, const AnalysisOptions& options) {
-  constexpr Vertex kFewVertices = 1000, kManyVertices = 20000;
-  constexpr Offset kFewNeighbors = 10;
-  return has_usual_leaves(options) && graph.n >= kFewVertices && graph.n <= kManyVertices &&
-         static_cast<Offset>(graph.neighbors.size()) <= kFewNeighbors * graph.n;
-}
-
 /// The order of minimum degree is kept where it makes at most so many operations for each unknown.
 /// Dissection takes 20 to 50 us for one, as long as a hundred factorizations that make no more. Where there
 /// is more to do, it saves operations of each factorization, and its tree has half of the depths
 /// (docs/experiments/ordering.md).
 constexpr double kFewFlops = 500;
+
+/// Operations for each unknown.
+double mean_flops(const Graph& graph, const EliminationTree& tree) {
+  return elimination_flops(graph, tree) / std::accumulate(graph.weight.begin(), graph.weight.end(), 0.0);
+}
+
+/// The `count` vertices that are found first by a breadth-first search from `start`, with the edges between
+/// them. Where it ends, it goes on from the next vertex.
+Graph ball_around(const Graph& graph, Vertex start, Vertex count) {
+  std::vector<Vertex> number(graph.n, -1), found;
+  const auto find = [&](Vertex v) {
+    if (number[v] >= 0 || static_cast<Vertex>(found.size()) == count) return;
+    number[v] = static_cast<Vertex>(found.size());
+    found.push_back(v);
+  };
+  std::size_t done = 0;
+  for (Vertex v = start; static_cast<Vertex>(found.size()) < count; v = (v + 1) % graph.n) {
+    find(v);
+    for (; done < found.size(); ++done)
+      for (Offset k = graph.offsets[found[done]]; k < graph.offsets[found[done] + 1]; ++k)
+        find(graph.neighbors[k]);
+  }
+  Graph ball{count, {0}, {}, {}};
+  for (const Vertex v : found) {
+    const auto first = static_cast<std::ptrdiff_t>(ball.neighbors.size());
+    for (Offset k = graph.offsets[v]; k < graph.offsets[v + 1]; ++k)
+      if (number[graph.neighbors[k]] >= 0) ball.neighbors.push_back(number[graph.neighbors[k]]);
+    std::sort(ball.neighbors.begin() + first, ball.neighbors.end());
+    ball.offsets.push_back(static_cast<Offset>(ball.neighbors.size()));
+    ball.weight.push_back(graph.weight[v]);
+  }
+  return ball;
+}
+
+/// Whether minimum degree may make few operations, by parts of the graph that are a small part of it. They
+/// make fewer than the whole does.
+bool has_little_fill_nearby(const Graph& graph, const AnalysisOptions& options) {
+  constexpr Vertex kBalls = 4, kBall = 2000, kLargePart = 8;
+  const auto flops_around = [&](Vertex start, Vertex count) {
+    const Graph ball = ball_around(graph, start, count);
+    return mean_flops(ball, elimination_tree(ball, minimum_degree_order(ball, options), 1));
+  };
+  double mean = 0;
+  for (Vertex b = 0; b < kBalls; ++b) mean += flops_around(graph.n / kBalls * b, kBall) / kBalls;
+  return mean <= kFewFlops && flops_around(graph.n / 2, graph.n / kLargePart) <= kFewFlops;
+}
+
+/// Whether minimum degree is tried before dissection. It is a small part of its time for graphs with at most
+/// so many neighbours of each vertex, below so few vertices the time is little, and above so many one thread
+/// alone is as fast with its order.
+bool tries_minimum_degree(const Graph& graph, const AnalysisOptions& options, TreeHeight height) {
+  constexpr Vertex kFewVertices = 1000, kManyVertices = 20000;
+  constexpr Offset kFewNeighbors = 10;
+  if (!has_usual_leaves(options) || graph.n < kFewVertices ||
+      static_cast<Offset>(graph.neighbors.size()) > kFewNeighbors * graph.n)
+    return false;
+  return graph.n <= kManyVertices || (height == TreeHeight::any && has_little_fill_nearby(graph, options));
+}
 
 /// Minimum degree goes through a long body from one end to the other, and no merges make a low tree of that.
 bool is_high(const Graph& graph, const EliminationTree& tree) {
@@ -83,11 +132,10 @@ bool is_high(const Graph& graph, const EliminationTree& tree) {
 /// Empty where that makes more, or a high tree where a low one is asked for.
 std::vector<Vertex> cheap_order(const Graph& graph, const AnalysisOptions& options, TreeHeight height,
                                 int threads) {
-  if (!tries_minimum_degree(graph, options)) return {};
+  if (!tries_minimum_degree(graph, options, height)) return {};
   std::vector<Vertex> order = minimum_degree_order(graph, options);
   const EliminationTree tree = elimination_tree(graph, order, threads);
-  const double unknowns = std::accumulate(graph.weight.begin(), graph.weight.end(), 0.0);
-  const bool cheap = elimination_flops(graph, tree) <= kFewFlops * unknowns;
+  const bool cheap = mean_flops(graph, tree) <= kFewFlops;
   if (!cheap || (height == TreeHeight::low && is_high(graph, tree))) order.clear();
   return order;
 }

@@ -26,8 +26,8 @@ nlohmann::ordered_json fronts_of(const std::string& name) {
   const mfs::io::SquareMatrix matrix = mfs::io::load_bench_case(name, threads);
   const auto* a = std::get_if<mfs::io::CsrMatrix<double>>(&matrix);
   if (!a) throw mfs::InvalidInput(name, "the matrix is complex");
-  const mfs::Analysis analysis = mfs::analyze_matrix(a->view(), mfs::AnalysisOptions(), mfs::PlanNeeds(),
-                                                     threads, [](const char*, double) {});
+  const mfs::Analysis analysis = mfs::analyze_matrix(
+      a->view(), mfs::AnalysisOptions(), mfs::host_needs(threads), threads, [](const char*, double) {});
   const mfs::SymbolicPlan& plan = *analysis.plan;
   std::map<std::pair<mfs::Vertex, mfs::Vertex>, std::int64_t> count;
   for (mfs::Vertex f = 0; f < plan.num_fronts; ++f) ++count[{plan.pivots(f), plan.border_rows(f)}];

@@ -49,7 +49,7 @@ void measure(const std::string& name) {
       mfs::cases::make_family(name.substr(0, colon), std::stoll(name.substr(colon + 1)));
   const mfs::CsrView<double> view{a.n, a.n, a.offsets.data(), a.column_indices.data(), a.values.data()};
   const int threads = mfs::available_threads();
-  const mfs::PlanNeeds needs = mfs::kOnHost<Exec> ? mfs::PlanNeeds() : mfs::kDeviceNeeds;
+  const mfs::PlanNeeds needs = mfs::kOnHost<Exec> ? mfs::host_needs(threads) : mfs::kDeviceNeeds;
   const mfs::Analysis analysis =
       mfs::analyze_matrix(view, mfs::AnalysisOptions(), needs, threads, [](const char*, double) {});
   const mfs::blas::SequentialScope sequential(threads);

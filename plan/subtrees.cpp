@@ -16,6 +16,9 @@ constexpr double kShares = 8;
 // Subtrees of fewer operations are done several in a task.
 constexpr double kTaskFlops = 1e6;
 
+// Of trees with more depths not every one is tried to cut them at.
+constexpr Vertex kCloseTrees = 32;
+
 struct Range {
   Offset begin, end;
 };
@@ -31,7 +34,7 @@ class SubtreeMaker {
   }
 
   Subtrees make() {
-    for (Vertex steps = plan_.num_depths; steps > 1; --steps) {
+    for (Vertex steps = plan_.num_depths; steps > 1; steps -= 1 + steps / kCloseTrees) {
       if (!is_shared_well(steps) || !find_places(steps)) continue;
       find_stacks(steps);
       if (static_cast<int>(made_.stack.size()) < threads_) continue;

@@ -40,6 +40,9 @@ struct PlanNeeds {
   TreeHeight height = TreeHeight::any;
   AssemblyTurns turns{};
 };
+constexpr PlanNeeds host_needs(int threads) {
+  return {threads == 1 ? TreeHeight::any : TreeHeight::even};
+}
 constexpr PlanNeeds kDeviceNeeds{TreeHeight::low, kAssemblyTurns};
 
 /// Receives the name of a phase and the fraction of it that is done.

@@ -180,7 +180,7 @@ class CudaBackend final : public BackendFor<Scalar> {
   }
   Precision automatic_precision() const override { return mfs::automatic_precision(cuda::speed_of_single()); }
   bool uses_kokkos() const override { return true; }
-  PlanNeeds plan_needs() const override { return kDeviceNeeds; }
+  PlanNeeds plan_needs(int) const override { return kDeviceNeeds; }
   std::size_t available_memory() const override { return cuda::available_device_memory(); }
   std::future<void> load_beside(bool single_precision, const Pattern& pattern) const override {
     return cuda::load_library<Scalar>(single_precision, pattern);
@@ -225,7 +225,9 @@ class PortableBackend final : public BackendFor<Scalar> {
   Precision automatic_precision() const override {
     return portable::on_host() ? Precision::full : mfs::automatic_precision(cuda::speed_of_single());
   }
-  PlanNeeds plan_needs() const override { return portable::on_host() ? PlanNeeds() : kDeviceNeeds; }
+  PlanNeeds plan_needs(int threads) const override {
+    return portable::on_host() ? host_needs(threads) : kDeviceNeeds;
+  }
   std::size_t available_memory() const override {
     return portable::on_host() ? available_host_memory() : portable::free_memory();
   }

@@ -31,7 +31,8 @@ class BackendRules {
   virtual bool uses_kokkos() const { return false; }
   /// What Precision::automatic is.
   virtual Precision automatic_precision() const { return Precision::full; }
-  virtual PlanNeeds plan_needs() const { return {}; }
+  /// Of `threads` at work.
+  virtual PlanNeeds plan_needs(int threads) const { return host_needs(threads); }
   /// Bytes left where its factors lie; inside Engine::run.
   virtual std::size_t available_memory() const;
 };

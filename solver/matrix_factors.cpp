@@ -54,8 +54,8 @@ void MatrixFactors<Scalar>::make_analysis(const CsrView<Scalar>& a, const ListCo
     loading = backend_.load_beside(report_.single_precision, pattern);
   };
   phases_.run_analysis("matching", [&] {
-    Analysis analysis = analyze_matrix(a, options_.analysis, backend_.plan_needs(),
-                                       phases_.analysis_threads(), progress(), begin_loading, list);
+    Analysis analysis = analyze_matrix(a, options_.analysis, plan_needs(), phases_.analysis_threads(),
+                                       progress(), begin_loading, list);
     plan_numeric(analysis);
     analysis_ = std::move(analysis);
   });
@@ -511,9 +511,9 @@ bool MatrixFactors<Scalar>::delay_failed_pivots(Vertex levels, double allowed_fl
       failed.push_back({position, numeric_->pivot_row(position)});
     if (!can_move(*analysis_->plan, failed)) return;
     delayed = delay_pivots(*analysis_->plan, failed, levels, phases_.threads_at_work());
-    plan = std::make_shared<SymbolicPlan>(make_symbolic_plan(
-        *analysis_->pattern, delayed.row_order, delayed.tree, options_.analysis.max_block_size,
-        phases_.threads_at_work(), backend_.plan_needs().turns));
+    plan = std::make_shared<SymbolicPlan>(make_symbolic_plan(*analysis_->pattern, delayed.row_order,
+                                                             delayed.tree, options_.analysis.max_block_size,
+                                                             phases_.threads_at_work(), plan_needs().turns));
     if (plan->flops.total() > allowed_flops) return;
     try {
       planned = planned_for(plan, analysis_->pattern);
@@ -580,7 +580,7 @@ void MatrixFactors<Scalar>::rematch() {
   forget_tiny_pivots();
   ++rematches_;
   phases_.run_analysis("ordering", [&] {
-    reanalyze(*analysis_, numeric_->factors().matrix().values, options_.analysis, backend_.plan_needs(),
+    reanalyze(*analysis_, numeric_->factors().matrix().values, options_.analysis, plan_needs(),
               phases_.analysis_threads(), progress());
   });
   ++report_.reanalyses;

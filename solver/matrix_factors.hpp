@@ -91,6 +91,7 @@ class MatrixFactors {
   PhaseProgress progress() const {
     return [this](const char* phase, double fraction) { phases_.tell(phase, fraction); };
   }
+  PlanNeeds plan_needs() const { return backend_.plan_needs(phases_.threads_at_work()); }
 
   Planned<Factorization<Scalar>> planned_for(std::shared_ptr<const SymbolicPlan> plan,
                                              std::shared_ptr<const Pattern> pattern) const;

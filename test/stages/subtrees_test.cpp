@@ -76,9 +76,22 @@ void follow(const SymbolicPlan& plan, const Subtrees& subtrees, Vertex task) {
   EXPECT_TRUE(live.empty());
 }
 
+/// A chain of 300 depths with ever larger blocks: the first places to cut it at have stacks that are too
+/// high.
+std::vector<FrontShape> high_chain() {
+  std::vector<FrontShape> shapes;
+  for (Vertex k = 0; k < 299; ++k) shapes.push_back({2, std::min(3 * k, 500), k + 1});
+  shapes.push_back({500, 0, -1});
+  return shapes;
+}
+
 std::vector<StageProblem<double>> problems() {
-  return {grid_problem(70, 60), grid_problem(300, 3), artificial_problem(mixed_tree(), {21, 0.6, 64}),
-          artificial_problem(broom(), {23}), artificial_problem(chain(), {24})};
+  return {grid_problem(70, 60),
+          grid_problem(300, 3),
+          artificial_problem(mixed_tree(), {21, 0.6, 64}),
+          artificial_problem(broom(), {23}),
+          artificial_problem(chain(), {24}),
+          artificial_problem(high_chain(), {25})};
 }
 
 TEST(Subtrees, HaveTheirBlocksWhereNothingElseIs) {

@@ -230,6 +230,27 @@ TEST(OrderMatrix, GraphsOfLittleFillAreNotDissected) {
   Entries hub = path(1600);  // a row that is ordered last
   for (Vertex v = 1; v < 1600; ++v) hub[{0, v}] = hub[{v, 0}] = 0.001;
   EXPECT_TRUE(is_by_degree(1600, hub));
+  EXPECT_TRUE(is_by_degree(30000, path(30000)));
+  EXPECT_TRUE(is_by_degree(40000, star(40000)));
+}
+
+TEST(OrderMatrix, LargeGraphsOfLittleFillAreDissectedForThreadsThatShareThem) {
+  const Pattern pattern = pattern_of(30000, path(30000));
+  const auto depths = [&](TreeHeight height) {
+    return depths_of(order_matrix(pattern, {}, {}, 2, {}, nullptr, height));
+  };
+  EXPECT_GT(depths(TreeHeight::any), 1000);
+  EXPECT_LT(depths(TreeHeight::even), 30);
+  EXPECT_LT(depths(TreeHeight::low), 30);
+}
+
+TEST(OrderMatrix, LargeGraphsWithMuchFillInAPartOfThemAreDissected) {
+  Entries hidden = path(140000);  // what lies around its start, quarters and middle shows nothing of the grid
+  for (const auto& [place, value] : grid(173)) hidden[{2100 + place.first, 2100 + place.second}] = value;
+  EXPECT_FALSE(is_by_degree(140000, hidden));
+  Entries apart = grid(173);  // many components
+  for (Vertex v = 173 * 173; v < 60000; ++v) apart[{v, v}] = 1;
+  EXPECT_FALSE(is_by_degree(60000, apart));
 }
 
 TEST(OrderMatrix, GraphsOfMuchFillAreDissectedAndSoAreThoseThatAreSmallOrLargeOrTheCallers) {

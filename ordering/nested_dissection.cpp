@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <numeric>
 #include <utility>
@@ -116,22 +117,53 @@ class Dissection {
     return std::isfinite(centroid.cost) ? std::move(centroid) : best_separator(connected);
   }
 
-  /// Of trials that differ by their seed the cheapest, of equal ones the first, whichever ends first.
+  /// Of trials that differ by their seed the cheapest, of equal ones the first. The last is the one that
+  /// finds the least cost again, as in regular meshes, whatever threads have tried beside it.
   Separator best_separator(const SubGraph& sub) {
     const bool large = static_cast<double>(sub.weight) >= kTriedShare * static_cast<double>(unknowns_);
-    const int trials = large ? options_.separator_trials : 1;
-    const auto seed = static_cast<std::uint32_t>(options_.seed);  // may wrap around
-    std::vector<Separator> found(trials);
+    const int most = large ? options_.separator_trials : 1, at_once = omp_get_num_threads();
     const Skeleton skeleton = make_skeleton(sub);
+    std::vector<Separator> found;
+    auto last = found.end();
+    while (last == found.end() && static_cast<int>(found.size()) < most) {
+      add_trials(sub, skeleton, std::min(at_once, most - static_cast<int>(found.size())), found);
+      last = least_again(found);
+    }
+    return std::move(*std::min_element(found.begin(), last, cheaper));
+  }
+  static bool cheaper(const Separator& a, const Separator& b) {
+    return a.cost < b.cost;
+  }
+
+  /// The first that is the cheapest of those before it once more.
+  static std::vector<Separator>::iterator least_again(std::vector<Separator>& found) {
+    auto least = found.begin();
+    for (auto trial = found.begin() + 1; trial != found.end(); ++trial) {
+      if (is_same(*least, *trial)) return trial;
+      if (cheaper(*trial, *least)) least = trial;
+    }
+    return found.end();
+  }
+  static bool is_same(const Separator& a, const Separator& b) {
+    const auto both = [](idx_t x, idx_t y) { return (x == 2) == (y == 2); };
+    return a.cost == b.cost && std::isfinite(a.cost) &&
+           std::equal(a.part_of.begin(), a.part_of.end(), b.part_of.begin(), both);
+  }
+
+  void add_trials(const SubGraph& sub, const Skeleton& skeleton, int trials,
+                  std::vector<Separator>& found) const {
+    const auto seed = static_cast<std::uint32_t>(options_.seed) +  // may wrap around
+                      static_cast<std::uint32_t>(found.size());
+    const auto before = found.size();
+    found.resize(before + trials);
     FirstError error;
 #pragma omp taskgroup
     for (int trial = 0; trial < trials; ++trial) {
 #pragma omp task default(shared) firstprivate(trial) if (trials > 1)
-      error.attempt([&] { found[trial] = separator_from(sub, skeleton, static_cast<idx_t>(seed + trial)); });
+      error.attempt(
+          [&] { found[before + trial] = separator_from(sub, skeleton, static_cast<idx_t>(seed + trial)); });
     }
     error.rethrow();
-    return std::move(*std::min_element(
-        found.begin(), found.end(), [](const Separator& a, const Separator& b) { return a.cost < b.cost; }));
   }
 
   Separator separator_from(const SubGraph& sub, const Skeleton& skeleton, idx_t seed) const {

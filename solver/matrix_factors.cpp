@@ -171,6 +171,7 @@ ResidentFactors<Scalar>& MatrixFactors<Scalar>::resident(const char* call) const
 template <class Scalar>
 void MatrixFactors<Scalar>::forget() {
   factored_ = known_ = tried_ = refactored_ = drifted_ = false;
+  low_tree_ = false;
   usual_effort_ = 0;
   rematches_ = 0;
   stays_corrected_ = false;
@@ -406,7 +407,8 @@ bool MatrixFactors<Scalar>::climb(bool singular) {
     factor_values();
     return true;
   }
-  if (refactored_) {
+  if (refactored_ || has_high_tree()) {
+    low_tree_ |= !refactored_;
     report_.rung = Rung::reanalysis;
     rematch();
     return true;

@@ -91,7 +91,17 @@ class MatrixFactors {
   PhaseProgress progress() const {
     return [this](const char* phase, double fraction) { phases_.tell(phase, fraction); };
   }
-  PlanNeeds plan_needs() const { return backend_.plan_needs(phases_.threads_at_work()); }
+  PlanNeeds plan_needs() const {
+    PlanNeeds needs = backend_.plan_needs(phases_.threads_at_work());
+    if (low_tree_) needs.height = TreeHeight::low;
+    return needs;
+  }
+  /// Whether entries may have grown from each of many fronts to the next, and an order of ours may be lower.
+  bool has_high_tree() const {
+    constexpr Vertex kManyDepths = 64;
+    return plan_needs().height != TreeHeight::low && !brings_order(options_.analysis) &&
+           analysis_->plan->num_depths > kManyDepths;
+  }
 
   Planned<Factorization<Scalar>> planned_for(std::shared_ptr<const SymbolicPlan> plan,
                                              std::shared_ptr<const Pattern> pattern) const;
@@ -141,6 +151,7 @@ class MatrixFactors {
   bool refactored_ = false;        // the values are not those of the analysis any more
   bool drifted_ = false;           // solves have become dearer: the next refactor matches anew
   std::int64_t usual_effort_ = 0;  // steps that a solve took for the values of the analysis
+  bool low_tree_ = false;          // a high one was left
   int rematches_ = 0;
   double usual_flops_ = 0;        // of the plan of the analysis
   std::int64_t dear_solves_ = 0;  // with more steps than usual since the tree changed

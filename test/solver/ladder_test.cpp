@@ -146,6 +146,25 @@ TEST(Ladder, ReanalysisForTheFirstValues) {
   EXPECT_EQ(solve(solver, a).rung, Rung::reanalysis);
 }
 
+// Minimum degree goes around a ring from its first row to its last, and products of a hundred thousand ratios
+// are of any size.
+TEST(Ladder, AHighTreeIsLeftWhereEntriesGrow) {
+  const std::int64_t n = 100000;
+  std::vector<Entry> entries;
+  for (std::int64_t i = 0; i < n; ++i) {
+    const double k = static_cast<double>(i);
+    entries.push_back({i, i, 1.0});
+    entries.push_back({i, (i + 1) % n, -1.3 * std::pow(2.0, std::sin(k * k))});
+  }
+  const SparseMatrix a = from_entries_summed(n, entries);
+  Solver solver(with_threads(1));
+  solver.analyze(a.view());
+  EXPECT_GT(solver.report().depths, 1000);
+  solver.factor(a.view());
+  EXPECT_NE(solve(solver, a).rung, Rung::orthogonal);
+  EXPECT_LT(solver.report().depths, 100);
+}
+
 /// A saddle point with `pivot` on the diagonal of its multipliers.
 SparseMatrix saddle_point(double pivot) {
   const SparseMatrix a = adversarial_matrix("saddle point renumbered", 1);

@@ -81,6 +81,10 @@ class Bdf {
   double reject(int times);
   /// Goes on to the new time with correction `e`; returns the step that suits it. After local_error(e).
   double accept(const Array<double>& e, const Array<double>& weights);
+  /// Until so many steps are taken that they know what is next: estimates of the error are not less than
+  /// those of equal steps. After long steps those of a short one are less, as it is of the same smooth
+  /// function.
+  void distrust_past() { distrusted_ = order_ + 1; }
 
  private:
   using Coefficients = std::array<double, kMostOrder + 2>;
@@ -122,6 +126,7 @@ class Bdf {
   bool rejected_ = false;  ///< by the error, and since then not so many equal steps that they may grow
   int steps_ = 0, steps_at_one_ = 0;  ///< steps_at_one_: the last ones
   int last_order_ = 0;                ///< of the last accepted step
+  int distrusted_ = 0;                ///< steps for which the past still is no guide
   double step_ = 0.0, last_step_ = 0.0, longest_at_start_ = 0.0;
   int unchanged_ = 0, next_unchanged_ = 0;  ///< steps taken with one step and order
   double rate_ = 0.0, error_factor_ = 0.0;

@@ -89,6 +89,7 @@ class BdfFormula : public Formula {
     return filtered;
   }
   double reject(int times) override { return bdf_.reject(times); }
+  void distrust_past() override { bdf_.distrust_past(); }
   double accept(const StepState&, const Array<double>& weights) override {
     return bdf_.accept(correction_, weights);
   }

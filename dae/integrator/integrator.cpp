@@ -22,6 +22,7 @@
 #include "dae/integrator/marks.hpp"
 #include "dae/integrator/newton.hpp"
 #include "dae/integrator/partition.hpp"
+#include "dae/integrator/planned_step.hpp"
 #include "dae/integrator/projection.hpp"
 #include "dae/integrator/redundancy.hpp"
 #include "dae/integrator/scaled_system.hpp"
@@ -51,11 +52,6 @@ constexpr int kRestart = 3;
 /// The shortest step with which it does, in parts of the one that would be tried otherwise. What a first step
 /// may be is known from rates alone, and vibrations that the steps do not follow make it far too short.
 constexpr double kLeastRestart = 1.0 / 16;
-/// Steps of which at most so many are left before an output that ends one, or the end, are evened out to meet
-/// it.
-constexpr double kEvenedOut = 8.0;
-/// By how much the last of them may be longer than the error control asks for.
-constexpr double kStretch = 1.05;
 /// How far ahead of a step that became too small its cause may be, in shortest steps.
 constexpr double kMoment = 64.0;
 
@@ -80,7 +76,7 @@ class Integrator::Impl {
     condensed_failures_ = 0;
     watch_.emplace(t0, t_end);
     t_end_ = t_end;
-    marks_ = Marks(options_.fixed_step > 0.0 ? std::vector<double>() : given_.marks());
+    marks_ = Marks(options_.fixed_step > 0.0 ? std::vector<double>() : given_.marks({t0, t_end}));
     const auto* turning = dynamic_cast<const TurningBodies*>(&given_);
     bodies_ = turning != nullptr ? turning->turning_bodies() : std::vector<PointRange>();
     most_past_ = outputs.empty() || bodies_.empty() ? 1 : kMostPast;
@@ -93,7 +89,9 @@ class Integrator::Impl {
     }
     while (state_.t < t_end_) {
       const bool ends_step = next_output < outputs.size() && between_ends_ == BetweenEnds::nothing;
-      step(marks_.next(state_.t + smallest_step(), ends_step ? outputs[next_output] : t_end_), observer);
+      const double mark = marks_.next(state_.t + smallest_step(), t_end_);
+      step(ends_step ? std::min(mark, outputs[next_output]) : mark, observer);
+      if (state_.t == mark) formula_->distrust_past();
       for (; next_output < outputs.size() && outputs[next_output] <= state_.t; ++next_output) {
         const State& state = state_at(outputs[next_output]);
         tell([&] { observer.output(state); });
@@ -315,15 +313,6 @@ class Integrator::Impl {
   }
   double smallest_step() const { return std::max(options_.min_step, resolved_step()); }
 
-  /// The step wanted, or a shorter one by which a whole number of steps meets `target`.
-  double planned(double wanted, double target) const {
-    if (options_.max_step > 0.0) wanted = std::min(wanted, options_.max_step);
-    if (options_.fixed_step > 0.0) wanted = std::min(wanted, options_.fixed_step);
-    const double left = target - state_.t, steps = left / wanted;
-    if (options_.fixed_step > 0.0) return left / std::max(1.0, std::ceil(steps * (1.0 - 1e-9)));
-    return steps > kEvenedOut ? wanted : left / std::max(1.0, std::ceil(steps / kStretch));
-  }
-
   /// One accepted step on the way to `target`.
   void step(double target, Observer& observer) {
     const double began = elapsed();
@@ -332,7 +321,7 @@ class Integrator::Impl {
     StepReport line;
     int error_rejections = 0, search_failures = 0;
     int shortened = 0;
-    double h = planned(step_, target), wanted = step_;
+    double h = planned_step(options_, step_, target - state_.t), wanted = step_;
     for (;;) {
       const bool last = h >= (target - state_.t) * (1.0 - 1e-12);
       formula_->predict(h, relation_);

@@ -180,8 +180,8 @@ std::vector<double> ScaledSystem::given(const double* q) const {
   return there;
 }
 
-std::vector<double> ScaledSystem::marks() const {
-  std::vector<double> marks = system_.marks();
+std::vector<double> ScaledSystem::marks(const TimeSpan& span) const {
+  std::vector<double> marks = system_.marks({span.begin * time_, span.end * time_});
   for (double& time : marks) time /= time_;
   return marks;
 }

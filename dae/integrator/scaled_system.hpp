@@ -54,7 +54,7 @@ class ScaledSystem final : public ConstrainedSystem, public TurningBodies {
   /// T.
   double time_unit() const { return time_; }
   std::vector<PointRange> turning_bodies() const override;
-  std::vector<double> marks() const override;
+  std::vector<double> marks(const TimeSpan& span) const override;
 
  private:
   class Remote;

@@ -128,8 +128,8 @@ class ElementGroup {
     return nullptr;
   }
 
-  /// ConstrainedSystem::marks; need not ascend.
-  virtual std::vector<double> marks() const { return {}; }
+  /// Adds those of ConstrainedSystem::marks; they need not ascend.
+  virtual void add_marks(const TimeSpan& /*span*/, std::vector<double>& /*marks*/) const {}
 
   // For messages where no step leads on.
   /// The least length of a line in element e, of 1 undeformed; `q`: its coordinates. 1 where it has none.

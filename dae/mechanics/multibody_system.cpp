@@ -311,14 +311,11 @@ void Multibody::set_constraint_block(Block block, ElementId id, const double* lo
   }
 }
 
-std::vector<double> Multibody::marks() const {
-  std::vector<double> all;
-  for (const auto& group : groups_) {
-    const std::vector<double> marks = group->marks();
-    all.insert(all.end(), marks.begin(), marks.end());
-  }
-  std::sort(all.begin(), all.end());
-  return all;
+std::vector<double> Multibody::marks(const TimeSpan& span) const {
+  std::vector<double> marks;
+  for (const auto& group : groups_) group->add_marks(span, marks);
+  std::sort(marks.begin(), marks.end());
+  return marks;
 }
 
 /// Meshes: bodies of which three coordinates each are a point. Three points or less have no shape to turn.

@@ -42,8 +42,8 @@ class StateFunction {
   /// As a series along a motion, whose time and coordinates are series; overwrites `by_q`. Without rates.
   Taylor<double> along(const Taylor<double>& t, const std::vector<Taylor<double>>& q,
                        std::vector<Taylor<double>>& by_q) const;
-  /// Times: SmoothFunction::marks, Expression::marks.
-  std::vector<double> marks() const;
+  /// Adds times: SmoothFunction::add_marks, Expression::add_marks.
+  void add_marks(const TimeSpan& span, std::vector<double>& marks) const;
 
  private:
   double checked(double t, double value) const;

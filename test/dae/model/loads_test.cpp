@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "dae/integrator/integrator.hpp"
+#include "dae/mechanics/expression.hpp"
 #include "dae/mechanics/smooth_function.hpp"
 #include "dae/model/model.hpp"
 
@@ -112,6 +113,41 @@ TEST_F(Loads, ABlowByATableIsNotPassedOver) {
       change(v("wheel.e0"), v("wheel.e1"), v("wheel.e2"), v("wheel.e3"));
   EXPECT_GT(impulse, 1.0);
   EXPECT_NEAR(2 * (change * p.conjugate()).vec().dot(wheel_axis()), impulse / 2, 5e-3);
+}
+
+/// Pulses and steps of other forms, with whatever else the force has, beside the sum of their values.
+TEST_F(Loads, APulseIsNotPassedOver) {
+  for (const std::string force :
+       {"300 * exp(-((t - 3) / 0.003)^2)", "1e5 * exp(-((t - 7.123) / 1e-4)^2)",
+        "300 * exp(-((t^2 - 9) / 0.01)^2)", "100 * (tanh((t - 3) / 1e-3) - tanh((t - 3.01) / 1e-3))",
+        "300 * sin(t)^4000", "if(sin(t) > 0.9999, 100, 0)", "3e6 * max(sin(t) - 0.9999, 0)",
+        "1e-3 / ((t - 3)^2 + 1e-6)", "300 / cosh((t - 4) / 2e-3)",
+        "5 * cos(t) + 600 * exp(-((t - 6) / 0.002)^2)"})
+    for (const double second : {1.0, 1e4}) {
+      const Function exact = expression_function(Expression(force), 0, {0.0});
+      double impulse = 0.0;
+      for (int i = 0; i < 1000000; ++i) impulse += exact->value((i + 0.5) * 1e-5) * 1e-5;
+      ASSERT_GT(std::abs(impulse), 0.5) << force;
+      Json json = on_oblique_axis(machine());
+      json.erase("integrator");
+      json["end"] = 10 * second;
+      const std::string unit = std::to_string(second);
+      const std::string of_unit = "(t / " + unit + ")", square = std::to_string(second * second);
+      std::string text = force;
+      for (std::size_t i = 0; (i = text.find('t', i)) != std::string::npos; i += of_unit.size()) {
+        if (text.compare(i, 4, "tanh") == 0) {
+          i += 4 - of_unit.size();
+          continue;
+        }
+        text.replace(i, 1, of_unit);
+      }
+      json["forces"]["pulse"] = {{"type", "point"},
+                                 {"side", "slider"},
+                                 {"point", {1, 0, 0}},
+                                 {"x", "(" + text + ") / " + square + " + 0 * guide.travel"}};
+      run(json);
+      EXPECT_NEAR(v("slider.x") * second, impulse / 3, 0.02) << force << ", " << second;
+    }
 }
 
 /// What the slider is driven by, and a function of the angle of the wheel.

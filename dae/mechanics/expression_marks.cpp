@@ -1,0 +1,91 @@
+// Times at which expressions are to be looked at.
+#include <algorithm>
+#include <cmath>
+
+#include "dae/mechanics/expression.hpp"
+
+namespace mfs::dae {
+namespace {
+
+/// Of the way between two comparisons: what is short there is seldom zero again at such a number.
+constexpr double kBetween = 0.382;
+
+/// Adds where values, which are numbers of a kind of their own, become others, as late as they are what they
+/// were.
+void add_turns(const std::vector<Sample>& samples, const std::function<double(double)>& value,
+               std::vector<double>& turns) {
+  for (std::size_t i = 1; i < samples.size(); ++i) {
+    if (samples[i].value == samples[i - 1].value) continue;
+    double before = samples[i - 1].t, after = samples[i].t;
+    for (;;) {
+      const double middle = before + 0.5 * (after - before);
+      if (middle <= before || middle >= after) break;
+      (value(middle) == samples[i - 1].value ? before : after) = middle;
+    }
+    turns.push_back(before);
+  }
+}
+
+}  // namespace
+
+std::vector<Expression::Dependence> Expression::dependences(
+    int time, const std::vector<std::optional<double>>& others) const {
+  using D = Dependence;
+  std::vector<D> all;
+  for (const Operation& o : operations_) {
+    const auto of = [&](int k) { return k < 0 ? D::constant : all[k]; };
+    if (o.op == Op::variable) {
+      all.push_back(o.a == time ? D::linear : others[o.a] ? D::constant : D::unknown);
+      continue;
+    }
+    const D a = of(o.a), b = of(o.b), most = std::max({a, b, of(o.c)});
+    const bool keeps = o.op == Op::add || o.op == Op::subtract ||
+                       (o.op == Op::multiply && std::min(a, b) == D::constant) ||
+                       (o.op == Op::divide && b == D::constant);
+    all.push_back(most == D::linear && !keeps ? D::other : most);
+  }
+  return all;
+}
+
+void Expression::add_marks(int time, const std::vector<std::optional<double>>& others, const TimeSpan& span,
+                           std::vector<double>& marks) const {
+  std::vector<double> variables, at_0, at_1;
+  for (const std::optional<double>& number : others) variables.push_back(number.value_or(0.0));
+  variables.at(time) = 0.0;
+  evaluate(variables, at_0);
+  variables[time] = 1.0;
+  evaluate(variables, at_1);
+  std::vector<Interval> intervals(variables.begin(), variables.end()), result;
+  const std::vector<Dependence> dependence = dependences(time, others);
+  const auto of = [&](int k) { return k < 0 ? Dependence::constant : dependence[k]; };
+  std::vector<double> turns;
+  for (std::size_t i = 0; i < operations_.size(); ++i) {
+    const Operation& o = operations_[i];
+    if (dependence[i] != Dependence::other) continue;
+    const auto enclosure = [&](const Interval& t) {
+      intervals[time] = t;
+      evaluate(intervals, result);
+      return result[i];
+    };
+    const bool of_linear = std::max({of(o.a), of(o.b)}) == Dependence::linear;
+    if (compares(o.op) && of_linear) {
+      const double off = at_0[o.a] - at_0[o.b], rate = at_1[o.a] - at_1[o.b] - off;
+      if (std::isfinite(-off / rate)) turns.push_back(-off / rate);
+    } else if (compares(o.op)) {
+      add_turns(
+          resolved(enclosure, span), [&](double t) { return enclosure(t).low; }, turns);
+    } else if (o.op >= Op::sin || o.op == Op::power ||
+               (o.op == Op::divide && of(o.b) != Dependence::constant)) {
+      if ((o.op == Op::sin || o.op == Op::cos) && of_linear) continue;
+      mark_fast_changes(resolved(enclosure, span), kQuarter, kFaster, marks);
+    }
+  }
+  std::sort(turns.begin(), turns.end());
+  for (std::size_t i = 0; i < turns.size(); ++i) {
+    if (i > 0 && turns[i] > turns[i - 1])
+      marks.push_back(turns[i - 1] + kBetween * (turns[i] - turns[i - 1]));
+    marks.push_back(turns[i]);
+  }
+}
+
+}  // namespace mfs::dae

@@ -28,6 +28,13 @@ struct Rates {
   MFS_HOST_DEVICE Numbers<1> operator()(std::size_t i) const { return {{i < n ? v[i] : a[i - n]}}; }
 };
 
+/// Of [q, v], by accelerations that jump from a to b.
+struct Jump {
+  const double *a, *b;
+  std::size_t n;
+  MFS_HOST_DEVICE Numbers<1> operator()(std::size_t i) const { return {{i < n ? 0.0 : b[i - n] - a[i - n]}}; }
+};
+
 /// On the line through two values at the ends of the last step, `ratio` steps after it.
 struct Extrapolate {
   const double *now, *before;

@@ -52,6 +52,9 @@ constexpr int kRestart = 3;
 /// The shortest step with which it does, in parts of the one that would be tried otherwise. What a first step
 /// may be is known from rates alone, and vibrations that the steps do not follow make it far too short.
 constexpr double kLeastRestart = 1.0 / 16;
+/// A jump of accelerations that a step sees, by what it does to velocities within it, in units of what is
+/// allowed.
+constexpr double kSeen = 1.0;
 /// How far ahead of a step that became too small its cause may be, in shortest steps.
 constexpr double kMoment = 64.0;
 
@@ -91,11 +94,12 @@ class Integrator::Impl {
       const bool ends_step = next_output < outputs.size() && between_ends_ == BetweenEnds::nothing;
       const double mark = marks_.next(state_.t + smallest_step(), t_end_);
       step(ends_step ? std::min(mark, outputs[next_output]) : mark, observer);
-      if (state_.t == mark) formula_->distrust_past();
+      const bool marked = state_.t == mark && mark < t_end_;
       for (; next_output < outputs.size() && outputs[next_output] <= state_.t; ++next_output) {
         const State& state = state_at(outputs[next_output]);
         tell([&] { observer.output(state); });
       }
+      if (marked) pass_mark();
     }
     report_.time_total = elapsed();
     return whole_state();
@@ -143,6 +147,24 @@ class Integrator::Impl {
     set_weights();
     step_ = first_step();
     formula_->start(state_, step_, typical_step());
+  }
+
+  /// What moves the system may change here. Where forces jump by what a step would see, the formula starts
+  /// anew with accelerations of behind the mark.
+  void pass_mark() {
+    formula_->distrust_past();
+    if (options_.fixed_step > 0.0) return;
+    assign(*executor_, on_host(*executor_, state_), between_);
+    between_.t += resolved_step();
+    try {
+      find_accelerations(between_);
+    } catch (...) {  // as in a singular position
+      return rethrow_if_final(std::current_exception());
+    }
+    const Jump jump{state_.a.data(), between_.a.data(), scale_.size()};
+    if (step_ * weighted_rms<1>(*executor_, jump, weights_).of[0] < kSeen) return;
+    std::swap(state_, between_);
+    start_formula();
   }
 
   /// From where what was left out holds again.

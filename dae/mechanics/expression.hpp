@@ -91,7 +91,8 @@ class Expression {
   /// things.
   enum class Dependence { constant, linear, other, unknown };
   std::vector<Dependence> dependences(int time, const std::vector<std::optional<double>>& others) const;
-  static bool compares(Op op) { return op == Op::less || op == Op::less_equal || op == Op::equal; }
+  /// What is true at moments alone is not looked for.
+  static bool compares(Op op) { return op == Op::less || op == Op::less_equal; }
 
   template <class T>
   void evaluate(const std::vector<T>& variables, std::vector<T>& result) const;

@@ -26,6 +26,12 @@ void add_turns(const std::vector<Sample>& samples, const std::function<double(do
   }
 }
 
+/// On both sides of a time that is known but for rounding, and there.
+std::vector<Sample> beside(double t, const TimeSpan& span, const std::function<double(double)>& value) {
+  const double off = 1e-14 * std::max({std::abs(t), std::abs(span.begin), std::abs(span.end)});
+  return {{t - off, value(t - off)}, {t, value(t)}, {t + off, value(t + off)}};
+}
+
 }  // namespace
 
 std::vector<Expression::Dependence> Expression::dependences(
@@ -67,13 +73,13 @@ void Expression::add_marks(int time, const std::vector<std::optional<double>>& o
       evaluate(intervals, result);
       return result[i];
     };
+    const auto value = [&](double t) { return enclosure(t).low; };
     const bool of_linear = std::max({of(o.a), of(o.b)}) == Dependence::linear;
     if (compares(o.op) && of_linear) {
       const double off = at_0[o.a] - at_0[o.b], rate = at_1[o.a] - at_1[o.b] - off;
-      if (std::isfinite(-off / rate)) turns.push_back(-off / rate);
+      if (std::isfinite(-off / rate)) add_turns(beside(-off / rate, span, value), value, turns);
     } else if (compares(o.op)) {
-      add_turns(
-          resolved(enclosure, span), [&](double t) { return enclosure(t).low; }, turns);
+      add_turns(resolved(enclosure, span), value, turns);
     } else if (o.op >= Op::sin || o.op == Op::power ||
                (o.op == Op::divide && of(o.b) != Dependence::constant)) {
       if ((o.op == Op::sin || o.op == Op::cos) && of_linear) continue;

@@ -115,6 +115,20 @@ TEST_F(Loads, ABlowByATableIsNotPassedOver) {
   EXPECT_NEAR(2 * (change * p.conjugate()).vec().dot(wheel_axis()), impulse / 2, 5e-3);
 }
 
+/// Steps end before a force jumps, and the next ones begin with what it is then.
+TEST_F(Loads, BlowsOfConstantForcesAreExact) {
+  for (const char* method : {"bdf", "generalized_alpha"})
+    for (const char* force : {"if(t > 3 && t < 3.01, 300, 0)", "3 * (t >= 3) - 3 * (4 < t)",
+                              "if(t * t > 9 && exp(t) < exp(4), 3, 0) + 0 * guide.travel"}) {
+      Json json = on_oblique_axis(machine());
+      json["integrator"] = {{"method", method}};
+      json["end"] = 10;
+      json["forces"]["blow"] = {{"type", "point"}, {"side", "slider"}, {"point", {1, 0, 0}}, {"x", force}};
+      run(json);
+      EXPECT_NEAR(v("slider.x"), 1.0, 1e-10) << method << ", " << force;
+    }
+}
+
 /// Pulses and steps of other forms, with whatever else the force has, beside the sum of their values.
 TEST_F(Loads, APulseIsNotPassedOver) {
   for (const std::string force :

@@ -1,7 +1,6 @@
 #include "dae/integrator/integrator.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -22,6 +21,7 @@
 #include "dae/integrator/marks.hpp"
 #include "dae/integrator/newton.hpp"
 #include "dae/integrator/partition.hpp"
+#include "dae/integrator/passed_over.hpp"
 #include "dae/integrator/planned_step.hpp"
 #include "dae/integrator/projection.hpp"
 #include "dae/integrator/redundancy.hpp"
@@ -55,6 +55,8 @@ constexpr double kLeastRestart = 1.0 / 16;
 /// A jump of accelerations that a step sees, by what it does to velocities within it, in units of what is
 /// allowed.
 constexpr double kSeen = 1.0;
+/// Times that a step is made shorter as it passes over something.
+constexpr int kMostPassedOver = 8;
 /// How far ahead of a step that became too small its cause may be, in shortest steps.
 constexpr double kMoment = 64.0;
 
@@ -136,6 +138,8 @@ class Integrator::Impl {
     if (redundancy_->waits_for_way()) tolerances_->make_small();
     formula_ = make_formula(options_, *executor_);
     start_formula();
+    changes_ = PassedOver(options_.fixed_step > 0.0 ? nullptr : given_.change_watch());
+    changes_.go_on(*executor_, state_);
   }
 
   double typical_step() const { return kTypicalStep * (t_end_ - state_.t); }
@@ -153,7 +157,7 @@ class Integrator::Impl {
   /// anew with accelerations of behind the mark.
   void pass_mark() {
     formula_->distrust_past();
-    if (options_.fixed_step > 0.0) return;
+    if (options_.fixed_step > 0.0 || !jumps_within(given_, whole_state(), resolved_step())) return;
     assign(*executor_, on_host(*executor_, state_), between_);
     between_.t += resolved_step();
     try {
@@ -161,8 +165,7 @@ class Integrator::Impl {
     } catch (...) {  // as in a singular position
       return rethrow_if_final(std::current_exception());
     }
-    const Jump jump{state_.a.data(), between_.a.data(), scale_.size()};
-    if (step_ * weighted_rms<1>(*executor_, jump, weights_).of[0] < kSeen) return;
+    if (step_ * jump(*executor_, state_, between_, weights_) < kSeen) return;
     std::swap(state_, between_);
     start_formula();
   }
@@ -313,21 +316,9 @@ class Integrator::Impl {
     return true;
   }
 
-  /// Error weights of [q, v] at the present state.
-  void set_weights() {
-    const std::size_t n = scale_.size();
-    weights_.resize(*executor_, 2 * n);
-    for_each(*executor_, n,
-             SetWeights{state_.q.data(), state_.v.data(), scale_there_.data(), weights_.data(), n,
-                        options_.rtol, options_.atol_position, options_.atol_velocity});
-  }
-
+  void set_weights() { weigh(*executor_, state_, scale_there_, options_, weights_); }
   double first_step() const {
-    if (options_.initial_step > 0.0) return options_.initial_step;
-    if (options_.fixed_step > 0.0) return options_.fixed_step;
-    const Rates rates{state_.v.data(), state_.a.data(), scale_.size()};
-    return 1.0 / std::max(1.0 / (kTypicalStep * (t_end_ - state_.t)),
-                          2.0 * weighted_rms<1>(*executor_, rates, weights_).of[0]);
+    return dae::first_step(*executor_, state_, weights_, options_, typical_step());
   }
 
   double resolved_step() const {
@@ -342,7 +333,7 @@ class Integrator::Impl {
     const std::int64_t factorizations = report_.factorizations;
     StepReport line;
     int error_rejections = 0, search_failures = 0;
-    int shortened = 0;
+    int shortened = 0, passed_over = 0;
     double h = planned_step(options_, step_, target - state_.t), wanted = step_;
     for (;;) {
       const bool last = h >= (target - state_.t) * (1.0 - 1e-12);
@@ -350,16 +341,24 @@ class Integrator::Impl {
       relation_.t = last ? target : state_.t + h;
       const NewtonOutcome outcome = search(h);
       line.newton_iterations += outcome.iterations;
+      if (outcome.converged) look_ = changes_.look(*executor_, next_);
       if (outcome.converged && !redundant_hold(next_, h)) {
         ++report_.newton_rejections;
         h = std::min(h, kStretch * step_);  // which is less where the formula has been started anew
       } else if (outcome.converged) {
         const double error = formula_->local_error(next_, weights_, filter_);
-        if (options_.fixed_step > 0.0 || error <= 1.0) {
+        const bool good = options_.fixed_step > 0.0 || error <= 1.0;
+        if (good && (look_.part == 1.0 || passed_over == kMostPassedOver)) {
           note(outcome, line);
           break;
         }
         ++report_.error_rejections;
+        if (good) {
+          ++passed_over;
+          ++line.rejections;
+          h = std::max(smallest_step(), h * look_.part);
+          continue;
+        }
         h = wanted = formula_->reject(++error_rejections);
         const bool singular = redundancy_->filters() && h < kStuck * (t_end_ - state_.t) && ends_singular();
         if (singular || error_rejections >= kRestart) {
@@ -394,6 +393,7 @@ class Integrator::Impl {
     line.h = h;
     line.order = formula_->order();
     accept(h, wanted);
+    if (passed_over > 0) formula_->distrust_past();
     line.number = ++report_.steps;
     line.t = state_.t;
     line.factorizations = static_cast<int>(report_.factorizations - factorizations);
@@ -421,30 +421,17 @@ class Integrator::Impl {
   std::string time_text(double t) const { return number_text(t * time_unit_) + " s"; }
 
   void give_up_where_steps_stay_short(const StepReport& line) {
-    using Verdict = StepWatch::Verdict;
-    const Verdict verdict = watch_->judge(line.number, line.t, line.rejections);
-    if (verdict == Verdict::go_on) return;
-    const std::string left = number_text(watch_->left()) + " more steps would be needed: ";
-    const std::string until = " until t = " + time_text(line.t);
-    if (verdict == Verdict::ever_faster)
-      throw Error(left + "they have become ever shorter" + until + ", as " +
-                  find_fastest(given_, on_host(*executor_, state_), time_unit_));
-    throw Error(
-        left + "the last " + std::to_string(StepWatch::kLooksBack) + until +
-        " were short, and many were tried again: a force jumps or turns about by the motion itself, on " +
-        least_foreseen(given_, state_.v.on_host(*executor_), relation_.v.on_host(*executor_),
-                       weights_.on_host(*executor_)));
+    const StepWatch::Verdict verdict = watch_->judge(line.number, line.t, line.rejections);
+    if (verdict == StepWatch::Verdict::go_on) return;
+    throw Error(number_text(watch_->left()) + " more steps would be needed: " +
+                find_what_keeps_steps_short(given_, on_host(*executor_, state_), verdict,
+                                            relation_.v.on_host(*executor_), weights_.on_host(*executor_),
+                                            time_unit_));
   }
 
-  /// What a model does that no step gets past, with names.
   std::string obstacle() const {
-    const State there = on_host(*executor_, state_);
-    std::string text = find_jump(given_, there, kMoment * resolved_step(), options_, time_unit_);
-    if (text.empty()) text = redundancy_->singular_start();
-    if (text.empty()) text = redundancy_->dead_point(there.t, there.q, report_.redundant);
-    if (text.empty()) text = find_pole(given_, there, kMoment * resolved_step(), options_);
-    if (text.empty()) text = given_.most_pressed(there.q.data());
-    return text.empty() ? text : "; " + text;
+    return find_obstacle(given_, on_host(*executor_, state_), kMoment * resolved_step(), options_,
+                         *redundancy_, report_.redundant, time_unit_);
   }
 
   /// Goes on to next_.
@@ -459,6 +446,7 @@ class Integrator::Impl {
     std::swap(state_, next_);
     tolerances_->go_on();
     set_weights();
+    changes_.go_on(*executor_, state_);
   }
 
   /// Of constraints that depend on each other others may have to be left out in another position. That is
@@ -476,9 +464,7 @@ class Integrator::Impl {
   /// Multipliers at the end of a step of `h`, where Newton's method starts.
   const Array<double>& extrapolated_multipliers(double h) {
     if (!past_.knows_multipliers()) return state_.lambda;
-    lambda_.resize(*executor_, state_.lambda.size());
-    for_each(*executor_, lambda_.size(),
-             Extrapolate{state_.lambda.data(), past_[0].lambda.data(), lambda_.data(), h / last_step_});
+    extrapolate(*executor_, state_.lambda, past_[0].lambda, h / last_step_, lambda_);
     return lambda_;
   }
 
@@ -570,7 +556,10 @@ class Integrator::Impl {
   std::int64_t judged_jacobians_ = 0;    ///< at how many of them the constraints left out were looked at
   Array<double> weights_, scale_there_;  ///< of [q, v]; of the coordinates
   Array<double> lambda_;                 ///< where Newton's method starts
+  PassedOver changes_;
+  ChangeWatch::Verdict look_;  ///< of the last attempt at a step
   const ErrorFilter filter_ = [this](Array<double>& e) {
+    if (look_.turned) return false;  // forces are not those whose stiffness the matrix has
     return condensed_ ? condensed_->filter_error(e) : newton_->filter_error(next_, e);
   };
   double step_ = 0.0;  ///< wanted next

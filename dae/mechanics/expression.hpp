@@ -50,6 +50,14 @@ class Expression {
   void add_marks(int time, const std::vector<std::optional<double>>& others, const TimeSpan& span,
                  std::vector<double>& marks) const;
 
+  /// Operations that use variables that `move`, but for sums with and multiples by what does not.
+  std::vector<int> changing_operations(const std::vector<bool>& move) const;
+  bool compares(int operation) const { return compares(operations_[operation].op); }
+  /// Overwrites `results` by those of all operations.
+  void results(const std::vector<Interval>& variables, std::vector<Interval>& results) const {
+    evaluate(variables, results);
+  }
+
  private:
   friend class ExpressionReader;
   static constexpr std::size_t kMostShown = 200;

@@ -94,4 +94,21 @@ void Expression::add_marks(int time, const std::vector<std::optional<double>>& o
   }
 }
 
+std::vector<int> Expression::changing_operations(const std::vector<bool>& move) const {
+  std::vector<bool> moves;
+  std::vector<int> changing;
+  for (const Operation& o : operations_) {
+    if (o.op == Op::variable) {
+      moves.push_back(move[o.a]);
+      continue;
+    }
+    const auto of = [&](int k) { return k >= 0 && moves[k] ? 1 : 0; };
+    const int moving = of(o.a) + of(o.b) + of(o.c);
+    moves.push_back(moving > 0);
+    if (moving > 1 || (moving == 1 && o.op != Op::add && o.op != Op::subtract && o.op != Op::multiply))
+      changing.push_back(static_cast<int>(moves.size()) - 1);
+  }
+  return changing;
+}
+
 }  // namespace mfs::dae

@@ -59,6 +59,9 @@ class LoadGroup : public ElementGroup {
   void add_marks(const TimeSpan& span, std::vector<double>& marks) const override {
     for (const StateFunction& function : functions_) function.add_marks(span, marks);
   }
+  void add_state_functions(std::vector<const StateFunction*>& functions) const override {
+    for (const StateFunction& function : functions_) functions.push_back(&function);
+  }
 
   void residual(int e, const LocalState& state, LocalResidual& residual) const override {
     for (std::size_t k = 0; k < functions_.size(); ++k) {

@@ -13,6 +13,7 @@
 
 #include "dae/mechanics/divided_residual.hpp"
 #include "dae/mechanics/number_text.hpp"
+#include "dae/mechanics/state_changes.hpp"
 
 namespace mfs::dae {
 namespace {
@@ -316,6 +317,14 @@ std::vector<double> Multibody::marks(const TimeSpan& span) const {
   for (const auto& group : groups_) group->add_marks(span, marks);
   std::sort(marks.begin(), marks.end());
   return marks;
+}
+
+std::unique_ptr<ChangeWatch> Multibody::change_watch() const {
+  std::vector<const StateFunction*> functions;
+  for (const auto& group : groups_) group->add_state_functions(functions);
+  auto changes = std::make_unique<StateChanges>(functions);
+  if (changes->empty()) return nullptr;
+  return changes;
 }
 
 /// Meshes: bodies of which three coordinates each are a point. Three points or less have no shape to turn.

@@ -95,4 +95,25 @@ void StateFunction::add_marks(const TimeSpan& span, std::vector<double>& marks) 
   if (time >= 0) expression_->add_marks(time, numbers, span, marks);
 }
 
+std::vector<int> StateFunction::changing_operations() const {
+  if (!expression_) return {};
+  std::vector<bool> moves;
+  for (const Argument& argument : arguments_)
+    moves.push_back(argument.kind == Kind::coordinate || argument.kind == Kind::rate);
+  return expression_->changing_operations(moves);
+}
+
+void StateFunction::enclose(const Interval& t, const Interval* q, const Interval* v,
+                            std::vector<Interval>& results) const {
+  std::vector<Interval> values;
+  for (std::size_t i = 0; i < arguments_.size(); ++i) {
+    const Argument& argument = arguments_[i];
+    values.push_back(argument.kind == Kind::time         ? t
+                     : argument.kind == Kind::coordinate ? q[place_[i]] + argument.number
+                     : argument.kind == Kind::rate       ? v[place_[i]]
+                                                         : Interval(argument.number));
+  }
+  expression_->results(values, results);
+}
+
 }  // namespace mfs::dae

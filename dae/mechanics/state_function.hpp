@@ -45,6 +45,14 @@ class StateFunction {
   /// Adds times: SmoothFunction::add_marks, Expression::add_marks.
   void add_marks(const TimeSpan& span, std::vector<double>& marks) const;
 
+  /// Operations of the expression that depend on coordinates or rates (Expression::changing_operations), and
+  /// whether one is a comparison.
+  std::vector<int> changing_operations() const;
+  bool compares(int operation) const { return expression_->compares(operation); }
+  /// Overwrites `results` by those of all operations, where time and these coordinates and their rates are in
+  /// these intervals.
+  void enclose(const Interval& t, const Interval* q, const Interval* v, std::vector<Interval>& results) const;
+
  private:
   double checked(double t, double value) const;
   std::vector<double> variables(double t, const double* q, const double* v) const;

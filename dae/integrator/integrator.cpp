@@ -94,7 +94,7 @@ class Integrator::Impl {
     }
     while (state_.t < t_end_) {
       const bool ends_step = next_output < outputs.size() && between_ends_ == BetweenEnds::nothing;
-      const double mark = marks_.next(state_.t + smallest_step(), t_end_);
+      const double mark = marks_.next(state_.t, t_end_, smallest_step());
       step(ends_step ? std::min(mark, outputs[next_output]) : mark, observer);
       const bool marked = state_.t == mark && mark < t_end_;
       for (; next_output < outputs.size() && outputs[next_output] <= state_.t; ++next_output) {

@@ -129,6 +129,28 @@ TEST_F(Loads, BlowsOfConstantForcesAreExact) {
     }
 }
 
+/// Also where the last jump is where the run ends, but for rounding, and others are at outputs.
+TEST_F(Loads, OutputsAtJumpsAreAllThere) {
+  struct Counter : Observer {
+    void output(const State& state) override { times.push_back(state.t); }
+    std::vector<double> times;
+  };
+  for (int end = 1; end <= 7; ++end) {
+    Json json = on_oblique_axis(machine());
+    json["end"] = end;
+    json["forces"]["wave"] = {{"type", "point"},
+                              {"side", "slider"},
+                              {"point", {1, 0, 0}},
+                              {"x", "if(sin(2 * pi * 20 * t) > 0, 10, -10)"}};
+    const MultibodyModel model = make_model(json, "", 1);
+    std::vector<double> outputs;
+    for (int i = 0; i <= 10 * end; ++i) outputs.push_back(i / 10.0);
+    Counter counter;
+    Integrator(*model.system, model.integrator).run(0.0, model.q0, model.v0, model.end, outputs, counter);
+    EXPECT_EQ(counter.times, outputs) << end;
+  }
+}
+
 /// Pulses and steps of other forms, with whatever else the force has, beside the sum of their values.
 TEST_F(Loads, APulseIsNotPassedOver) {
   for (const std::string force :

@@ -124,53 +124,56 @@ class OfOneVariable final : public SmoothFunction {
 template <class T>
 void Expression::evaluate(const std::vector<T>& variables, std::vector<T>& result) const {
   result.resize(operations_.size());
-  for (std::size_t i = 0; i < operations_.size(); ++i) {
-    const Operation& o = operations_[i];
-    const auto a = [&]() -> const T& { return result[o.a]; };
-    const auto b = [&]() -> const T& { return result[o.b]; };
-    switch (o.op) {
-      case Op::constant:
-        result[i] = T(o.constant);
-        break;
-      case Op::variable:
-        result[i] = variables[o.a];
-        break;
-      case Op::add:
-        result[i] = a() + b();
-        break;
-      case Op::subtract:
-        result[i] = a() - b();
-        break;
-      case Op::multiply:
-        result[i] = a() * b();
-        break;
-      case Op::divide:
-        result[i] = a() / b();
-        break;
-      case Op::power:
-        result[i] = to_power(a(), b());
-        break;
-      case Op::less:
-        result[i] = is_less(a(), b());
-        break;
-      case Op::less_equal:
-        result[i] = is_at_most(a(), b());
-        break;
-      case Op::equal:
-        result[i] = is_equal(a(), b());
-        break;
-      case Op::both:
-        result[i] = is_true(a()) * is_true(b());
-        break;
-      case Op::either:
-        result[i] = is_true(is_true(a()) + is_true(b()));
-        break;
-      case Op::select:
-        result[i] = chosen(a(), b(), result[o.c]);
-        break;
-      default:
-        evaluate_function(o, result, result[i]);
-    }
+  for (std::size_t i = 0; i < operations_.size(); ++i) evaluate_one(i, variables, result);
+}
+
+template <class T>
+void Expression::evaluate_one(std::size_t i, const std::vector<T>& variables, std::vector<T>& result) const {
+  const Operation& o = operations_[i];
+  const auto a = [&]() -> const T& { return result[o.a]; };
+  const auto b = [&]() -> const T& { return result[o.b]; };
+  switch (o.op) {
+    case Op::constant:
+      result[i] = T(o.constant);
+      break;
+    case Op::variable:
+      result[i] = variables[o.a];
+      break;
+    case Op::add:
+      result[i] = a() + b();
+      break;
+    case Op::subtract:
+      result[i] = a() - b();
+      break;
+    case Op::multiply:
+      result[i] = a() * b();
+      break;
+    case Op::divide:
+      result[i] = a() / b();
+      break;
+    case Op::power:
+      result[i] = to_power(a(), b());
+      break;
+    case Op::less:
+      result[i] = is_less(a(), b());
+      break;
+    case Op::less_equal:
+      result[i] = is_at_most(a(), b());
+      break;
+    case Op::equal:
+      result[i] = is_equal(a(), b());
+      break;
+    case Op::both:
+      result[i] = is_true(a()) * is_true(b());
+      break;
+    case Op::either:
+      result[i] = is_true(is_true(a()) + is_true(b()));
+      break;
+    case Op::select:
+      result[i] = chosen(a(), b(), result[o.c]);
+      break;
+    default:
+      evaluate_function(o, result, result[i]);
   }
 }
 
@@ -326,6 +329,8 @@ T Expression::value(const std::vector<T>& variables, std::vector<T>& gradient) c
 
 template void Expression::evaluate(const std::vector<double>&, std::vector<double>&) const;
 template void Expression::evaluate(const std::vector<Interval>&, std::vector<Interval>&) const;
+template void Expression::evaluate_one(std::size_t, const std::vector<Interval>&,
+                                       std::vector<Interval>&) const;
 template double Expression::value(const std::vector<double>&) const;
 template double Expression::value(const std::vector<double>&, std::vector<double>&) const;
 template Taylor<double> Expression::value(const std::vector<Taylor<double>>&) const;

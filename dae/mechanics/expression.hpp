@@ -105,6 +105,10 @@ class Expression {
   template <class T>
   void evaluate(const std::vector<T>& variables, std::vector<T>& result) const;
   template <class T>
+  void evaluate_one(std::size_t i, const std::vector<T>& variables, std::vector<T>& result) const;
+  /// Of operation i: it and what it uses, ascending.
+  std::vector<std::size_t> uses(std::size_t i) const;
+  template <class T>
   void evaluate_function(const Operation& operation, const std::vector<T>& result, T& value) const;
   template <class T>
   void spread(std::size_t i, const std::vector<T>& result, std::vector<T>& derivative) const;

@@ -10,6 +10,11 @@ namespace {
 /// Of the way between two comparisons: what is short there is seldom zero again at such a number.
 constexpr double kBetween = 0.382;
 
+/// Halvings of the time for one operation: as many as these let be evaluated in all, but not fewer than a
+/// pulse takes that is very narrow.
+constexpr double kMostEvaluations = 1e7;
+constexpr int kLeastHalvings = 300, kMostHalvings = 20'000;
+
 /// Adds where values, which are numbers of a kind of their own, become others, as late as they are what they
 /// were.
 void add_turns(const std::vector<Sample>& samples, const std::function<double(double)>& value,
@@ -53,6 +58,22 @@ std::vector<Expression::Dependence> Expression::dependences(
   return all;
 }
 
+std::vector<std::size_t> Expression::uses(std::size_t i) const {
+  std::vector<bool> used(i + 1, false);
+  used[i] = true;
+  std::vector<std::size_t> all;
+  for (std::size_t k = i + 1; k-- > 0;) {
+    if (!used[k]) continue;
+    all.push_back(k);
+    const Operation& o = operations_[k];
+    if (o.op == Op::variable) continue;
+    for (const int other : {o.a, o.b, o.c})
+      if (other >= 0) used[other] = true;
+  }
+  std::reverse(all.begin(), all.end());
+  return all;
+}
+
 void Expression::add_marks(int time, const std::vector<std::optional<double>>& others, const TimeSpan& span,
                            std::vector<double>& marks) const {
   std::vector<double> variables, at_0, at_1;
@@ -61,29 +82,32 @@ void Expression::add_marks(int time, const std::vector<std::optional<double>>& o
   evaluate(variables, at_0);
   variables[time] = 1.0;
   evaluate(variables, at_1);
-  std::vector<Interval> intervals(variables.begin(), variables.end()), result;
+  std::vector<Interval> intervals(variables.begin(), variables.end()), result(operations_.size());
   const std::vector<Dependence> dependence = dependences(time, others);
   const auto of = [&](int k) { return k < 0 ? Dependence::constant : dependence[k]; };
   std::vector<double> turns;
   for (std::size_t i = 0; i < operations_.size(); ++i) {
     const Operation& o = operations_[i];
     if (dependence[i] != Dependence::other) continue;
+    const std::vector<std::size_t> used = uses(i);
     const auto enclosure = [&](const Interval& t) {
       intervals[time] = t;
-      evaluate(intervals, result);
+      for (const std::size_t k : used) evaluate_one(k, intervals, result);
       return result[i];
     };
+    const double halvings = kMostEvaluations / (3.0 * static_cast<double>(used.size() * operations_.size()));
+    const int most = std::clamp(static_cast<int>(halvings), kLeastHalvings, kMostHalvings);
     const auto value = [&](double t) { return enclosure(t).low; };
     const bool of_linear = std::max({of(o.a), of(o.b)}) == Dependence::linear;
     if (compares(o.op) && of_linear) {
       const double off = at_0[o.a] - at_0[o.b], rate = at_1[o.a] - at_1[o.b] - off;
       if (std::isfinite(-off / rate)) add_turns(beside(-off / rate, span, value), value, turns);
     } else if (compares(o.op)) {
-      add_turns(resolved(enclosure, span), value, turns);
+      add_turns(resolved(enclosure, span, most), value, turns);
     } else if (o.op >= Op::sin || o.op == Op::power ||
                (o.op == Op::divide && of(o.b) != Dependence::constant)) {
       if ((o.op == Op::sin || o.op == Op::cos) && of_linear) continue;
-      mark_fast_changes(resolved(enclosure, span), kQuarter, kFaster, marks);
+      mark_fast_changes(resolved(enclosure, span, most), kQuarter, kFaster, marks);
     }
   }
   std::sort(turns.begin(), turns.end());

@@ -13,7 +13,6 @@ constexpr double kJump = 1e-12;
 constexpr double kOneMark = 1e-9;
 /// What is rounding beside the values.
 constexpr double kRounding = 1e-12;
-constexpr int kMostHalvings = 20'000;
 
 /// A part of time, with bounds on the values in it.
 struct Part {
@@ -27,7 +26,8 @@ struct Part {
 
 }  // namespace
 
-std::vector<Sample> resolved(const std::function<Interval(const Interval&)>& function, const TimeSpan& span) {
+std::vector<Sample> resolved(const std::function<Interval(const Interval&)>& function, const TimeSpan& span,
+                             int most_halvings) {
   std::vector<Sample> samples;
   double least = HUGE_VAL, most = -HUGE_VAL;
   const auto sample = [&](double t) {
@@ -44,7 +44,7 @@ std::vector<Sample> resolved(const std::function<Interval(const Interval&)>& fun
   sample(span.end);
   std::priority_queue<Part> parts;
   parts.push(part(span.begin, span.end));
-  for (int halvings = 0; halvings < kMostHalvings && !parts.empty(); ++halvings) {
+  for (int halvings = 0; halvings < most_halvings && !parts.empty(); ++halvings) {
     const Part widest = parts.top();
     const double size = std::max(std::abs(least), std::abs(most));
     if (widest.width <= std::max(0.5 * kQuarter * (most - least), kRounding * size)) break;

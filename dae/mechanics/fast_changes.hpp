@@ -21,8 +21,10 @@ struct Sample {
 /// Times, ascending, with values between each two neighbours of which `function` goes no farther than an
 /// eighth of its range. `function`: encloses its values in an interval of time. Halves the part whose bounds
 /// are farthest apart, so that no pulse is too narrow to be found; what jumps is halved until it is 1e-12 of
-/// the span. Where 20 000 halvings are not enough, as with 1000 turns of a sine, parts are all about as long.
-std::vector<Sample> resolved(const std::function<Interval(const Interval&)>& function, const TimeSpan& span);
+/// the span. Where `most_halvings` are not enough, as with very many turns of a sine, parts are all about as
+/// long.
+std::vector<Sample> resolved(const std::function<Interval(const Interval&)>& function, const TimeSpan& span,
+                             int most_halvings);
 
 /// Adds where `samples` begin to change faster: where a stretch, within which values stay in `level` of their
 /// range, is followed by one that is shorter by `ratio`, and the end of that.

@@ -13,6 +13,9 @@ namespace {
 constexpr double kLeaves = 0.25, kFirst = 0.25;
 /// What is rounding beside a result.
 constexpr double kRounding = 1e-9;
+/// What changes so often that it was seen so many times, in steps that were not so many more, lasts for no
+/// moment, and is not looked at for so many steps.
+constexpr int kMostSeen = 30, kIgnored = 200;
 /// Parts of a step that are looked at for one operation.
 constexpr int kMostParts = 400;
 /// What changes in less than this part of a step has been met by the one before.
@@ -81,6 +84,18 @@ class StateChanges::Along {
     return first;
   }
 
+  /// Where a step is to end that does not tell by its `ends` that the result leaves `allowed`, or 1.
+  double until_change(int operation, const Interval& ends, const Interval& allowed) {
+    const double outside = leaves(operation, allowed);
+    if (outside == 1.0) return 1.0;
+    const double far = distance(ends, at(operation, outside));
+    const auto is_near = [&](double s) { return distance(ends, at(operation, s)) <= kFirst * far; };
+    const double part = last_of(0.0, outside, is_near);
+    if (part >= kMet) return part;
+    return kWithin * last_of(outside, 1.0, [&](double s) { return !is_near(s); });
+  }
+
+ private:
   /// Where the result leaves `allowed`, or 1.
   double leaves(int operation, const Interval& allowed) {
     std::priority_queue<Part> parts;
@@ -101,7 +116,6 @@ class StateChanges::Along {
     return 1.0;
   }
 
- private:
   const Watched& watched_;
   std::vector<Interval> q_, v_, results_;
 };
@@ -127,6 +141,8 @@ void StateChanges::go_on(double t, const double* q, const double* v) {
     const std::vector<Interval> results = Along(watched).between(0.0, 0.0);
     const bool begins = watched.range.empty();
     watched.before.clear();
+    watched.seen = std::max(0, watched.seen - 1);
+    watched.ignored = std::max(0, watched.ignored - 1);
     for (std::size_t k = 0; k < watched.operations.size(); ++k) {
       const Interval& now = results[watched.operations[k]];
       begins ? watched.range.push_back(now) : void(watched.range[k] = hull(watched.range[k], now));
@@ -145,17 +161,13 @@ ChangeWatch::Verdict StateChanges::look(double t, const double* q, const double*
       const int operation = watched.operations[k];
       const Interval ends = hull(watched.before[k], after[operation]);
       if (watched.function->compares(operation) && ends.width() > 0) verdict.turned = true;
+      if (verdict.part < 1.0 || watched.ignored > 0) continue;
       const double range = std::max(watched.range[k].width(), ends.width());
       const double size = std::max(std::abs(ends.low), std::abs(ends.high));
       const Interval allowed = widened(ends, std::max(kLeaves * range, kRounding * size));
       if (excess(between[operation], allowed) == 0) continue;
-      const double outside = along.leaves(operation, allowed);
-      if (outside == 1.0) continue;
-      const double far = distance(ends, along.at(operation, outside));
-      const auto is_near = [&](double s) { return distance(ends, along.at(operation, s)) <= kFirst * far; };
-      double part = Along::last_of(0.0, outside, is_near);
-      if (part < kMet) part = kWithin * Along::last_of(outside, 1.0, [&](double s) { return !is_near(s); });
-      verdict.part = std::min(verdict.part, part);
+      verdict.part = along.until_change(operation, ends, allowed);
+      if (verdict.part < 1.0 && ++watched.seen > kMostSeen) watched.ignored = kIgnored;
     }
   }
   return verdict;

@@ -28,6 +28,8 @@ class StateChanges final : public ChangeWatch {
     std::vector<Interval> range;   // of each of their results until now
     std::vector<double> from, to;  // t, then coordinates, then rates
     std::vector<double> before;    // their results at `from`
+    int seen = 0;     // times that a step has passed over a change, less steps that have been taken
+    int ignored = 0;  // steps for which it is not looked at
   };
   class Along;
   static std::vector<double> ends(const StateFunction& function, double t, const double* q, const double* v);

@@ -143,6 +143,9 @@ void Bdf::set_coefficients(double h) {
   }
   rate_ = -leading / h;
   error_factor_ = std::max(std::abs(alpha_[k] + leading - sum), alpha_[k]);
+  if (distrusted_ == 0) return;
+  error_factor_ = std::max(error_factor_, 1.0 / (order_ + 1));
+  for (std::size_t i = 1; i <= k; ++i) sigma_[i] = std::max(sigma_[i], 1.0 / static_cast<double>(i + 1));
 }
 
 void Bdf::predict(double h, Array<double>& y, Array<double>& dy) {
@@ -229,6 +232,7 @@ void Bdf::shift(const Array<double>& e) {
 
 double Bdf::accept(const Array<double>& e, const Array<double>& weights) {
   ++steps_;
+  distrusted_ = std::max(0, distrusted_ - 1);
   steps_at_one_ = order_ == 1 ? steps_at_one_ + 1 : 0;
   if (!fixed_ && (suited_order_ < order_ || order_ == most_order())) rising_ = false;
   Choice next{order_, step_};

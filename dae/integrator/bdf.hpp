@@ -62,10 +62,10 @@ class Bdf {
   /// Local error of the step with correction `e` = y - y_p, in units of what `weights` allow: at most 1 is
   /// good. Says also what `reject` and `accept` are going to do.
   double local_error(const Array<double>& e, const Array<double>& weights);
-  /// Whether a local error of `error` is too large, and not so much too large in the first steps that it is
-  /// known to be no matter of stiffness.
+  /// Whether a local error of `error` is too large, and not so much too large that it is known to be no
+  /// matter of stiffness.
   bool may_be_stiff(double error) const {
-    return !fixed_ && error > 1.0 && !(rising_ && error > kLargeAtStart);
+    return !fixed_ && error > 1.0 && error <= (rising_ ? kLargeAtStart : kLargest);
   }
   /// The same as local_error, after it, where `e` is what stiff forces leave of the correction.
   double filtered_error(const Array<double>& e, const Array<double>& weights);
@@ -81,6 +81,10 @@ class Bdf {
   double reject(int times);
   /// Goes on to the new time with correction `e`; returns the step that suits it. After local_error(e).
   double accept(const Array<double>& e, const Array<double>& weights);
+  /// Until so many steps are taken that they know what is next: estimates of the error are not less than
+  /// those of equal steps. After long steps those of a short one are less, as it is of the same smooth
+  /// function.
+  void distrust_past() { distrusted_ = order_ + 1; }
 
  private:
   using Coefficients = std::array<double, kMostOrder + 2>;
@@ -109,6 +113,10 @@ class Bdf {
   /// Errors that only vibrations which the start excites, or the like, have in the first steps. Passed over,
   /// they left accelerations of bell_crank at rtol 1e-3 off by 4.6 times their size, instead of 0.75.
   static constexpr double kLargeAtStart = 30.0;
+  /// Errors that stiffness which is met within a step has, as that of a stop: 740 to 830 where a body of 10
+  /// m/s stuck to one of 1e9 N/m. Those of stiff bodies, springs and frictions that steps pass over are up
+  /// to 66.
+  static constexpr double kLargest = 100.0;
   /// Steps of order 1 in a row after which order 2 is taken where it is better, if only a little or, as far
   /// as steps of different length tell, for now: where they are never alike, order 1 stayed for up to 147
   /// steps.
@@ -122,6 +130,7 @@ class Bdf {
   bool rejected_ = false;  ///< by the error, and since then not so many equal steps that they may grow
   int steps_ = 0, steps_at_one_ = 0;  ///< steps_at_one_: the last ones
   int last_order_ = 0;                ///< of the last accepted step
+  int distrusted_ = 0;                ///< steps for which the past still is no guide
   double step_ = 0.0, last_step_ = 0.0, longest_at_start_ = 0.0;
   int unchanged_ = 0, next_unchanged_ = 0;  ///< steps taken with one step and order
   double rate_ = 0.0, error_factor_ = 0.0;

@@ -5,7 +5,10 @@
 #include <cmath>
 #include <cstddef>
 
+#include "dae/integrator/integrator.hpp"
+#include "dae/integrator/step_state.hpp"
 #include "dae/vectors/loops.hpp"
+#include "dae/vectors/operations.hpp"
 
 namespace mfs::dae {
 
@@ -28,6 +31,13 @@ struct Rates {
   MFS_HOST_DEVICE Numbers<1> operator()(std::size_t i) const { return {{i < n ? v[i] : a[i - n]}}; }
 };
 
+/// Of [q, v], by accelerations that jump from a to b.
+struct Jump {
+  const double *a, *b;
+  std::size_t n;
+  MFS_HOST_DEVICE Numbers<1> operator()(std::size_t i) const { return {{i < n ? 0.0 : b[i - n] - a[i - n]}}; }
+};
+
 /// On the line through two values at the ends of the last step, `ratio` steps after it.
 struct Extrapolate {
   const double *now, *before;
@@ -35,5 +45,27 @@ struct Extrapolate {
   double ratio;
   MFS_HOST_DEVICE void operator()(std::size_t i) const { then[i] = now[i] + (now[i] - before[i]) * ratio; }
 };
+
+/// Of `state`; `scale`: of the coordinates.
+inline void weigh(const Executor& executor, const StepState& state, const Array<double>& scale,
+                  const IntegratorOptions& options, Array<double>& weights) {
+  const std::size_t n = scale.size();
+  weights.resize(executor, 2 * n);
+  for_each(executor, n,
+           SetWeights{state.q.data(), state.v.data(), scale.data(), weights.data(), n, options.rtol,
+                      options.atol_position, options.atol_velocity});
+}
+
+/// By which rates of [q, v] change between two states, in units of what is allowed per time.
+inline double jump(const Executor& executor, const StepState& before, const StepState& after,
+                   const Array<double>& weights) {
+  return weighted_rms<1>(executor, Jump{before.a.data(), after.a.data(), before.a.size()}, weights).of[0];
+}
+
+inline void extrapolate(const Executor& executor, const Array<double>& now, const Array<double>& before,
+                        double ratio, Array<double>& then) {
+  then.resize(executor, now.size());
+  for_each(executor, now.size(), Extrapolate{now.data(), before.data(), then.data(), ratio});
+}
 
 }  // namespace mfs::dae

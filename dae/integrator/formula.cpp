@@ -89,6 +89,7 @@ class BdfFormula : public Formula {
     return filtered;
   }
   double reject(int times) override { return bdf_.reject(times); }
+  void distrust_past() override { bdf_.distrust_past(); }
   double accept(const StepState&, const Array<double>& weights) override {
     return bdf_.accept(correction_, weights);
   }
@@ -209,6 +210,7 @@ class GeneralizedAlpha : public Formula {
     last_step_ = before_ = 0.0;
     alike_ = 0;
   }
+  void distrust_past() override { distrusted_ = order() + 1; }
   void predict(double h, StepRelation& relation) override {
     step_ = h;
     next_w_.ratio = last_step_ > 0.0 ? h / last_step_ : 1.0;
@@ -245,6 +247,7 @@ class GeneralizedAlpha : public Formula {
                   first_.data(), second_.data(), next_w_, differences()});
     alike_ = last_step_ > 0.0 && std::abs(step_ - last_step_) <= 1e-9 * step_ ? alike_ + 1 : 1;
     before_ = std::exchange(last_step_, step_);
+    distrusted_ = std::max(0, distrusted_ - 1);
     if (fixed_step_ > 0.0) return fixed_step_;
     if (factor() <= 1.0) return step_ * std::clamp(factor(), 0.5, 0.9);
     const double longer = std::min(kSafety * factor(), 2.0);
@@ -254,7 +257,11 @@ class GeneralizedAlpha : public Formula {
  private:
   double gamma() const { return 0.5 - next_w_.alpha_m + next_w_.alpha_f; }
   double beta() const { return 0.25 * (gamma() + 0.5) * (gamma() + 0.5); }
-  Differences differences() const { return {step_, step_ + last_step_, step_ + last_step_ + before_}; }
+  Differences differences() const {
+    const double most = distrusted_ > 0 ? step_ : HUGE_VAL;  // as if no step of the past had been longer
+    const double last = std::min(last_step_, most), before = std::min(before_, most);
+    return {step_, step_ + last, step_ + last + before};
+  }
   /// For the step, by which the error becomes half of what is allowed.
   double factor() const { return std::cbrt(1.0 / (2.0 * error_ + 1e-4)); }
 
@@ -263,6 +270,7 @@ class GeneralizedAlpha : public Formula {
   const Executor& executor_;
   double step_ = 0.0, last_step_ = 0.0, before_ = 0.0, error_ = 0.0;
   int alike_ = 0;                 ///< steps of one length
+  int distrusted_ = 0;            ///< steps for which the past still is no guide
   Array<double> q_, v_, a_, w_;   ///< of the last time
   Array<double> first_, second_;  ///< differences of v there
 };

@@ -1,7 +1,6 @@
 #include "dae/integrator/integrator.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -22,6 +21,8 @@
 #include "dae/integrator/marks.hpp"
 #include "dae/integrator/newton.hpp"
 #include "dae/integrator/partition.hpp"
+#include "dae/integrator/passed_over.hpp"
+#include "dae/integrator/planned_step.hpp"
 #include "dae/integrator/projection.hpp"
 #include "dae/integrator/redundancy.hpp"
 #include "dae/integrator/scaled_system.hpp"
@@ -51,11 +52,11 @@ constexpr int kRestart = 3;
 /// The shortest step with which it does, in parts of the one that would be tried otherwise. What a first step
 /// may be is known from rates alone, and vibrations that the steps do not follow make it far too short.
 constexpr double kLeastRestart = 1.0 / 16;
-/// Steps of which at most so many are left before an output that ends one, or the end, are evened out to meet
-/// it.
-constexpr double kEvenedOut = 8.0;
-/// By how much the last of them may be longer than the error control asks for.
-constexpr double kStretch = 1.05;
+/// A jump of accelerations that a step sees, by what it does to velocities within it, in units of what is
+/// allowed.
+constexpr double kSeen = 1.0;
+/// Times that a step is made shorter as it passes over something.
+constexpr int kMostPassedOver = 8;
 /// How far ahead of a step that became too small its cause may be, in shortest steps.
 constexpr double kMoment = 64.0;
 
@@ -80,7 +81,7 @@ class Integrator::Impl {
     condensed_failures_ = 0;
     watch_.emplace(t0, t_end);
     t_end_ = t_end;
-    marks_ = Marks(options_.fixed_step > 0.0 ? std::vector<double>() : given_.marks());
+    marks_ = Marks(options_.fixed_step > 0.0 ? std::vector<double>() : given_.marks({t0, t_end}));
     const auto* turning = dynamic_cast<const TurningBodies*>(&given_);
     bodies_ = turning != nullptr ? turning->turning_bodies() : std::vector<PointRange>();
     most_past_ = outputs.empty() || bodies_.empty() ? 1 : kMostPast;
@@ -93,11 +94,14 @@ class Integrator::Impl {
     }
     while (state_.t < t_end_) {
       const bool ends_step = next_output < outputs.size() && between_ends_ == BetweenEnds::nothing;
-      step(marks_.next(state_.t + smallest_step(), ends_step ? outputs[next_output] : t_end_), observer);
+      const double mark = marks_.next(state_.t, t_end_, smallest_step());
+      step(ends_step ? std::min(mark, outputs[next_output]) : mark, observer);
+      const bool marked = state_.t == mark && mark < t_end_;
       for (; next_output < outputs.size() && outputs[next_output] <= state_.t; ++next_output) {
         const State& state = state_at(outputs[next_output]);
         tell([&] { observer.output(state); });
       }
+      if (marked) pass_mark();
     }
     report_.time_total = elapsed();
     return whole_state();
@@ -134,6 +138,8 @@ class Integrator::Impl {
     if (redundancy_->waits_for_way()) tolerances_->make_small();
     formula_ = make_formula(options_, *executor_);
     start_formula();
+    changes_ = PassedOver(options_.fixed_step > 0.0 ? nullptr : given_.change_watch());
+    changes_.go_on(*executor_, state_);
   }
 
   double typical_step() const { return kTypicalStep * (t_end_ - state_.t); }
@@ -145,6 +151,23 @@ class Integrator::Impl {
     set_weights();
     step_ = first_step();
     formula_->start(state_, step_, typical_step());
+  }
+
+  /// What moves the system may change here. Where forces jump by what a step would see, the formula starts
+  /// anew with accelerations of behind the mark.
+  void pass_mark() {
+    formula_->distrust_past();
+    if (options_.fixed_step > 0.0 || !jumps_within(given_, whole_state(), resolved_step())) return;
+    assign(*executor_, on_host(*executor_, state_), between_);
+    between_.t += resolved_step();
+    try {
+      find_accelerations(between_);
+    } catch (...) {  // as in a singular position
+      return rethrow_if_final(std::current_exception());
+    }
+    if (step_ * jump(*executor_, state_, between_, weights_) < kSeen) return;
+    std::swap(state_, between_);
+    start_formula();
   }
 
   /// From where what was left out holds again.
@@ -293,36 +316,15 @@ class Integrator::Impl {
     return true;
   }
 
-  /// Error weights of [q, v] at the present state.
-  void set_weights() {
-    const std::size_t n = scale_.size();
-    weights_.resize(*executor_, 2 * n);
-    for_each(*executor_, n,
-             SetWeights{state_.q.data(), state_.v.data(), scale_there_.data(), weights_.data(), n,
-                        options_.rtol, options_.atol_position, options_.atol_velocity});
-  }
-
+  void set_weights() { weigh(*executor_, state_, scale_there_, options_, weights_); }
   double first_step() const {
-    if (options_.initial_step > 0.0) return options_.initial_step;
-    if (options_.fixed_step > 0.0) return options_.fixed_step;
-    const Rates rates{state_.v.data(), state_.a.data(), scale_.size()};
-    return 1.0 / std::max(1.0 / (kTypicalStep * (t_end_ - state_.t)),
-                          2.0 * weighted_rms<1>(*executor_, rates, weights_).of[0]);
+    return dae::first_step(*executor_, state_, weights_, options_, typical_step());
   }
 
   double resolved_step() const {
     return 16.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(state_.t), std::abs(t_end_));
   }
   double smallest_step() const { return std::max(options_.min_step, resolved_step()); }
-
-  /// The step wanted, or a shorter one by which a whole number of steps meets `target`.
-  double planned(double wanted, double target) const {
-    if (options_.max_step > 0.0) wanted = std::min(wanted, options_.max_step);
-    if (options_.fixed_step > 0.0) wanted = std::min(wanted, options_.fixed_step);
-    const double left = target - state_.t, steps = left / wanted;
-    if (options_.fixed_step > 0.0) return left / std::max(1.0, std::ceil(steps * (1.0 - 1e-9)));
-    return steps > kEvenedOut ? wanted : left / std::max(1.0, std::ceil(steps / kStretch));
-  }
 
   /// One accepted step on the way to `target`.
   void step(double target, Observer& observer) {
@@ -331,24 +333,32 @@ class Integrator::Impl {
     const std::int64_t factorizations = report_.factorizations;
     StepReport line;
     int error_rejections = 0, search_failures = 0;
-    int shortened = 0;
-    double h = planned(step_, target), wanted = step_;
+    int shortened = 0, passed_over = 0;
+    double h = planned_step(options_, step_, target - state_.t), wanted = step_;
     for (;;) {
       const bool last = h >= (target - state_.t) * (1.0 - 1e-12);
       formula_->predict(h, relation_);
       relation_.t = last ? target : state_.t + h;
       const NewtonOutcome outcome = search(h);
       line.newton_iterations += outcome.iterations;
+      if (outcome.converged) look_ = changes_.look(*executor_, next_);
       if (outcome.converged && !redundant_hold(next_, h)) {
         ++report_.newton_rejections;
         h = std::min(h, kStretch * step_);  // which is less where the formula has been started anew
       } else if (outcome.converged) {
         const double error = formula_->local_error(next_, weights_, filter_);
-        if (options_.fixed_step > 0.0 || error <= 1.0) {
+        const bool good = options_.fixed_step > 0.0 || error <= 1.0;
+        if (good && (look_.part == 1.0 || passed_over == kMostPassedOver)) {
           note(outcome, line);
           break;
         }
         ++report_.error_rejections;
+        if (good) {
+          ++passed_over;
+          ++line.rejections;
+          h = std::max(smallest_step(), h * look_.part);
+          continue;
+        }
         h = wanted = formula_->reject(++error_rejections);
         const bool singular = redundancy_->filters() && h < kStuck * (t_end_ - state_.t) && ends_singular();
         if (singular || error_rejections >= kRestart) {
@@ -383,6 +393,7 @@ class Integrator::Impl {
     line.h = h;
     line.order = formula_->order();
     accept(h, wanted);
+    if (passed_over > 0) formula_->distrust_past();
     line.number = ++report_.steps;
     line.t = state_.t;
     line.factorizations = static_cast<int>(report_.factorizations - factorizations);
@@ -410,30 +421,17 @@ class Integrator::Impl {
   std::string time_text(double t) const { return number_text(t * time_unit_) + " s"; }
 
   void give_up_where_steps_stay_short(const StepReport& line) {
-    using Verdict = StepWatch::Verdict;
-    const Verdict verdict = watch_->judge(line.number, line.t, line.rejections);
-    if (verdict == Verdict::go_on) return;
-    const std::string left = number_text(watch_->left()) + " more steps would be needed: ";
-    const std::string until = " until t = " + time_text(line.t);
-    if (verdict == Verdict::ever_faster)
-      throw Error(left + "they have become ever shorter" + until + ", as " +
-                  find_fastest(given_, on_host(*executor_, state_), time_unit_));
-    throw Error(
-        left + "the last " + std::to_string(StepWatch::kLooksBack) + until +
-        " were short, and many were tried again: a force jumps or turns about by the motion itself, on " +
-        least_foreseen(given_, state_.v.on_host(*executor_), relation_.v.on_host(*executor_),
-                       weights_.on_host(*executor_)));
+    const StepWatch::Verdict verdict = watch_->judge(line.number, line.t, line.rejections);
+    if (verdict == StepWatch::Verdict::go_on) return;
+    throw Error(number_text(watch_->left()) + " more steps would be needed: " +
+                find_what_keeps_steps_short(given_, on_host(*executor_, state_), verdict,
+                                            relation_.v.on_host(*executor_), weights_.on_host(*executor_),
+                                            time_unit_));
   }
 
-  /// What a model does that no step gets past, with names.
   std::string obstacle() const {
-    const State there = on_host(*executor_, state_);
-    std::string text = find_jump(given_, there, kMoment * resolved_step(), options_, time_unit_);
-    if (text.empty()) text = redundancy_->singular_start();
-    if (text.empty()) text = redundancy_->dead_point(there.t, there.q, report_.redundant);
-    if (text.empty()) text = find_pole(given_, there, kMoment * resolved_step(), options_);
-    if (text.empty()) text = given_.most_pressed(there.q.data());
-    return text.empty() ? text : "; " + text;
+    return find_obstacle(given_, on_host(*executor_, state_), kMoment * resolved_step(), options_,
+                         *redundancy_, report_.redundant, time_unit_);
   }
 
   /// Goes on to next_.
@@ -448,6 +446,7 @@ class Integrator::Impl {
     std::swap(state_, next_);
     tolerances_->go_on();
     set_weights();
+    changes_.go_on(*executor_, state_);
   }
 
   /// Of constraints that depend on each other others may have to be left out in another position. That is
@@ -465,9 +464,7 @@ class Integrator::Impl {
   /// Multipliers at the end of a step of `h`, where Newton's method starts.
   const Array<double>& extrapolated_multipliers(double h) {
     if (!past_.knows_multipliers()) return state_.lambda;
-    lambda_.resize(*executor_, state_.lambda.size());
-    for_each(*executor_, lambda_.size(),
-             Extrapolate{state_.lambda.data(), past_[0].lambda.data(), lambda_.data(), h / last_step_});
+    extrapolate(*executor_, state_.lambda, past_[0].lambda, h / last_step_, lambda_);
     return lambda_;
   }
 
@@ -559,7 +556,10 @@ class Integrator::Impl {
   std::int64_t judged_jacobians_ = 0;    ///< at how many of them the constraints left out were looked at
   Array<double> weights_, scale_there_;  ///< of [q, v]; of the coordinates
   Array<double> lambda_;                 ///< where Newton's method starts
+  PassedOver changes_;
+  ChangeWatch::Verdict look_;  ///< of the last attempt at a step
   const ErrorFilter filter_ = [this](Array<double>& e) {
+    if (look_.turned) return false;  // forces are not those whose stiffness the matrix has
     return condensed_ ? condensed_->filter_error(e) : newton_->filter_error(next_, e);
   };
   double step_ = 0.0;  ///< wanted next

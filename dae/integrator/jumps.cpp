@@ -17,6 +17,8 @@ namespace {
 /// What changes in a moment of some shortest steps by more than so many times what a step may leave of a
 /// constraint jumps: smooth motions would have to be faster than any machine.
 constexpr double kJump = 1e3;
+/// What is smooth changes by less in such a moment, in parts of the largest force or rate.
+constexpr double kSmooth = 1e-6;
 /// What part of the largest force changes in such a moment only where one jumps or has a pole.
 constexpr double kSudden = 0.1;
 
@@ -76,7 +78,47 @@ std::string fastest_motion(const ConstrainedSystem& system, const std::vector<do
   return fast_text(system.constraint_name(j), rates[row] * system.constraint_unit(j) / time_unit);
 }
 
+/// The coordinate whose velocity is farthest from what was predicted.
+std::string least_foreseen(const ConstrainedSystem& system, const std::vector<double>& v,
+                           const std::vector<double>& predicted, const std::vector<double>& weights) {
+  int worst = 0;
+  double most = 0.0;
+  for (int i = 0; i < system.coordinates(); ++i)
+    if (const double off = std::abs(v[i] - predicted[i]) / weights[v.size() + i]; off > most) {
+      most = off;
+      worst = i;
+    }
+  return system.coordinate_name(worst);
+}
+
+/// What is fastest, and how fast: the motion that prescribes the largest rate, or, without any, a coordinate.
+std::string find_fastest(const ConstrainedSystem& system, const State& state, double time_unit) {
+  const std::vector<double> rates = prescribed_rates(system, state.t, state.q);
+  if (largest_size(rates) > 0.0) return fastest_motion(system, rates, time_unit);
+  const std::size_t largest = place_of_largest(state.v);
+  const auto i = static_cast<int>(largest);
+  const double scale = 1.0 / (system.force_unit(i) * time_unit * time_unit);
+  return fast_text(system.coordinate_name(i), state.v[largest] * scale / time_unit);
+}
+
 }  // namespace
+
+bool jumps_within(const ConstrainedSystem& system, const State& state, double moment) {
+  const std::vector<double> no_multipliers(static_cast<std::size_t>(system.constraints()), 0.0);
+  const std::vector<double> no_accelerations(state.q.size(), 0.0);
+  StateView there{state.t, state.q.data(), state.v.data(), no_accelerations.data(), no_multipliers.data()};
+  Residual before = make_residual(system), after = make_residual(system);
+  system.evaluate(there, before);
+  there.t += moment;
+  system.evaluate(there, after);
+  const auto jumps = [](const std::vector<double>& x, const std::vector<double>& y) {
+    double most = 0.0;
+    for (std::size_t i = 0; i < x.size(); ++i) most = std::max(most, std::abs(y[i] - x[i]));
+    return most > kSmooth * std::max(largest_size(x), largest_size(y));
+  };
+  return jumps(before.force, after.force) || jumps(before.velocity, after.velocity) ||
+         jumps(before.acceleration, after.acceleration);
+}
 
 std::string find_jump(const ConstrainedSystem& system, const State& state, double moment,
                       const IntegratorOptions& options, double time_unit) {
@@ -109,15 +151,6 @@ std::string find_jump(const ConstrainedSystem& system, const State& state, doubl
   return changed_force(system, before.force, after.force);
 }
 
-std::string find_fastest(const ConstrainedSystem& system, const State& state, double time_unit) {
-  const std::vector<double> rates = prescribed_rates(system, state.t, state.q);
-  if (largest_size(rates) > 0.0) return fastest_motion(system, rates, time_unit);
-  const std::size_t largest = place_of_largest(state.v);
-  const auto i = static_cast<int>(largest);
-  const double scale = 1.0 / (system.force_unit(i) * time_unit * time_unit);
-  return fast_text(system.coordinate_name(i), state.v[largest] * scale / time_unit);
-}
-
 std::string find_too_fast(const ConstrainedSystem& system, double t, const std::vector<double>& q,
                           const IntegratorOptions& options, double time_unit) {
   const std::vector<double> rates = prescribed_rates(system, t, q);
@@ -126,16 +159,15 @@ std::string find_too_fast(const ConstrainedSystem& system, double t, const std::
   return fastest_motion(system, rates, time_unit);
 }
 
-std::string least_foreseen(const ConstrainedSystem& system, const std::vector<double>& v,
-                           const std::vector<double>& predicted, const std::vector<double>& weights) {
-  int worst = 0;
-  double most = 0.0;
-  for (int i = 0; i < system.coordinates(); ++i)
-    if (const double off = std::abs(v[i] - predicted[i]) / weights[v.size() + i]; off > most) {
-      most = off;
-      worst = i;
-    }
-  return system.coordinate_name(worst);
+std::string find_obstacle(const ConstrainedSystem& system, const State& state, double moment,
+                          const IntegratorOptions& options, const Redundancy& redundancy,
+                          const std::vector<std::string>& redundant, double time_unit) {
+  std::string text = find_jump(system, state, moment, options, time_unit);
+  if (text.empty()) text = redundancy.singular_start();
+  if (text.empty()) text = redundancy.dead_point(state.t, state.q, redundant);
+  if (text.empty()) text = find_pole(system, state, moment, options);
+  if (text.empty()) text = system.most_pressed(state.q.data());
+  return text.empty() ? text : "; " + text;
 }
 
 std::string find_pole(const ConstrainedSystem& system, const State& state, double moment,
@@ -154,6 +186,17 @@ std::string find_pole(const ConstrainedSystem& system, const State& state, doubl
   } catch (const InvalidInput& e) {
     return e.what();
   }
+}
+
+std::string find_what_keeps_steps_short(const ConstrainedSystem& system, const State& state,
+                                        StepWatch::Verdict verdict, const std::vector<double>& predicted,
+                                        const std::vector<double>& weights, double time_unit) {
+  const std::string until = " until t = " + number_text(state.t * time_unit) + " s";
+  if (verdict == StepWatch::Verdict::ever_faster)
+    return "they have become ever shorter" + until + ", as " + find_fastest(system, state, time_unit);
+  return "the last " + std::to_string(StepWatch::kLooksBack) + until +
+         " were short, and many were tried again: a force jumps or turns about by the motion itself, on " +
+         least_foreseen(system, state.v, predicted, weights);
 }
 
 }  // namespace mfs::dae

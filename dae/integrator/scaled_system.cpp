@@ -180,8 +180,36 @@ std::vector<double> ScaledSystem::given(const double* q) const {
   return there;
 }
 
-std::vector<double> ScaledSystem::marks() const {
-  std::vector<double> marks = system_.marks();
+class ScaledSystem::Watch final : public ChangeWatch {
+ public:
+  Watch(const ScaledSystem& system, std::unique_ptr<ChangeWatch> given)
+      : system_(system), given_(std::move(given)) {}
+  void go_on(double t, const double* q, const double* v) override {
+    const State there = unscaled(t, q, v);
+    given_->go_on(there.t, there.q.data(), there.v.data());
+  }
+  Verdict look(double t, const double* q, const double* v) override {
+    const State there = unscaled(t, q, v);
+    return given_->look(there.t, there.q.data(), there.v.data());
+  }
+
+ private:
+  State unscaled(double t, const double* q, const double* v) const {
+    const int n = system_.coordinates();
+    return system_.unscaled({t, {q, q + n}, {v, v + n}, {}, {}});
+  }
+
+  const ScaledSystem& system_;
+  std::unique_ptr<ChangeWatch> given_;
+};
+
+std::unique_ptr<ChangeWatch> ScaledSystem::change_watch() const {
+  auto given = system_.change_watch();
+  return given ? std::make_unique<Watch>(*this, std::move(given)) : nullptr;
+}
+
+std::vector<double> ScaledSystem::marks(const TimeSpan& span) const {
+  std::vector<double> marks = system_.marks({span.begin * time_, span.end * time_});
   for (double& time : marks) time /= time_;
   return marks;
 }

@@ -54,10 +54,12 @@ class ScaledSystem final : public ConstrainedSystem, public TurningBodies {
   /// T.
   double time_unit() const { return time_; }
   std::vector<PointRange> turning_bodies() const override;
-  std::vector<double> marks() const override;
+  std::vector<double> marks(const TimeSpan& span) const override;
+  std::unique_ptr<ChangeWatch> change_watch() const override;
 
  private:
   class Remote;
+  class Watch;
   /// The state for the system given, in arrays of this one.
   StateView given(const StateView& state) const;
   std::vector<double> given(const double* q) const;

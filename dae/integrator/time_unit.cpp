@@ -119,7 +119,7 @@ double rate_of(const ConstrainedSystem& system, const State& start, double t_end
   look_at(start.t);
   for (int k = 0; k < kSamples && most < kSlowest; ++k)
     look_at(start.t + (k + kWithinPart) / kSamples * (t_end - start.t));
-  for (const double mark : system.marks())
+  for (const double mark : system.marks({start.t, t_end}))
     if (most < kSlowest && mark > start.t && mark < t_end) look_at(mark);
   return most;
 }

@@ -22,6 +22,8 @@
 #include <string>
 #include <vector>
 
+#include "dae/mechanics/change_watch.hpp"
+#include "dae/mechanics/time_span.hpp"
 #include "dae/vectors/executor.hpp"
 #include "ordering/raw_vector.hpp"
 
@@ -209,8 +211,12 @@ class ConstrainedSystem {
   virtual bool is_normalization(int /*row*/) const { return false; }
   /// Whether the constraint is on velocities alone.
   virtual bool is_nonholonomic(int /*row*/) const { return false; }
-  /// Times, ascending, at which steps are to end, so that they do not pass over what only lasts for a while.
-  virtual std::vector<double> marks() const { return {}; }
+  /// Times, ascending, at which steps within `span` are to end, so that they do not pass over what only lasts
+  /// for a while.
+  virtual std::vector<double> marks(const TimeSpan& /*span*/) const { return {}; }
+  /// What sees where steps pass over something; null: nothing may be passed over. The system has to live as
+  /// long.
+  virtual std::unique_ptr<ChangeWatch> change_watch() const { return nullptr; }
   /// A typical size of a coordinate, in its own unit: what the integrator measures it in. A power of two.
   virtual double coordinate_scale(int) const { return 1.0; }
   /// How far each coordinate may go while the mechanism moves: of lengths, the extent of the whole mechanism

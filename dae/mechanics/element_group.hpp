@@ -86,6 +86,8 @@ class DeviceForce : public RemoteTangent {
 };
 
 /// Immutable once it is part of a system; its functions are called by several threads at once.
+class StateFunction;
+
 class ElementGroup {
  public:
   virtual ~ElementGroup() = default;
@@ -128,8 +130,11 @@ class ElementGroup {
     return nullptr;
   }
 
-  /// ConstrainedSystem::marks; need not ascend.
-  virtual std::vector<double> marks() const { return {}; }
+  /// Adds those of ConstrainedSystem::marks; they need not ascend.
+  virtual void add_marks(const TimeSpan& /*span*/, std::vector<double>& /*marks*/) const {}
+
+  /// Adds the functions of coordinates that it has.
+  virtual void add_state_functions(std::vector<const StateFunction*>& /*functions*/) const {}
 
   // For messages where no step leads on.
   /// The least length of a line in element e, of 1 undeformed; `q`: its coordinates. 1 where it has none.

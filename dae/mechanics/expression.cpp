@@ -34,6 +34,49 @@ Taylor<double> power_by_base(const Taylor<double>& x, const Taylor<double>& y) {
   return y.c0 == 0 ? Taylor<double>(0.0) : y.c0 * pow(x, y.c0 - 1);
 }
 
+/// Whether x is less than y, as a number. Of intervals: 0 to 1 where that depends on the values in them.
+template <class T>
+T is_less(const T& x, const T& y) {
+  return T(value_of(x) < value_of(y) ? 1.0 : 0.0);
+}
+Interval is_less(const Interval& x, const Interval& y) {
+  return {x.high < y.low ? 1.0 : 0.0, x.low < y.high ? 1.0 : 0.0};
+}
+template <class T>
+T is_at_most(const T& x, const T& y) {
+  return T(value_of(x) <= value_of(y) ? 1.0 : 0.0);
+}
+Interval is_at_most(const Interval& x, const Interval& y) {
+  return {x.high <= y.low ? 1.0 : 0.0, x.low <= y.high ? 1.0 : 0.0};
+}
+template <class T>
+T is_equal(const T& x, const T& y) {
+  return T(value_of(x) == value_of(y) ? 1.0 : 0.0);
+}
+Interval is_equal(const Interval& x, const Interval& y) {
+  const bool meet = x.low <= y.high && y.low <= x.high;
+  return {meet && x.low == x.high && y.low == y.high ? 1.0 : 0.0, meet ? 1.0 : 0.0};
+}
+template <class T>
+T is_true(const T& x) {
+  return T(value_of(x) != 0 ? 1.0 : 0.0);
+}
+Interval is_true(const Interval& x) {
+  return {x.contains(0.0) ? 0.0 : 1.0, x.is_zero() ? 0.0 : 1.0};
+}
+template <class T>
+T chosen(const T& condition, const T& then, const T& otherwise) {
+  return value_of(condition) != 0 ? then : otherwise;
+}
+Interval chosen(const Interval& condition, const Interval& then, const Interval& otherwise) {
+  if (!condition.contains(0.0)) return then;
+  return condition.is_zero() ? otherwise : hull(then, otherwise);
+}
+
+Interval to_power(const Interval& x, const Interval& y) {
+  return pow(x, y);
+}
+
 class OfOneVariable final : public SmoothFunction {
  public:
   OfOneVariable(Expression expression, int variable, std::vector<double> values)
@@ -52,9 +95,8 @@ class OfOneVariable final : public SmoothFunction {
   double value(double x) const override {
     return checked(x, {expression_.value(variables(x)), 0.0, 0.0}).value;
   }
-  std::vector<double> marks() const override {
-    if (variable_ < 0) return {};
-    return expression_.marks(variable_, {values_.begin(), values_.end()});
+  void add_marks(const TimeSpan& span, std::vector<double>& marks) const override {
+    if (variable_ >= 0) expression_.add_marks(variable_, {values_.begin(), values_.end()}, span, marks);
   }
 
  private:
@@ -77,99 +119,61 @@ class OfOneVariable final : public SmoothFunction {
   std::vector<double> values_;
 };
 
-/// Of the way between two comparisons: what is short there is seldom zero again at such a number.
-constexpr double kBetween = 0.382;
-
 }  // namespace
-
-std::vector<double> Expression::marks(int time, const std::vector<std::optional<double>>& others) const {
-  enum Degree { constant, linear, other };
-  std::vector<double> variables;
-  for (const std::optional<double>& number : others) variables.push_back(number.value_or(0.0));
-  std::vector<double> at_0, at_1, turns;
-  variables.at(time) = 0.0;
-  evaluate(variables, at_0);
-  variables[time] = 1.0;
-  evaluate(variables, at_1);
-  std::vector<Degree> degrees;
-  for (std::size_t i = 0; i < operations_.size(); ++i) {
-    const Operation& o = operations_[i];
-    const auto degree = [&](int k) { return k < 0 ? constant : degrees[k]; };
-    if (o.op == Op::variable) {
-      degrees.push_back(o.a == time ? linear : others[o.a] ? constant : other);
-      continue;
-    }
-    const Degree a = degree(o.a), b = degree(o.b), most = std::max({a, b, degree(o.c)});
-    const bool compares = o.op == Op::less || o.op == Op::less_equal || o.op == Op::equal;
-    const bool keeps = o.op == Op::add || o.op == Op::subtract ||
-                       (o.op == Op::multiply && std::min(a, b) == constant) ||
-                       (o.op == Op::divide && b == constant);
-    if (compares && most == linear) {
-      const double off = at_0[o.a] - at_0[o.b], rate = at_1[o.a] - at_1[o.b] - off;
-      if (std::isfinite(-off / rate)) turns.push_back(-off / rate);
-    }
-    degrees.push_back(most == constant || keeps ? most : other);
-  }
-  std::sort(turns.begin(), turns.end());
-  std::vector<double> marks;
-  for (std::size_t i = 0; i < turns.size(); ++i) {
-    if (i > 0 && turns[i] > turns[i - 1])
-      marks.push_back(turns[i - 1] + kBetween * (turns[i] - turns[i - 1]));
-    marks.push_back(turns[i]);
-  }
-  return marks;
-}
 
 template <class T>
 void Expression::evaluate(const std::vector<T>& variables, std::vector<T>& result) const {
   result.resize(operations_.size());
-  for (std::size_t i = 0; i < operations_.size(); ++i) {
-    const Operation& o = operations_[i];
-    const auto a = [&]() -> const T& { return result[o.a]; };
-    const auto b = [&]() -> const T& { return result[o.b]; };
-    switch (o.op) {
-      case Op::constant:
-        result[i] = T(o.constant);
-        break;
-      case Op::variable:
-        result[i] = variables[o.a];
-        break;
-      case Op::add:
-        result[i] = a() + b();
-        break;
-      case Op::subtract:
-        result[i] = a() - b();
-        break;
-      case Op::multiply:
-        result[i] = a() * b();
-        break;
-      case Op::divide:
-        result[i] = a() / b();
-        break;
-      case Op::power:
-        result[i] = to_power(a(), b());
-        break;
-      case Op::less:
-        result[i] = T(value_of(a()) < value_of(b()) ? 1.0 : 0.0);
-        break;
-      case Op::less_equal:
-        result[i] = T(value_of(a()) <= value_of(b()) ? 1.0 : 0.0);
-        break;
-      case Op::equal:
-        result[i] = T(value_of(a()) == value_of(b()) ? 1.0 : 0.0);
-        break;
-      case Op::both:
-        result[i] = T(value_of(a()) != 0 && value_of(b()) != 0 ? 1.0 : 0.0);
-        break;
-      case Op::either:
-        result[i] = T(value_of(a()) != 0 || value_of(b()) != 0 ? 1.0 : 0.0);
-        break;
-      case Op::select:
-        result[i] = value_of(a()) != 0 ? b() : result[o.c];
-        break;
-      default:
-        evaluate_function(o, result, result[i]);
-    }
+  for (std::size_t i = 0; i < operations_.size(); ++i) evaluate_one(i, variables, result);
+}
+
+template <class T>
+void Expression::evaluate_one(std::size_t i, const std::vector<T>& variables, std::vector<T>& result) const {
+  const Operation& o = operations_[i];
+  const auto a = [&]() -> const T& { return result[o.a]; };
+  const auto b = [&]() -> const T& { return result[o.b]; };
+  switch (o.op) {
+    case Op::constant:
+      result[i] = T(o.constant);
+      break;
+    case Op::variable:
+      result[i] = variables[o.a];
+      break;
+    case Op::add:
+      result[i] = a() + b();
+      break;
+    case Op::subtract:
+      result[i] = a() - b();
+      break;
+    case Op::multiply:
+      result[i] = a() * b();
+      break;
+    case Op::divide:
+      result[i] = a() / b();
+      break;
+    case Op::power:
+      result[i] = to_power(a(), b());
+      break;
+    case Op::less:
+      result[i] = is_less(a(), b());
+      break;
+    case Op::less_equal:
+      result[i] = is_at_most(a(), b());
+      break;
+    case Op::equal:
+      result[i] = is_equal(a(), b());
+      break;
+    case Op::both:
+      result[i] = is_true(a()) * is_true(b());
+      break;
+    case Op::either:
+      result[i] = is_true(is_true(a()) + is_true(b()));
+      break;
+    case Op::select:
+      result[i] = chosen(a(), b(), result[o.c]);
+      break;
+    default:
+      evaluate_function(o, result, result[i]);
   }
 }
 
@@ -323,6 +327,10 @@ T Expression::value(const std::vector<T>& variables, std::vector<T>& gradient) c
   return result.back();
 }
 
+template void Expression::evaluate(const std::vector<double>&, std::vector<double>&) const;
+template void Expression::evaluate(const std::vector<Interval>&, std::vector<Interval>&) const;
+template void Expression::evaluate_one(std::size_t, const std::vector<Interval>&,
+                                       std::vector<Interval>&) const;
 template double Expression::value(const std::vector<double>&) const;
 template double Expression::value(const std::vector<double>&, std::vector<double>&) const;
 template Taylor<double> Expression::value(const std::vector<Taylor<double>>&) const;

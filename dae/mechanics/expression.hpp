@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "dae/mechanics/fast_changes.hpp"
 #include "dae/mechanics/smooth_function.hpp"
 #include "dae/mechanics/taylor.hpp"
 
@@ -42,10 +43,20 @@ class Expression {
   template <class T>
   T value(const std::vector<T>& variables, std::vector<T>& gradient) const;
 
-  /// Values of the variable number `time` at which comparisons turn over, and one between each two neighbours
-  /// of these. `others`: numbers that do not change; what is none changes by other things, and its
-  /// comparisons are left out, as are those that are not linear in time.
-  std::vector<double> marks(int time, const std::vector<std::optional<double>>& others) const;
+  /// Adds values of the variable number `time` within `span` that no step is to pass over: where comparisons
+  /// turn over, one between each two neighbours of these, and where parts of the expression change much
+  /// faster than before (fast_changes.hpp). `others`: numbers that do not change; what is none changes by
+  /// other things, and what depends on it is left out.
+  void add_marks(int time, const std::vector<std::optional<double>>& others, const TimeSpan& span,
+                 std::vector<double>& marks) const;
+
+  /// Operations that use variables that `move`, but for sums with and multiples by what does not.
+  std::vector<int> changing_operations(const std::vector<bool>& move) const;
+  bool compares(int operation) const { return compares(operations_[operation].op); }
+  /// Overwrites `results` by those of all operations.
+  void results(const std::vector<Interval>& variables, std::vector<Interval>& results) const {
+    evaluate(variables, results);
+  }
 
  private:
   friend class ExpressionReader;
@@ -84,8 +95,19 @@ class Expression {
     double constant = 0.0;
   };
 
+  /// How an operation's result depends on time. `other`: on it and on nothing else; `unknown`: on other
+  /// things.
+  enum class Dependence { constant, linear, other, unknown };
+  std::vector<Dependence> dependences(int time, const std::vector<std::optional<double>>& others) const;
+  /// What is true at moments alone is not looked for.
+  static bool compares(Op op) { return op == Op::less || op == Op::less_equal; }
+
   template <class T>
   void evaluate(const std::vector<T>& variables, std::vector<T>& result) const;
+  template <class T>
+  void evaluate_one(std::size_t i, const std::vector<T>& variables, std::vector<T>& result) const;
+  /// Of operation i: it and what it uses, ascending.
+  std::vector<std::size_t> uses(std::size_t i) const;
   template <class T>
   void evaluate_function(const Operation& operation, const std::vector<T>& result, T& value) const;
   template <class T>

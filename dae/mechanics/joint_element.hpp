@@ -168,14 +168,9 @@ class JointElement final : public SingleElement<N> {
   int local_constraints() const override { return equations_.count(); }
   std::string direction(int row) const override { return equations_.direction(row); }
   LocalStructure structure() const override { return {}; }
-  std::vector<double> marks() const override {
-    std::vector<double> all;
-    for (const JointEquation& equation : equations_.all()) {
-      if (!equation.function) continue;
-      const std::vector<double> marks = equation.function->marks();
-      all.insert(all.end(), marks.begin(), marks.end());
-    }
-    return all;
+  void add_marks(const TimeSpan& span, std::vector<double>& marks) const override {
+    for (const JointEquation& equation : equations_.all())
+      if (equation.function) equation.function->add_marks(span, marks);
   }
 
   void residual(int, const LocalState& state, LocalResidual& residual) const override {

@@ -56,14 +56,11 @@ class LoadGroup : public ElementGroup {
     return structure;
   }
 
-  std::vector<double> marks() const override {
-    std::vector<double> all;
-    for (const StateFunction& function : functions_) {
-      if (!function) continue;
-      const std::vector<double> marks = function.marks();
-      all.insert(all.end(), marks.begin(), marks.end());
-    }
-    return all;
+  void add_marks(const TimeSpan& span, std::vector<double>& marks) const override {
+    for (const StateFunction& function : functions_) function.add_marks(span, marks);
+  }
+  void add_state_functions(std::vector<const StateFunction*>& functions) const override {
+    for (const StateFunction& function : functions_) functions.push_back(&function);
   }
 
   void residual(int e, const LocalState& state, LocalResidual& residual) const override {

@@ -36,7 +36,12 @@ class CoordinateMotion final : public ElementGroup {
     structure.coupled_from = 1;
     return structure;
   }
-  std::vector<double> marks() const override { return change_.marks(); }
+  void add_marks(const TimeSpan& span, std::vector<double>& marks) const override {
+    change_.add_marks(span, marks);
+  }
+  void add_state_functions(std::vector<const StateFunction*>& functions) const override {
+    functions.push_back(&change_);
+  }
   std::string name(int e) const override { return name_ + ", coordinate " + std::to_string(moved_[e]); }
 
   void residual(int e, const LocalState& state, LocalResidual& residual) const override {

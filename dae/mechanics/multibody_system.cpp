@@ -13,6 +13,7 @@
 
 #include "dae/mechanics/divided_residual.hpp"
 #include "dae/mechanics/number_text.hpp"
+#include "dae/mechanics/state_changes.hpp"
 
 namespace mfs::dae {
 namespace {
@@ -311,14 +312,19 @@ void Multibody::set_constraint_block(Block block, ElementId id, const double* lo
   }
 }
 
-std::vector<double> Multibody::marks() const {
-  std::vector<double> all;
-  for (const auto& group : groups_) {
-    const std::vector<double> marks = group->marks();
-    all.insert(all.end(), marks.begin(), marks.end());
-  }
-  std::sort(all.begin(), all.end());
-  return all;
+std::vector<double> Multibody::marks(const TimeSpan& span) const {
+  std::vector<double> marks;
+  for (const auto& group : groups_) group->add_marks(span, marks);
+  std::sort(marks.begin(), marks.end());
+  return marks;
+}
+
+std::unique_ptr<ChangeWatch> Multibody::change_watch() const {
+  std::vector<const StateFunction*> functions;
+  for (const auto& group : groups_) group->add_state_functions(functions);
+  auto changes = std::make_unique<StateChanges>(functions);
+  if (changes->empty()) return nullptr;
+  return changes;
 }
 
 /// Meshes: bodies of which three coordinates each are a point. Three points or less have no shape to turn.

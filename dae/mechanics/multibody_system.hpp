@@ -52,7 +52,8 @@ class Multibody final : public ConstrainedSystem, public TurningBodies {
   std::string most_pressed(const double* q) const override;
   bool is_measure(int coordinate) const override { return body_of(coordinate).is_measure; }
   std::vector<PointRange> turning_bodies() const override;
-  std::vector<double> marks() const override;
+  std::vector<double> marks(const TimeSpan& span) const override;
+  std::unique_ptr<ChangeWatch> change_watch() const override;
   std::vector<RemoteTangent*> remote_tangents() const override {
     std::vector<RemoteTangent*> remotes;
     for (const auto& force : device_forces_) remotes.push_back(force.get());

@@ -7,6 +7,8 @@
 
 #include <mfs/error.hpp>
 
+#include "dae/mechanics/fast_changes.hpp"
+
 namespace mfs::dae {
 namespace {
 
@@ -45,10 +47,19 @@ class SmoothStep final : public SmoothFunction {
             rise_ / length_ * 30 * s * s * (1 - s) * (1 - s),
             rise_ / (length_ * length_) * 60 * s * (1 - s) * (1 - 2 * s)};
   }
+  void add_marks(const TimeSpan& span, std::vector<double>& marks) const override {
+    if (length_ * kFaster < span.end - span.begin) marks.insert(marks.end(), {begin_, begin_ + length_});
+  }
 
  private:
   double begin_, length_, before_, rise_;
 };
+
+/// What changes by less, in parts of a table's range, is no event in it.
+constexpr double kNoise = 0.01;
+/// As kFaster, at the first level. Stretches end at points here, which are further apart than parts of an
+/// expression.
+constexpr double kFasterTable = 6.0;
 
 /// Between two points, with their second derivatives m (moments, as of an elastic spline).
 class Spline final : public SmoothFunction {
@@ -69,25 +80,15 @@ class Spline final : public SmoothFunction {
             left * m_[i] + right * m_[i + 1]};
   }
 
-  /// Peaks and valleys, but for those that are less than a hundredth of its range beside the one before.
-  std::vector<double> marks() const override {
-    const auto [least, most] = std::minmax_element(y_.begin(), y_.end());
-    const double small = 0.01 * (*most - *least);
-    std::vector<double> marks;
-    std::size_t peak = 0;
-    double way = 0.0;  // to the next peak or valley
-    for (std::size_t i = 1; i < y_.size(); ++i) {
-      const double change = y_[i] - y_[peak];
-      if (change * way >= 0 && (way != 0 || std::abs(change) > small)) {
-        if (change != 0 || way == 0) peak = i;
-        way = way == 0 ? change : way;
-      } else if (change * way < 0 && std::abs(change) > small) {
-        marks.push_back(x_[peak]);
-        peak = i;
-        way = change;
-      }
-    }
-    return marks;
+  /// Where its points begin to change faster, at three levels, so that a blow is found in noise.
+  void add_marks(const TimeSpan& span, std::vector<double>& marks) const override {
+    std::vector<Sample> samples = {{span.begin, value(span.begin)}};
+    for (std::size_t i = 0; i < x_.size(); ++i)
+      if (x_[i] > span.begin && x_[i] < span.end) samples.push_back({x_[i], y_[i]});
+    samples.push_back({span.end, value(span.end)});
+    double ratio = kFasterTable;
+    for (double level = kQuarter; level > kNoise; level /= 4, ratio *= 2)
+      mark_fast_changes(samples, level, ratio, marks);
   }
 
  private:

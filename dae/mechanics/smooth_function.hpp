@@ -6,6 +6,8 @@
 #include <memory>
 #include <vector>
 
+#include "dae/mechanics/time_span.hpp"
+
 namespace mfs::dae {
 
 /// A function's value and its first two derivatives.
@@ -20,8 +22,9 @@ class SmoothFunction {
   /// The value and the first derivative, or the value alone, where those that are left out may be infinite.
   virtual Jet slope(double x) const { return at(x); }
   virtual double value(double x) const { return at(x).value; }
-  /// x at which it is to be looked at, as it may be other there than its values farther off let expect.
-  virtual std::vector<double> marks() const { return {}; }
+  /// Adds times at which it is to be looked at, as it may be other there than its values farther off let
+  /// expect, where x is time and goes through `span`.
+  virtual void add_marks(const TimeSpan& /*span*/, std::vector<double>& /*marks*/) const {}
 };
 
 using Function = std::shared_ptr<const SmoothFunction>;

@@ -82,8 +82,9 @@ Taylor<double> StateFunction::along(const Taylor<double>& t, const std::vector<T
   return value;
 }
 
-std::vector<double> StateFunction::marks() const {
-  if (of_time_) return of_time_->marks();
+void StateFunction::add_marks(const TimeSpan& span, std::vector<double>& marks) const {
+  if (of_time_) of_time_->add_marks(span, marks);
+  if (!expression_) return;
   int time = -1;
   std::vector<std::optional<double>> numbers;
   for (std::size_t i = 0; i < arguments_.size(); ++i) {
@@ -91,7 +92,28 @@ std::vector<double> StateFunction::marks() const {
     if (arguments_[i].kind == Kind::time) time = static_cast<int>(i);
     if (arguments_[i].kind == Kind::number) numbers.back() = arguments_[i].number;
   }
-  return time < 0 ? std::vector<double>() : expression_->marks(time, numbers);
+  if (time >= 0) expression_->add_marks(time, numbers, span, marks);
+}
+
+std::vector<int> StateFunction::changing_operations() const {
+  if (!expression_) return {};
+  std::vector<bool> moves;
+  for (const Argument& argument : arguments_)
+    moves.push_back(argument.kind == Kind::coordinate || argument.kind == Kind::rate);
+  return expression_->changing_operations(moves);
+}
+
+void StateFunction::enclose(const Interval& t, const Interval* q, const Interval* v,
+                            std::vector<Interval>& results) const {
+  std::vector<Interval> values;
+  for (std::size_t i = 0; i < arguments_.size(); ++i) {
+    const Argument& argument = arguments_[i];
+    values.push_back(argument.kind == Kind::time         ? t
+                     : argument.kind == Kind::coordinate ? q[place_[i]] + argument.number
+                     : argument.kind == Kind::rate       ? v[place_[i]]
+                                                         : Interval(argument.number));
+  }
+  expression_->results(values, results);
 }
 
 }  // namespace mfs::dae

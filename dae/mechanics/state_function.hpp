@@ -42,8 +42,16 @@ class StateFunction {
   /// As a series along a motion, whose time and coordinates are series; overwrites `by_q`. Without rates.
   Taylor<double> along(const Taylor<double>& t, const std::vector<Taylor<double>>& q,
                        std::vector<Taylor<double>>& by_q) const;
-  /// Times: SmoothFunction::marks, Expression::marks.
-  std::vector<double> marks() const;
+  /// Adds times: SmoothFunction::add_marks, Expression::add_marks.
+  void add_marks(const TimeSpan& span, std::vector<double>& marks) const;
+
+  /// Operations of the expression that depend on coordinates or rates (Expression::changing_operations), and
+  /// whether one is a comparison.
+  std::vector<int> changing_operations() const;
+  bool compares(int operation) const { return expression_->compares(operation); }
+  /// Overwrites `results` by those of all operations, where time and these coordinates and their rates are in
+  /// these intervals.
+  void enclose(const Interval& t, const Interval* q, const Interval* v, std::vector<Interval>& results) const;
 
  private:
   double checked(double t, double value) const;

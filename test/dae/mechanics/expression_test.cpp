@@ -4,6 +4,7 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <optional>
@@ -38,30 +39,64 @@ TEST(Expression, ComputesAsWritten) {
   EXPECT_EQ(value_at("if(x > 0, log(x), 0)", {-1}), 0);
 }
 
-/// Where comparisons of t turn over, and at 0.382 of the way from one to the next.
+/// In 0 to 10.
+std::vector<double> marks_of(const std::string& text) {
+  const Expression expression(text);
+  std::vector<std::optional<double>> others;
+  int time = -1;
+  for (const std::string& name : expression.variables()) {
+    if (name == "t") time = static_cast<int>(others.size());
+    others.emplace_back();
+    if (name == "two") others.back() = 2.0;
+  }
+  std::vector<double> marks;
+  expression.add_marks(time, others, {0.0, 10.0}, marks);
+  std::sort(marks.begin(), marks.end());
+  return marks;
+}
+
+auto near(std::vector<double> times, double off = 1e-14) {
+  return testing::Pointwise(testing::DoubleNear(off), std::move(times));
+}
+
+/// And at 0.382 of the way from one to the next.
 TEST(Expression, IsMarkedWhereComparisonsOfTimeTurnOver) {
-  const auto marks = [](const std::string& text) {
-    const Expression expression(text);
-    std::vector<std::optional<double>> others;
-    int time = -1;
-    for (const std::string& name : expression.variables()) {
-      if (name == "t") time = static_cast<int>(others.size());
-      others.emplace_back();
-      if (name == "two") others.back() = 2.0;
-    }
-    return expression.marks(time, others);
-  };
-  const auto are = [](std::vector<double> times) {
-    return testing::Pointwise(testing::DoubleNear(1e-14), times);
-  };
-  EXPECT_THAT(marks("if(t > 3 && t < 3.01, 5, 0)"), are({3, 3.00382, 3.01}));
-  EXPECT_THAT(marks("(3 <= t) * (2 * t - 1 <= 7)"), are({3, 3.382, 4}));
-  EXPECT_THAT(marks("(t / two > 1 + sqrt(4)) - (5 == t)"), are({5, 5.382, 6}));
-  EXPECT_THAT(marks("max(0, 1 - abs(t - 3))"), are({3}));
-  EXPECT_THAT(marks("(t > 1) + (t > 1) + (t < 2 * 1)"), are({1, 1, 1.382, 2}));
-  EXPECT_THAT(marks("if(t < 5, 1, -1) + t"), are({5}));
+  EXPECT_THAT(marks_of("if(t > 3 && t < 3.01, 5, 0)"), near({3, 3.00382, 3.01}));
+  EXPECT_THAT(marks_of("(3 <= t) * (2 * t - 1 <= 7)"), near({3, 3.382, 4}));
+  EXPECT_THAT(marks_of("(t / two > 1 + sqrt(4)) - (5 >= t) + (t == 4)"), near({5, 5.382, 6}));
+  EXPECT_THAT(marks_of("max(0, 1 - abs(t - 3))"), near({2, 2.382, 3, 3.382, 4}));
+  EXPECT_THAT(marks_of("(t > 1) + (t > 1) + (t < 2 * 1)"), near({1, 1, 1.382, 2}));
+  EXPECT_THAT(marks_of("if(t < 5, 1, -1) + t"), near({5}));
+  EXPECT_THAT(marks_of("t * t > 9"), near({3}));
+  EXPECT_THAT(marks_of("if(sin(t) > 0.99999999 && two > 1, 1, 0)"),
+              near({1.570654905439, 1.570654905439 + 0.382 * 2.828427127e-4, 1.570937748152,
+                    1.570937748152 + 0.382 * 6.282902464, 7.853840212619,
+                    7.853840212619 + 0.382 * 2.828427127e-4, 7.854123055332},
+                   1e-9));
+  EXPECT_THAT(marks_of("1 / t < 3"), near({1 / 3.0}));
   // What turns over by other things is not known beforehand.
-  EXPECT_THAT(marks("(x > 1) + (t < x) + (t * t > 9) + (sin(t) > 0) + (1 / t < 3) + (1 > two)"), are({}));
+  EXPECT_THAT(marks_of("(x > 1) + (t < x) + (t * t > x) + (1 > two)"), near({}));
+}
+
+/// Two marks each: where a quarter of the range is left, and where a second one is.
+TEST(Expression, IsMarkedWhereItBeginsToChangeFaster) {
+  const double from = std::sqrt(std::log(4.0)), to = std::sqrt(std::log(2.0));
+  for (const double width : {1e-1, 1e-3, 1e-6}) {
+    const std::string w = std::to_string(static_cast<int>(std::round(1 / width)));
+    EXPECT_THAT(marks_of("5 - 100 * exp(-((t - 3) * " + w + ")^2) * x"),
+                near({3 - from * width, 3 - to * width}, 0.2 * width));
+    EXPECT_THAT(marks_of("x + tanh((t - 3) * " + w + ")"),
+                near({3 - 0.6 * width, 3 - 0.1 * width}, 0.3 * width));
+  }
+  EXPECT_THAT(marks_of("sin(t)^400 + 1e-3 * exp(-((t - 3) / 0.001)^2)").size(), 8);
+  EXPECT_THAT(marks_of("1 / ((t - 3)^2 + 1e-6)").size(), 2);
+}
+
+TEST(Expression, IsNotMarkedWhereItChangesAsEver) {
+  for (const char* text :
+       {"sin(2 * pi * t)", "cos(300 * t)^2 + 3 * t^2", "exp(-t) + sqrt(1 + t)", "t^4 - 5 / (2 + t)",
+        "sin(3 * t)^3 * exp(-0.1 * t)", "sin(5 * t + 0.1 * sin(7 * t))", "sin(t^2)", "exp(x) * sin(3 * t)"})
+    EXPECT_THAT(marks_of(text), near({})) << text;
 }
 
 TEST(Expression, NamesItsVariables) {

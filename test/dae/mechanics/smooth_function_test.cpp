@@ -3,7 +3,9 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
+#include <random>
 
 namespace mfs::dae {
 namespace {
@@ -39,21 +41,48 @@ TEST(SmoothFunction, SplineInterpolates) {
   expect_jet(spline_function({0, 1, 2}, {0, 1, 0})->at(1), 1, 0, -3);
 }
 
-/// Not at its ends, and not where it changes by less than a hundredth of its range.
-TEST(SmoothFunction, SplineIsMarkedAtPeaksAndValleys) {
-  using testing::ElementsAre;
-  const auto marks = [](const std::vector<double>& y) {
-    std::vector<double> x;
-    for (std::size_t i = 0; i < y.size(); ++i) x.push_back(10.0 + static_cast<double>(i));
-    return spline_function(x, y)->marks();
-  };
-  EXPECT_THAT(marks({0, 0, 0, 5, 0, 0}), ElementsAre(13));
-  EXPECT_THAT(marks({0, 1, 3, 3, 2, -4, -4, -1}), ElementsAre(12, 15));
-  EXPECT_THAT(marks({0, 0.01, -0.01, 5, 4.99, 5.01, 5.005, 0, 0.02, 0}), ElementsAre(15));
-  EXPECT_THAT(marks({7, 5, 6, 8}), ElementsAre(11));
-  EXPECT_THAT(marks({1, 2, 3}), ElementsAre());
-  EXPECT_THAT(marks({2, 2, 2}), ElementsAre());
-  EXPECT_THAT(harmonic_function(0, 1, 3, 0)->marks(), ElementsAre());
+/// In 0 to 80, of a table at 0, 1, ... 80.
+std::vector<double> marks_of(const std::vector<double>& y) {
+  std::vector<double> x, marks;
+  for (std::size_t i = 0; i < y.size(); ++i) x.push_back(static_cast<double>(i));
+  spline_function(x, y)->add_marks({0.0, 80.0}, marks);
+  std::sort(marks.begin(), marks.end());
+  marks.erase(std::unique(marks.begin(), marks.end()), marks.end());
+  return marks;
+}
+
+TEST(SmoothFunction, SplineIsMarkedWhereItBeginsToChangeFaster) {
+  using testing::ElementsAre, testing::IsEmpty;
+  std::vector<double> y(81, 0.0);
+  y[50] = 5.0;
+  EXPECT_THAT(marks_of(y), ElementsAre(49, 50));
+  y[70] = -0.2;
+  EXPECT_THAT(marks_of(y), ElementsAre(49, 50));
+  y[70] = -0.5;
+  EXPECT_THAT(marks_of(y), ElementsAre(49, 50, 69, 70)) << "a tenth of the other";
+  for (std::size_t i = 0; i < y.size(); ++i) y[i] = i < 50 ? 1.0 : 3.0;
+  EXPECT_THAT(marks_of(y), ElementsAre(49, 50)) << "a step";
+  for (std::size_t i = 0; i < y.size(); ++i) y[i] = std::sin(0.3 * static_cast<double>(i));
+  EXPECT_THAT(marks_of(y), IsEmpty());
+}
+
+TEST(SmoothFunction, SplineOfNoiseIsMarkedAtBlowsAlone) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> noise(-0.02, 0.02);
+  std::vector<double> y(81);
+  for (double& value : y) value = 1.0 + noise(random);
+  EXPECT_THAT(marks_of(y), testing::IsEmpty());
+  y[50] = 3.0;
+  EXPECT_THAT(marks_of(y), testing::ElementsAre(49, 50));
+}
+
+TEST(SmoothFunction, SmoothStepIsMarkedWhereItIsShort) {
+  std::vector<double> marks;
+  harmonic_function(0, 1, 3, 0)->add_marks({0.0, 100.0}, marks);
+  smooth_step(3, 12, 0, 1)->add_marks({0.0, 100.0}, marks);
+  EXPECT_THAT(marks, testing::IsEmpty());
+  smooth_step(3, 4, 0, 1)->add_marks({0.0, 100.0}, marks);
+  EXPECT_THAT(marks, testing::ElementsAre(3, 4));
 }
 
 /// Derivatives against differences on both sides of every join, and past the ends.

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "dae/integrator/integrator.hpp"
+#include "dae/mechanics/expression.hpp"
 #include "dae/mechanics/smooth_function.hpp"
 #include "dae/model/model.hpp"
 
@@ -112,6 +113,128 @@ TEST_F(Loads, ABlowByATableIsNotPassedOver) {
       change(v("wheel.e0"), v("wheel.e1"), v("wheel.e2"), v("wheel.e3"));
   EXPECT_GT(impulse, 1.0);
   EXPECT_NEAR(2 * (change * p.conjugate()).vec().dot(wheel_axis()), impulse / 2, 5e-3);
+}
+
+/// Steps end before a force jumps, and the next ones begin with what it is then.
+TEST_F(Loads, BlowsOfConstantForcesAreExact) {
+  for (const char* method : {"bdf", "generalized_alpha"})
+    for (const char* force : {"if(t > 3 && t < 3.01, 300, 0)", "3 * (t >= 3) - 3 * (4 < t)",
+                              "if(t * t > 9 && exp(t) < exp(4), 3, 0) + 0 * guide.travel"}) {
+      Json json = on_oblique_axis(machine());
+      json["integrator"] = {{"method", method}};
+      json["end"] = 10;
+      json["forces"]["blow"] = {{"type", "point"}, {"side", "slider"}, {"point", {1, 0, 0}}, {"x", force}};
+      run(json);
+      EXPECT_NEAR(v("slider.x"), 1.0, 1e-10) << method << ", " << force;
+    }
+}
+
+/// Also where the last jump is where the run ends, but for rounding, and others are at outputs.
+TEST_F(Loads, OutputsAtJumpsAreAllThere) {
+  struct Counter : Observer {
+    void output(const State& state) override { times.push_back(state.t); }
+    std::vector<double> times;
+  };
+  for (int end = 1; end <= 7; ++end) {
+    Json json = on_oblique_axis(machine());
+    json["end"] = end;
+    json["forces"]["wave"] = {{"type", "point"},
+                              {"side", "slider"},
+                              {"point", {1, 0, 0}},
+                              {"x", "if(sin(2 * pi * 20 * t) > 0, 10, -10)"}};
+    const MultibodyModel model = make_model(json, "", 1);
+    std::vector<double> outputs;
+    for (int i = 0; i <= 10 * end; ++i) outputs.push_back(i / 10.0);
+    Counter counter;
+    Integrator(*model.system, model.integrator).run(0.0, model.q0, model.v0, model.end, outputs, counter);
+    EXPECT_EQ(counter.times, outputs) << end;
+  }
+}
+
+/// Pulses and steps of other forms, with whatever else the force has, beside the sum of their values.
+TEST_F(Loads, APulseIsNotPassedOver) {
+  for (const std::string force :
+       {"300 * exp(-((t - 3) / 0.003)^2)", "1e5 * exp(-((t - 7.123) / 1e-4)^2)",
+        "300 * exp(-((t^2 - 9) / 0.01)^2)", "100 * (tanh((t - 3) / 1e-3) - tanh((t - 3.01) / 1e-3))",
+        "300 * sin(t)^4000", "if(sin(t) > 0.9999, 100, 0)", "3e6 * max(sin(t) - 0.9999, 0)",
+        "1e-3 / ((t - 3)^2 + 1e-6)", "300 / cosh((t - 4) / 2e-3)",
+        "5 * cos(t) + 600 * exp(-((t - 6) / 0.002)^2)"})
+    for (const double second : {1.0, 1e4}) {
+      const Function exact = expression_function(Expression(force), 0, {0.0});
+      double impulse = 0.0;
+      for (int i = 0; i < 1000000; ++i) impulse += exact->value((i + 0.5) * 1e-5) * 1e-5;
+      ASSERT_GT(std::abs(impulse), 0.5) << force;
+      Json json = on_oblique_axis(machine());
+      json.erase("integrator");
+      json["end"] = 10 * second;
+      const std::string unit = std::to_string(second);
+      const std::string of_unit = "(t / " + unit + ")", square = std::to_string(second * second);
+      std::string text = force;
+      for (std::size_t i = 0; (i = text.find('t', i)) != std::string::npos; i += of_unit.size()) {
+        if (text.compare(i, 4, "tanh") == 0) {
+          i += 4 - of_unit.size();
+          continue;
+        }
+        text.replace(i, 1, of_unit);
+      }
+      json["forces"]["pulse"] = {{"type", "point"},
+                                 {"side", "slider"},
+                                 {"point", {1, 0, 0}},
+                                 {"x", "(" + text + ") / " + square + " + 0 * guide.travel"}};
+      run(json);
+      EXPECT_NEAR(v("slider.x") * second, impulse / 3, 0.02) << force << ", " << second;
+    }
+}
+
+/// What lasts for a moment of the motion, beside its energy: at 10 m/s, 20 m ahead, by rtol alone.
+TEST_F(Loads, WhatTheMotionPassesIsNotPassedOver) {
+  struct Place {
+    std::string force;
+    double work;
+  };
+  for (const Place& place :
+       {Place{"500 * exp(-((guide.travel - 20) / 0.05)^2)", 500 * 0.05 * std::sqrt(std::acos(-1.0))},
+        {"if(guide.travel > 20 && guide.travel < 20.1, 600, 0)", 60},
+        {"600 * (tanh((nose.x - 21.5) / 0.01) - tanh((nose.x - 21.6) / 0.01))", 120},
+        {"500 * max(0, 1 - abs(guide.travel - 20) / 0.1)", 50},
+        {"-500 * max(0, 1 - abs(guide.travel - 20) / 0.1) * guide.travel_rate / 10", -45.8333},
+        {"3e-4 / ((guide.travel - 20)^2 + 1e-8)", 3 * std::acos(-1.0)}})
+    for (const double second : {1.0, 1e3}) {
+      Json json = on_oblique_axis(machine());
+      json.erase("integrator");
+      json["end"] = 5 * second;
+      json["bodies"]["slider"]["velocity"] = {10 / second, 0, 0};
+      const std::string square = std::to_string(second * second);
+      json["forces"]["bump"] = {{"type", "point"},
+                                {"side", "slider"},
+                                {"point", {1, 0, 0}},
+                                {"x", "(" + place.force + ") / " + square}};
+      if (place.force.find("rate") != std::string::npos && second > 1) continue;
+      run(json);
+      EXPECT_NEAR(v("slider.x") * second, std::sqrt(100 + 2 * place.work / 3), 0.05) << place.force << second;
+    }
+}
+
+/// A stop of 1e9 N/m, met within 2e-4 s: stiffness that is not there before is no reason to take errors for
+/// vibrations.
+TEST_F(Loads, ABodyBouncesOffAStiffStop) {
+  const Json of_expression = {
+      {"type", "point"}, {"side", "slider"}, {"point", {1, 0, 0}}, {"x", "-1e9 * max(0, guide.travel - 30)"}};
+  const Json of_spring = {
+      {"type", "translational_spring"}, {"joint", "guide"}, {"force", "1e9 * max(0, x - 30)"}};
+  const Json smooth = {{"type", "translational_spring"},
+                       {"joint", "guide"},
+                       {"force", "1e9 * (x - 30 + sqrt((x - 30)^2 + 1e-8)) / 2"}};
+  for (const char* method : {"bdf", "generalized_alpha"})
+    for (const Json& stop : {of_expression, of_spring, smooth}) {
+      Json json = on_oblique_axis(machine());
+      json["integrator"] = {{"method", method}};
+      json["end"] = 5;
+      json["bodies"]["slider"]["velocity"] = {10, 0, 0};
+      json["forces"]["stop"] = stop;
+      run(json);
+      EXPECT_NEAR(v("slider.x"), -10, 0.1) << method << ", " << stop;
+    }
 }
 
 /// What the slider is driven by, and a function of the angle of the wheel.

@@ -92,6 +92,7 @@ class FirstOutput : public Observer {
 /// Of the motion at time t, with accelerations and multipliers.
 State state_at(MultibodyModel& model, double t, std::vector<std::string>& notes) {
   if (model.starts_at_rest) model.q0 = equilibrium(model, notes).q;
+  model.integrator.rtol = std::min(model.integrator.rtol, kMotionRtol);
   Integrator integrator = make_integrator(model);
   FirstOutput first(t);
   try {

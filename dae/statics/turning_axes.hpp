@@ -21,6 +21,10 @@
 
 namespace mfs::dae {
 
+/// Largest `rtol` of a motion to a state about which modes are asked for. Whether all turns as one body is
+/// told by thousandths of velocities, and a motion may be off by some hundred times what a step may leave.
+constexpr double kMotionRtol = 1e-6;
+
 class TurningAxes {
  public:
   /// Places of nodes are turned where `system` is TurningBodies as well.

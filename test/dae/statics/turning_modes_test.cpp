@@ -20,6 +20,7 @@ class TurningModes : public testing::Test {
   void find(const Json& json, double t, int count = 20) {
     model_ = make_model(json, "", 1);
     model_.integrator.threads = 1;
+    model_.integrator.rtol = kMotionRtol;
     Integrator integrator(*model_.system, model_.integrator);
     struct First : Observer {
       void output(const State& state) override { taken = state; }

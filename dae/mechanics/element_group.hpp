@@ -13,6 +13,8 @@
 
 namespace mfs::dae {
 
+class StateFunction;
+
 /// An element's own part of the state: nq coordinates and nc multipliers, gathered.
 struct LocalState {
   double t;
@@ -86,8 +88,6 @@ class DeviceForce : public RemoteTangent {
 };
 
 /// Immutable once it is part of a system; its functions are called by several threads at once.
-class StateFunction;
-
 class ElementGroup {
  public:
   virtual ~ElementGroup() = default;

@@ -1,6 +1,6 @@
 // ChangeWatch of functions of coordinates: each operation of their expressions is enclosed (interval.hpp)
-// along the step. Where its result leaves what it is at both ends by more than a
-// quarter of its range in the run so far, something is passed over.
+// along the step. Where its result leaves what it is at both ends by more than a quarter of its range in the
+// run so far, something is passed over.
 #pragma once
 
 #include <vector>

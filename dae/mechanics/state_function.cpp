@@ -31,14 +31,15 @@ double StateFunction::checked(double t, double value) const {
                      "it or a derivative is not finite at t = " + number_text(t));
 }
 
-std::vector<double> StateFunction::variables(double t, const double* q, const double* v) const {
-  std::vector<double> values;
+template <class T>
+std::vector<T> StateFunction::variables(const T& t, const T* q, const T* v) const {
+  std::vector<T> values;
   for (std::size_t i = 0; i < arguments_.size(); ++i) {
     const Argument& argument = arguments_[i];
     values.push_back(argument.kind == Kind::time         ? t
                      : argument.kind == Kind::coordinate ? q[place_[i]] + argument.number
                      : argument.kind == Kind::rate       ? v[place_[i]]
-                                                         : argument.number);
+                                                         : T(argument.number));
   }
   return values;
 }
@@ -67,12 +68,8 @@ Taylor<double> StateFunction::along(const Taylor<double>& t, const std::vector<T
     const Jet f = of_time_->at(t.c0);
     return composed(t, f.value, f.first, f.second);
   }
-  std::vector<Taylor<double>> values, gradient;
-  for (std::size_t i = 0; i < arguments_.size(); ++i)
-    values.push_back(arguments_[i].kind == Kind::time         ? t
-                     : arguments_[i].kind == Kind::coordinate ? q[place_[i]] + arguments_[i].number
-                                                              : Taylor<double>(arguments_[i].number));
-  const Taylor<double> value = expression_->value(values, gradient);
+  std::vector<Taylor<double>> gradient;
+  const Taylor<double> value = expression_->value(variables<Taylor<double>>(t, q.data(), nullptr), gradient);
   for (const double c : {value.c0, value.c1, value.c2}) checked(t.c0, c);
   for (std::size_t i = 0; i < arguments_.size(); ++i) {
     if (arguments_[i].kind != Kind::coordinate) continue;
@@ -105,15 +102,7 @@ std::vector<int> StateFunction::changing_operations() const {
 
 void StateFunction::enclose(const Interval& t, const Interval* q, const Interval* v,
                             std::vector<Interval>& results) const {
-  std::vector<Interval> values;
-  for (std::size_t i = 0; i < arguments_.size(); ++i) {
-    const Argument& argument = arguments_[i];
-    values.push_back(argument.kind == Kind::time         ? t
-                     : argument.kind == Kind::coordinate ? q[place_[i]] + argument.number
-                     : argument.kind == Kind::rate       ? v[place_[i]]
-                                                         : Interval(argument.number));
-  }
-  expression_->results(values, results);
+  expression_->results(variables(t, q, v), results);
 }
 
 }  // namespace mfs::dae

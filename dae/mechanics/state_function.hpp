@@ -55,7 +55,9 @@ class StateFunction {
 
  private:
   double checked(double t, double value) const;
-  std::vector<double> variables(double t, const double* q, const double* v) const;
+  /// Values of the arguments; without rates `v` is not read.
+  template <class T>
+  std::vector<T> variables(const T& t, const T* q, const T* v) const;
 
   Function of_time_;
   std::shared_ptr<const Expression> expression_;

@@ -292,8 +292,8 @@ TEST_F(DaeProgram, HasNoNotesOnItsOwnModels) {
 }
 
 // A bar that is pressed at its end: the law has its largest force at 1 / sqrt(3) of the length, and beyond
-// that shorter elements push less than longer ones. It buckles before that, from what rounding leaves, so
-// another BLAS ends earlier. What was reached is there.
+// that shorter elements push less than longer ones. What was reached is there. A slender bar would buckle
+// before, by what rounding leaves, earlier with one BLAS than with another.
 TEST_F(DaeProgram, NamesTheElementThatIsPressedTooFar) {
   ordered_json json = {{"name", "press"}, {"end", 1}, {"outputs", 10}};
   json["materials"]["soft"] = {
@@ -302,16 +302,16 @@ TEST_F(DaeProgram, NamesTheElementThatIsPressedTooFar) {
   json["bodies"]["bar"]["mesh"] = {{"generator", "box"},
                                    {"element", "hex8"},
                                    {"refine", 1},
-                                   {"size", {1, 0.1, 0.1}},
+                                   {"size", {1, 0.2, 0.2}},
                                    {"divisions", {10, 1, 1}}};
   json["motions"]["wall"] = {{"type", "nodes"}, {"side", "bar:x0"}, {"x", "0"}, {"y", "0"}, {"z", "0"}};
   json["motions"]["ram"] = {{"type", "nodes"}, {"side", "bar:x1"}, {"x", "-0.9 * t"}, {"y", "0"}, {"z", "0"}};
   const std::string why = complaint(
       {"run", file("press.json", json.dump()), "-o", path("out"), "--no-plots", "--threads", "1"}, 7);
-  EXPECT_THAT(
-      why, testing::ContainsRegex("t = 0[.][34][0-9]* s.*; body bar, element [0-9]+ is pressed to [0-9.e-]* "
-                                  "of its length; st_venant_kirchhoff is for small strains"));
-  EXPECT_THAT(text_of(path("out/time_series.csv")), HasSubstr("\n0.3,"));
+  EXPECT_THAT(why,
+              testing::ContainsRegex("t = 0[.]4[0-9]* s.*; body bar, element [0-9]+ is pressed to [0-9.e-]* "
+                                     "of its length; st_venant_kirchhoff is for small strains"));
+  EXPECT_THAT(text_of(path("out/time_series.csv")), HasSubstr("\n0.4,"));
 }
 
 TEST_F(DaeProgram, SaysWhyALeaningWheelHasNoEquilibrium) {

@@ -263,12 +263,15 @@ std::uint64_t border_hash(const Graph& graph, const EliminationTree& tree,
 }
 
 /// Tiny fronts without children below the same parent (or below none), where they come in crowds.
-std::vector<Vertex> crowded_leaves(const FrontTree& fronts) {
+std::vector<Vertex> crowded_leaves(const FrontTree& fronts, Parts parts) {
   std::vector<bool> has_children(fronts.size(), false);
   for (const Vertex parent : fronts.parent) {
     if (parent >= 0) has_children[parent] = true;
   }
-  const auto tiny = [&](Vertex f) { return !has_children[f] && fronts.pivots[f] <= kTinyPivots; };
+  const auto tiny = [&](Vertex f) {
+    const bool may = parts == Parts::bundled || fronts.parent[f] >= 0;
+    return may && !has_children[f] && fronts.pivots[f] <= kTinyPivots;
+  };
   std::vector<Vertex> crowd(static_cast<std::size_t>(fronts.size()) + 1, 0);  // by parent + 1
   for (Vertex f = 0; f < fronts.size(); ++f) crowd[fronts.parent[f] + 1] += tiny(f);
   std::vector<Vertex> leaves;
@@ -281,8 +284,8 @@ std::vector<Vertex> crowded_leaves(const FrontTree& fronts) {
 /// Crowds of tiny siblings with equal borders share fronts of up to kBundlePivots: a diagonal matrix, or the
 /// spokes of an arrow, would otherwise be as many fronts as unknowns. The zeros between them cost less than
 /// the fronts.
-void bundle_crowds(const Graph& graph, const EliminationTree& tree, FrontTree& fronts) {
-  const std::vector<Vertex> leaves = crowded_leaves(fronts);
+void bundle_crowds(const Graph& graph, const EliminationTree& tree, Parts parts, FrontTree& fronts) {
+  const std::vector<Vertex> leaves = crowded_leaves(fronts, parts);
   if (leaves.empty()) return;
   const std::vector<Vertex> position = inverse_permutation(tree.order);
   const Lists members = lists_by_key(fronts.group_of, fronts.size());
@@ -357,12 +360,12 @@ SeparatorTree breadth_first(const NodeList& nodes) {
 }
 
 NodeList fronts_of_order(const Graph& graph, const Partition& partition, const std::vector<Vertex>& order,
-                         int threads, TreeHeight height) {
+                         int threads, TreeHeight height, Parts parts) {
   const EliminationTree tree = elimination_tree(graph, order, threads);
   FrontTree fronts = fundamental_supernodes(graph, tree);
   amalgamate(fronts);
   if (height == TreeHeight::low) lower_tree(fronts);
-  bundle_crowds(graph, tree, fronts);
+  bundle_crowds(graph, tree, parts, fronts);
   return unknowns_of(fronts, tree, partition);
 }
 

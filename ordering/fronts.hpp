@@ -35,8 +35,11 @@ enum class TreeHeight { any, even, low };
 /// Fronts that are merged for a low tree have at most so many pivots together.
 constexpr Offset kLowPivots = 32;
 
+/// Whether parts of a graph between which there are no edges may share fronts.
+enum class Parts { bundled, apart };
+
 /// The fronts of the vertices of `graph` eliminated in `order`, with the unknowns of `partition` in them.
 NodeList fronts_of_order(const Graph& graph, const Partition& partition, const std::vector<Vertex>& order,
-                         int threads, TreeHeight height = TreeHeight::any);
+                         int threads, TreeHeight height = TreeHeight::any, Parts parts = Parts::bundled);
 
 }  // namespace mfs

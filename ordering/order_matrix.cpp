@@ -206,9 +206,10 @@ OrderedGraph order_compressed(const Pattern& pattern, const MatchedScaling& matc
   return flops_of(paired) < flops_of(parted) ? paired : parted;
 }
 
-SeparatorTree tree_of(const OrderedGraph& ordered, int threads, TreeHeight height = TreeHeight::any) {
+SeparatorTree tree_of(const OrderedGraph& ordered, int threads, TreeHeight height = TreeHeight::any,
+                      Parts parts = Parts::bundled) {
   return breadth_first(fronts_of_order(ordered.compressed.graph, ordered.compressed.partition, ordered.order,
-                                       threads, height));
+                                       threads, height, parts));
 }
 
 /// The order of minimum degree, with the levels of the lowest tree that has its fill.
@@ -278,7 +279,7 @@ bool brings_order(const AnalysisOptions& options) {
 
 SeparatorTree order_matrix(const Pattern& pattern, const MatchedScaling& matched,
                            const AnalysisOptions& options, int threads, const OrderingProgress& progress,
-                           const ListCost* list, TreeHeight height) {
+                           const ListCost* list, TreeHeight height, Parts parts) {
   check_options(options);
   if (brings_tree(options)) return tree_of_caller(paired_graph(pattern, matched, threads), options);
   if (!options.permutation.empty())
@@ -288,7 +289,7 @@ SeparatorTree order_matrix(const Pattern& pattern, const MatchedScaling& matched
     order_for_fronts(all, options, height, threads, of_all);
   };
   const OrderedGraph usual = order_compressed(pattern, matched, threads, usually, progress);
-  SeparatorTree tree = tree_of(usual, threads, height);
+  SeparatorTree tree = tree_of(usual, threads, height, parts);
   if (!list || !tries_list(pattern, usual, options, *list)) return tree;
   return cheaper_for(*list, std::move(tree), pattern, matched, options, threads);
 }

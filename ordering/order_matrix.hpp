@@ -28,10 +28,12 @@ struct ListCost {
 /// or the caller's permutation or tree), amalgamation. The tree is the same for any number of threads.
 /// Unknowns joined by `matched.pair` share a tree node; those in `matched.weak` may instead come later than a
 /// partner of their own. With a `list`, minimum degree is taken where that list costs clearly less and the
-/// pattern is nearly symmetric. `height` is of trees that are not the caller's. Throws InvalidInput (the name
-/// of an option: "permutation", "tree", "leaf_size", ...), OutOfMemory, BackendError (METIS, CAMD).
+/// pattern is nearly symmetric. `height` and `parts` are of trees that are not the caller's. Throws
+/// InvalidInput (the name of an option: "permutation", "tree", "leaf_size", ...), OutOfMemory, BackendError
+/// (METIS, CAMD).
 SeparatorTree order_matrix(const Pattern& pattern, const MatchedScaling& matched,
                            const AnalysisOptions& options, int threads, const OrderingProgress& progress = {},
-                           const ListCost* list = nullptr, TreeHeight height = TreeHeight::any);
+                           const ListCost* list = nullptr, TreeHeight height = TreeHeight::any,
+                           Parts parts = Parts::bundled);
 
 }  // namespace mfs

@@ -24,7 +24,8 @@ class PanelPlanner {
         local_(panel_of_.size()) {
     made_.row_position = plan.position_of_rows();
     made_.column_position = plan.position_of_columns();
-    made_.place.resize(static_cast<std::size_t>(plan.nnz));
+    made_.place.assign(static_cast<std::size_t>(plan.nnz), 0);
+    for (const Offset slot : plan.triangle.slot) made_.place[slot] = kCoupling;
   }
 
   PanelProgram make() {
@@ -34,6 +35,7 @@ class PanelPlanner {
       number_rows(panel);
       place_entries(panel);
     }
+    place_couplings();
     return std::move(made_);
   }
 
@@ -116,11 +118,20 @@ class PanelPlanner {
     for (Vertex c = 0; c < panel.columns; ++c) {
       const Vertex column = plan_.column_of[panel.first + c];
       const Offset begin = panel.numbers + static_cast<Offset>(c) * panel.rows;
-      for (Offset e = by_column_.offsets[column]; e < by_column_.offsets[column + 1]; ++e)
-        made_.place[by_column_.slots[e]] =
-            static_cast<Vertex>(begin + local_[made_.row_position[by_column_.columns[e]]]);
+      for (Offset e = by_column_.offsets[column]; e < by_column_.offsets[column + 1]; ++e) {
+        Vertex& place = made_.place[by_column_.slots[e]];
+        if (place != kCoupling)
+          place = static_cast<Vertex>(begin + local_[made_.row_position[by_column_.columns[e]]]);
+      }
     }
   }
+
+  void place_couplings() {
+    made_.couplings = made_.numbers;
+    for (const Offset slot : plan_.triangle.slot) made_.place[slot] = static_cast<Vertex>(made_.numbers++);
+  }
+
+  static constexpr Vertex kCoupling = -1;
 
   const SymbolicPlan& plan_;
   const TransposedPattern by_column_;
@@ -151,7 +162,7 @@ double expected_time_of_fronts(const SymbolicPlan& plan) {
 /// Places are numbers of 32 bits. A row of a panel has an entry of the factors in one of its columns at
 /// least.
 bool has_places(const SymbolicPlan& plan) {
-  return plan.nnz_factor <= std::numeric_limits<Vertex>::max() / kMostTogether;
+  return plan.nnz_factor + plan.triangle.couplings() <= std::numeric_limits<Vertex>::max() / kMostTogether;
 }
 
 }  // namespace

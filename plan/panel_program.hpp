@@ -45,6 +45,7 @@ struct PanelProgram {
   std::vector<Run> runs;
   std::vector<Vertex> place;                          // by slot of the pattern: number
   std::vector<Vertex> row_position, column_position;  // of A -> position
+  Offset couplings = 0;                               // number of the first one of a triangle
   Offset numbers = 0;
   Vertex most_pivots = 0;  // of a front
 };

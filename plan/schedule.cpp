@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace mfs {
 
@@ -51,15 +52,15 @@ void put_in_groups(const std::vector<Vertex>& small, const std::vector<double>& 
   }
 }
 
-DepthSchedule schedule_depth(const SymbolicPlan& plan, Vertex first, Vertex last, int threads) {
+DepthSchedule schedule_depth(const SymbolicPlan& plan, const std::vector<Vertex>& fronts, int threads) {
   const std::vector<double>& flops = plan.front_flops;
   double total = 0;
-  for (Vertex f = first; f < last; ++f) total += flops[f];
+  for (const Vertex f : fronts) total += flops[f];
   const double large = std::max(kLargeFlops, kLargePart * total / threads);
 
   DepthSchedule depth;
   std::vector<Vertex> small;
-  for (Vertex f = first; f < last; ++f) (threads > 1 && flops[f] > large ? depth.large : small).push_back(f);
+  for (const Vertex f : fronts) (threads > 1 && flops[f] > large ? depth.large : small).push_back(f);
   std::stable_sort(depth.large.begin(), depth.large.end(),
                    [&](Vertex a, Vertex b) { return flops[a] > flops[b]; });
   for (const Vertex f : depth.large)
@@ -71,10 +72,19 @@ DepthSchedule schedule_depth(const SymbolicPlan& plan, Vertex first, Vertex last
 }  // namespace
 
 Schedule make_schedule(const SymbolicPlan& plan, int threads) {
+  std::vector<Vertex> all(static_cast<std::size_t>(plan.num_fronts));
+  std::iota(all.begin(), all.end(), 0);
+  return make_schedule(plan, all, threads);
+}
+
+Schedule make_schedule(const SymbolicPlan& plan, const std::vector<Vertex>& fronts, int threads) {
   Schedule schedule;
-  schedule.reserve(plan.num_depths);
+  std::vector<Vertex> of_depth;
+  auto f = fronts.begin();
   for (Vertex k = 0; k < plan.num_depths; ++k) {
-    schedule.push_back(schedule_depth(plan, plan.depth_begin[k], plan.depth_begin[k + 1], threads));
+    of_depth.clear();
+    for (; f != fronts.end() && *f < plan.depth_begin[k + 1]; ++f) of_depth.push_back(*f);
+    if (!of_depth.empty()) schedule.push_back(schedule_depth(plan, of_depth, threads));
   }
   return schedule;
 }

@@ -23,6 +23,9 @@ using Schedule = std::vector<DepthSchedule>;  // by step of the plan, deepest de
 
 Schedule make_schedule(const SymbolicPlan& plan, int threads);
 
+/// The same for some fronts, which ascend, and the depths that have any.
+Schedule make_schedule(const SymbolicPlan& plan, const std::vector<Vertex>& fronts, int threads);
+
 /// The same for segments in place of depths. Each front is large, and worth as many threads, as in
 /// `by_depth`, but for those of the first `alone` steps, which are never shared: what is computed of it
 /// depends on that.

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include <mfs/error.hpp>
+#include "ordering/diagonal_blocks.hpp"
 #include "ordering/elimination_tree.hpp"
 #include "ordering/first_error.hpp"
 #include "ordering/transpose.hpp"
@@ -350,6 +351,21 @@ SymbolicPlan make_symbolic_plan(const Pattern& pattern, const std::vector<Vertex
                                 const SeparatorTree& tree, Vertex max_block_size, int threads,
                                 const AssemblyTurns& turns) {
   return PlanBuilder(pattern, row_order, tree, threads, turns).build(max_block_size);
+}
+
+SymbolicPlan make_symbolic_plan(const Pattern& pattern, const DiagonalBlocks* blocks,
+                                const std::vector<Vertex>& row_order, const SeparatorTree& tree,
+                                Vertex max_block_size, int threads, const AssemblyTurns& turns) {
+  if (!blocks) return make_symbolic_plan(pattern, row_order, tree, max_block_size, threads, turns);
+  const Pattern& inner = blocks->pattern;
+  SymbolicPlan plan = make_symbolic_plan(inner, row_order, tree, max_block_size, threads, turns);
+  const auto entries = static_cast<Offset>(plan.entry_row.size());
+#pragma omp parallel for num_threads(threads) schedule(static)
+  for (Offset e = 0; e < entries; ++e)
+    plan.entry_in_row[e] = blocks->in_row[inner.offsets[plan.entry_row[e]] + plan.entry_in_row[e]];
+  plan.nnz = pattern.nnz();
+  plan.triangle = make_block_triangle(plan, pattern, *blocks);
+  return plan;
 }
 
 }  // namespace mfs

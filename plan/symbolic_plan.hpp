@@ -33,6 +33,7 @@
 #include "ordering/raw_vector.hpp"
 #include "ordering/types.hpp"
 #include "plan/alignment.hpp"
+#include "plan/block_triangle.hpp"
 
 namespace mfs {
 
@@ -76,11 +77,14 @@ struct SymbolicPlan {
   Offset storage_entries = 0;  // the whole region
 
   // Original entries by front: entry number entry_in_row[e] of row entry_row[e] of A goes to entry_target[e]
-  // of the region (every original entry lies in P, L or U of the front of the earlier of its row and column).
+  // of the region (every original entry lies in P, L or U of the front of the earlier of its row and column,
+  // or in the triangle).
   // Within a front they ascend by column, and so do their targets' columns.
   std::vector<Offset> entry_begin;  // num_fronts + 1
   RawVector<Offset> entry_target;
   RawVector<Vertex> entry_row, entry_in_row;
+
+  BlockTriangle triangle;  // of entries that no front has; empty where fronts have all
 
   std::vector<double> front_flops;  // num_fronts: all operations, what the schedule balances
   BlockFlops flops{0, 0, 0};
@@ -108,5 +112,10 @@ struct SymbolicPlan {
 SymbolicPlan make_symbolic_plan(const Pattern& pattern, const std::vector<Vertex>& row_order,
                                 const SeparatorTree& tree, Vertex max_block_size, int threads,
                                 const AssemblyTurns& turns = {});
+
+/// The same for a tree of diagonal blocks of `pattern`. Null: of all of it.
+SymbolicPlan make_symbolic_plan(const Pattern& pattern, const DiagonalBlocks* blocks,
+                                const std::vector<Vertex>& row_order, const SeparatorTree& tree,
+                                Vertex max_block_size, int threads, const AssemblyTurns& turns);
 
 }  // namespace mfs

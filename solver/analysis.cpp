@@ -35,16 +35,21 @@ void reanalyze(Analysis& analysis, const Scalar* slot_values, const AnalysisOpti
   const int awake = ordering_threads(pattern.n, threads);
   MatchedScaling matched = match_and_scale(pattern, slot_values, options, awake);
   progress("ordering", 0.0);
+  const bool looks_for_blocks = !list && !brings_order(options);
+  auto blocks = looks_for_blocks ? find_diagonal_blocks(pattern, matched, needs.largest_block) : nullptr;
   SeparatorTree tree = order_matrix(
-      pattern, matched, options, awake, [&](double fraction) { progress("ordering", fraction); }, list,
-      list ? TreeHeight::any : needs.height);
+      blocks ? blocks->pattern : pattern, matched, options, awake,
+      [&](double fraction) { progress("ordering", fraction); }, list, list ? TreeHeight::any : needs.height,
+      blocks ? Parts::apart : Parts::bundled);
+  if (blocks) tree = in_block_order(tree, *blocks);
   const double time_order = order_watch.seconds();
 
   const Stopwatch symbolic_watch;
   progress("symbolic", 0.0);
   if (!brings_order(options)) tree = align_nodes(tree, matched.pair);
-  analysis.plan = std::make_shared<SymbolicPlan>(
-      make_symbolic_plan(pattern, matched.row_order, tree, options.max_block_size, awake, needs.turns));
+  analysis.plan = std::make_shared<SymbolicPlan>(make_symbolic_plan(
+      pattern, blocks.get(), matched.row_order, tree, options.max_block_size, awake, needs.turns));
+  analysis.blocks = std::move(blocks);
   analysis.matched = std::move(matched);
   analysis.time_order = time_order;
   analysis.time_symbolic = symbolic_watch.seconds();

@@ -9,6 +9,7 @@
 #include <mfs/analysis_options.hpp>
 #include <mfs/csr_view.hpp>
 
+#include "ordering/diagonal_blocks.hpp"
 #include "ordering/order_matrix.hpp"
 #include "plan/device_plan.hpp"
 #include "plan/symbolic_plan.hpp"
@@ -18,6 +19,7 @@ namespace mfs {
 struct Analysis {
   std::shared_ptr<const Pattern> pattern;
   MatchedScaling matched;
+  std::shared_ptr<const DiagonalBlocks> blocks;  // of the plan; null: A is one
   std::shared_ptr<const SymbolicPlan> plan;
   /// Offsets and columns of the caller's matrix where they are not the pattern's own (unsorted or repeated).
   std::vector<Offset> caller_offsets;
@@ -39,6 +41,8 @@ struct Analysis {
 struct PlanNeeds {
   TreeHeight height = TreeHeight::any;
   AssemblyTurns turns{};
+  /// Of the unknowns, to which block triangular form is used; 0: never.
+  double largest_block = 0;
 };
 constexpr PlanNeeds host_needs(int threads) {
   return {threads == 1 ? TreeHeight::any : TreeHeight::even};

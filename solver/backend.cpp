@@ -81,6 +81,13 @@ struct HostPlan {
   }
 };
 
+/// Threads share a solve with most of the unknowns better as one tree (plan/subtrees.hpp).
+PlanNeeds block_needs(int threads) {
+  PlanNeeds needs = host_needs(threads);
+  needs.largest_block = threads == 1 ? 1 : 0.5;
+  return needs;
+}
+
 Offset free_host_bytes() {
   return static_cast<Offset>(
       std::min<std::size_t>(available_host_memory(), std::numeric_limits<Offset>::max() / 2));
@@ -138,6 +145,7 @@ class SerialBackend final : public BackendFor<Scalar> {
  public:
   BackendInfo info() const override { return {MemorySpace::host, 8e10 / 3, kHostEntry}; }
   bool one_thread() const override { return true; }
+  PlanNeeds plan_needs(int threads) const override { return block_needs(threads); }
   Planned<Factorization<Scalar>> plan(bool single_precision, std::shared_ptr<const SymbolicPlan> plan,
                                       std::shared_ptr<const Pattern> pattern, int threads,
                                       const MemoryRoom& room) const override {
@@ -150,6 +158,7 @@ template <class Scalar>
 class OpenMPBackend final : public BackendFor<Scalar> {
  public:
   BackendInfo info() const override { return {MemorySpace::host, 2e11, kHostEntry}; }
+  PlanNeeds plan_needs(int threads) const override { return block_needs(threads); }
   Planned<Factorization<Scalar>> plan(bool single_precision, std::shared_ptr<const SymbolicPlan> plan,
                                       std::shared_ptr<const Pattern> pattern, int threads,
                                       const MemoryRoom& room) const override {

@@ -130,6 +130,7 @@ std::vector<Figure> figures(const Report& report) {
           {"backend", static_cast<double>(report.backend)},
           {"threads", static_cast<double>(report.threads)},
           {"matched", static_cast<double>(report.matched)},
+          {"diagonal_blocks", count(report.diagonal_blocks)},
           {"nnz_factor", count(report.nnz_factor)},
           {"flops_getrf", report.flops.getrf},
           {"flops_trsm", report.flops.trsm},

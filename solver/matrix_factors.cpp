@@ -513,9 +513,9 @@ bool MatrixFactors<Scalar>::delay_failed_pivots(Vertex levels, double allowed_fl
       failed.push_back({position, numeric_->pivot_row(position)});
     if (!can_move(*analysis_->plan, failed)) return;
     delayed = delay_pivots(*analysis_->plan, failed, levels, phases_.threads_at_work());
-    plan = std::make_shared<SymbolicPlan>(make_symbolic_plan(*analysis_->pattern, delayed.row_order,
-                                                             delayed.tree, options_.analysis.max_block_size,
-                                                             phases_.threads_at_work(), plan_needs().turns));
+    plan = std::make_shared<SymbolicPlan>(
+        make_symbolic_plan(*analysis_->pattern, analysis_->blocks.get(), delayed.row_order, delayed.tree,
+                           options_.analysis.max_block_size, phases_.threads_at_work(), plan_needs().turns));
     if (plan->flops.total() > allowed_flops) return;
     try {
       planned = planned_for(plan, analysis_->pattern);

@@ -94,6 +94,7 @@ class MatrixFactors {
   PlanNeeds plan_needs() const {
     PlanNeeds needs = backend_.plan_needs(phases_.threads_at_work());
     if (low_tree_) needs.height = TreeHeight::low;
+    if (!options_.out_of_core_dir.empty()) needs.largest_block = 0;  // factors come back once a solve
     return needs;
   }
   /// Whether entries may have grown from each of many fronts to the next, and an order of ours may be lower.

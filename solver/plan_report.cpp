@@ -9,6 +9,7 @@ void report_plan(const SymbolicPlan& plan, const NumericBytes& bytes, const Bloc
                  Report& report) {
   report.n = plan.n;
   report.nnz = plan.nnz;
+  report.diagonal_blocks = plan.triangle.empty() ? 1 : plan.triangle.blocks();
   report.nnz_factor = plan.nnz_factor;
   report.flops = {flops.getrf, flops.trsm, flops.gemm};
   report.fronts = plan.num_fronts;

@@ -102,15 +102,54 @@ struct Steps {
 
   template <int width>
   static MFS_LANES void substitute(const System<Scalar>& system, bool transposed, Real* y) {
+    if (!system.plan.triangle.empty()) return substitute_blocks<width>(system, transposed, y);
     const Vertex fronts = system.plan.num_fronts;
-    for (Vertex f = 0; f < fronts; ++f)
-      transposed ? pass_front<width, true, true>(system, f, y) : pass_front<width, true, false>(system, f, y);
-    for (Vertex f = fronts - 1; f >= 0; --f)
-      transposed ? pass_front<width, false, true>(system, f, y)
-                 : pass_front<width, false, false>(system, f, y);
+    for (Vertex f = 0; f < fronts; ++f) forward<width>(system, transposed, f, y);
+    for (Vertex f = fronts - 1; f >= 0; --f) backward<width>(system, transposed, f, y);
   }
 
  private:
+  template <int width>
+  static MFS_LANES void forward(const System<Scalar>& system, bool transposed, Vertex f, Real* y) {
+    transposed ? pass_front<width, true, true>(system, f, y) : pass_front<width, true, false>(system, f, y);
+  }
+  template <int width>
+  static MFS_LANES void backward(const System<Scalar>& system, bool transposed, Vertex f, Real* y) {
+    transposed ? pass_front<width, false, true>(system, f, y) : pass_front<width, false, false>(system, f, y);
+  }
+
+  // One block after the other; from each position what its couplings make of blocks before is taken.
+  template <int width>
+  static MFS_LANES void substitute_blocks(const System<Scalar>& system, bool transposed, Real* y) {
+    const BlockTriangle& triangle = system.plan.triangle;
+    const BlockTriangle::Couplings& lists = transposed ? triangle.by_column : triangle.by_row;
+    const Vertex *const front = triangle.front.data(), *const block_begin = triangle.block_begin.data();
+    const Vertex blocks = triangle.blocks();
+    for (Vertex i = 0; i < blocks; ++i) {
+      const Vertex b = transposed ? blocks - 1 - i : i;
+      for (Vertex k = block_begin[b]; k < block_begin[b + 1]; ++k) {
+        couple<width>(system, lists, front[k], y);
+        forward<width>(system, transposed, front[k], y);
+      }
+      for (Vertex k = block_begin[b + 1]; k-- > block_begin[b];)
+        backward<width>(system, transposed, front[k], y);
+    }
+  }
+  template <int width>
+  static MFS_LANES void couple(const System<Scalar>& system, const BlockTriangle::Couplings& lists, Vertex f,
+                               Real* y) {
+    const Offset *const begin = lists.begin.data(), *const number = lists.number.data();
+    const Vertex *const others = lists.others.data(), *const pivot_begin = system.plan.pivot_begin.data();
+    const Real* const numbers = reals(system.numbers) + system.program.couplings * kStep;
+    for (Vertex p = pivot_begin[f]; p < pivot_begin[f + 1]; ++p) {
+      if (begin[p] == begin[p + 1]) continue;
+      Row<width> row = Row<width>::at(y, p);
+      for (Offset k = begin[p]; k < begin[p + 1]; ++k)
+        row.subtract_product(Kind::load(numbers + number[k] * kStep), Row<width>::at(y, others[k]));
+      row.put(y, p);
+    }
+  }
+
   // The rows of a front's pivots as these came to them.
   static MFS_LANES void exchange_rows(const System<Scalar>& system, Vertex front, Vertex row,
                                       const Panel& panel) {

@@ -18,6 +18,7 @@ NumericLayout::NumericLayout(const SymbolicPlan& plan, Offset scalar_bytes, Offs
   work = arena.add(n * scalar_bytes);
   status = arena.add(sizeof(FactorStatus));
   if (segments) diagonal = arena.add(n * scalar_bytes);
+  if (!plan.triangle.empty()) couplings = arena.add(plan.triangle.couplings() * scalar_bytes);
 }
 
 SubstitutionLayout::SubstitutionLayout(const SymbolicPlan& plan, Offset scalar_bytes, Vertex columns) {

@@ -7,6 +7,7 @@
 #include "kernels/factors.hpp"
 #include "kernels/runtime/arena.hpp"
 #include "kernels/stages/segment_moves.hpp"
+#include "kernels/stages/solve_blocks.hpp"
 #include "kernels/stages/stages.hpp"
 #include "kernels/stages/vector_ops.hpp"
 
@@ -19,7 +20,8 @@ struct NumericLayout {
                 const SegmentPlan* segments = nullptr);
   ArenaLayout arena;
   Offset storage, matrix_values, row_scale, column_scale, interchange, local_row, shift, work, status;
-  Offset diagonal = 0;  // of the factors, with segments
+  Offset diagonal = 0;   // of the factors, with segments
+  Offset couplings = 0;  // between the blocks of a triangle
 };
 
 /// The same for the vectors of a substitution with `columns` right-hand sides.
@@ -64,7 +66,8 @@ class HostFactors final : public Factors<Value> {
         outside_(outside ? std::make_unique<SegmentedFactors>(*outside, sizeof(Scalar)) : nullptr),
         schedule_(make_schedule(*plan_, threads)),
         subtrees_(make_subtrees(*plan_, threads)),
-        workers_(threads, 2 * list_by_segment(threads)),
+        blocks_(make_block_schedule(*plan_, threads)),
+        workers_(threads, std::max(2 * list_by_segment(threads), blocks_.lists[0].size())),
         stacks_(subtrees_.stack.size()),
         layout_(*plan_, sizeof(Scalar), sizeof(Value), segments()),
         arena_(layout_.arena.total()),
@@ -105,6 +108,7 @@ class HostFactors final : public Factors<Value> {
                 [&](std::size_t list) { return !moves || moves->may_begin(list); });
     exec_.fence();
     if (moves) moves->finish();
+    if (!plan_->triangle.empty()) take_couplings(exec_, store_, plan_->triangle, couplings());
     return {*store_.status, largest};
   }
 
@@ -123,12 +127,18 @@ class HostFactors final : public Factors<Value> {
       columns_to_rows<Value>(exec_, n, columns, width, position_[transposed].data(), in_scale, from,
                              vectors.v);
     }
-    solve_tree(
-        exec_, workers_, solve_store_, tree(), vectors, Substitution{true, true, transposed},
-        [&](std::size_t list) {
-          if (moves) moves->done(list);
-        },
-        [&](std::size_t list) { return !moves || moves->may_begin(list); });
+    if (plan_->triangle.empty()) {
+      solve_tree(
+          exec_, workers_, solve_store_, tree(), vectors, Substitution{true, true, transposed},
+          [&](std::size_t list) {
+            if (moves) moves->done(list);
+          },
+          [&](std::size_t list) { return !moves || moves->may_begin(list); });
+    } else {
+      const BlockSubstitution<Scalar, Value> blocks(store_, plan_->triangle, couplings(), vectors,
+                                                    transposed);
+      solve_blocks(exec_, workers_, blocks_, blocks, transposed);
+    }
     if (moves) moves->finish();
     if (width == 1) {
       scatter_scaled<Value>(exec_, n, 1, out, out_scale, vectors.v, to);
@@ -198,6 +208,7 @@ class HostFactors final : public Factors<Value> {
     store.upper_begin = upper.data();
   }
 
+  Scalar* couplings() const { return arena_.template at<Scalar>(layout_.couplings); }
   Scalar* diagonal() const { return arena_.template at<Scalar>(layout_.diagonal); }
   template <class Number>
   void copy_diagonal(Vertex f, Number* to) const {
@@ -223,6 +234,7 @@ class HostFactors final : public Factors<Value> {
   Exec exec_;
   Schedule schedule_;
   Subtrees subtrees_;
+  BlockSchedule blocks_;  // of solves, where the plan has a triangle
   Workers workers_;
   StackPool stacks_;
   NumericLayout layout_;

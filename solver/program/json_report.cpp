@@ -15,6 +15,7 @@ std::string json_line(const CaseResult& result) {
   json["field"] = result.complex ? "complex" : "real";
   json["backend"] = backend_name(result.backend);
   json["threads"] = result.report ? report.threads : result.threads;
+  json["diagonal_blocks"] = report.diagonal_blocks;
   json["nnz_factor"] = report.nnz_factor;
   json["flops"] = report.flops.total();
   json["flops_getrf"] = report.flops.getrf;

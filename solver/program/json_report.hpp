@@ -7,8 +7,8 @@
 
 namespace mfs::program {
 
-/// name, n, nnz, field, backend, threads, nnz_factor, flops, flops_getrf, flops_trsm, flops_gemm,
-/// bytes_factor, bytes_peak, partial, segments, bytes_out, bytes_in, bytes_back, slowdown, fronts, depths,
+/// name, n, nnz, field, backend, threads, diagonal_blocks, nnz_factor, flops, flops_getrf, flops_trsm,
+/// flops_gemm, bytes_factor, bytes_peak, partial, segments, bytes_out, bytes_in, bytes_back, slowdown, fronts, depths,
 /// max_front, time_order, time_symbolic, time_factor, time_refactor, time_solve, refinement_steps,
 /// perturbed_pivots, krylov_steps, corrected_pivots, reanalyses, rung, time_ladder, time_reanalyses,
 /// precision, condition, determinant_phase (real and imaginary part), determinant_log_abs, backward_error,

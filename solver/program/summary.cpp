@@ -49,7 +49,8 @@ void matrix_lines(Text& text, const CaseResult& r) {
        r.complex ? ", complex" : "");
   const Report& report = *r.report;
   line(text, "backend", "{}, {}", backend_name(r.backend), count(report.threads, "thread", "threads"));
-  line(text, "ordering", "{:.3f} s{}", report.time_order, report.matched ? ", rows matched to columns" : "");
+  line(text, "ordering", "{:.3f} s{}{}", report.time_order, report.matched ? ", rows matched to columns" : "",
+       report.diagonal_blocks > 1 ? fmt::format(", {} diagonal blocks", report.diagonal_blocks) : "");
   line(text, "symbolic", "{:.3f} s, {} in {}, largest front {}", report.time_symbolic,
        count(report.fronts, "front", "fronts"), count(report.depths, "depth", "depths"), report.max_front);
   line(text, "factor size", "{} entries, {}; peak of all {}", report.nnz_factor,

@@ -39,6 +39,9 @@ std::vector<Treatment> treatments() {
   std::vector<Treatment> all;
   all.push_back({"matched", awkward_matrix(), with_threads(1)});
   all.push_back({"matched, 2 threads", awkward_matrix(), with_threads(2)});
+  for (const int threads : {1, 2})
+    all.push_back({"diagonal blocks, " + std::to_string(threads) + " threads",
+                   permuted_blocks({20, 3, 1, 40, 1, 1, 20}, 5), with_threads(threads)});
   Options unmatched = with_threads(2);
   unmatched.analysis.matching = Matching::never;
   Options delayed = unmatched;

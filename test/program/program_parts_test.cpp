@@ -133,6 +133,7 @@ TEST(Json, AFailureThatCameBeforeTheSolver) {
   EXPECT_EQ(json["name"], "a\xEF\xBF\xBD");
   EXPECT_EQ(json["status"], "invalid_input");
   EXPECT_EQ(json["message"], "\"quoted\"\t");
+  EXPECT_EQ(json["diagonal_blocks"], 0);
   EXPECT_EQ(json["nnz_factor"], 0);
   EXPECT_TRUE(json["backward_error"].is_null());
   EXPECT_EQ(json_line(result).find('\n'), std::string::npos);

@@ -55,6 +55,28 @@ SparseMatrix arrow(std::int64_t n, std::int64_t width) {
   return from_entries_summed(n, entries);
 }
 
+SparseMatrix permuted_blocks(const std::vector<std::int64_t>& sizes, std::uint64_t seed) {
+  Random random(seed);
+  std::int64_t n = 0;
+  for (const std::int64_t size : sizes) n += size;
+  const std::vector<std::int64_t> row = random.permutation(n), column = random.permutation(n);
+  std::vector<Entry> entries;
+  std::int64_t begin = 0;
+  for (const std::int64_t size : sizes) {
+    for (std::int64_t i = 0; i < size; ++i) {
+      const auto add = [&](std::int64_t j, double value) {
+        entries.push_back({row[begin + i], column[j], value});
+      };
+      add(begin + i, random.chance(0.5) ? 4 : -4);
+      if (size > 1) add(begin + (i + 1) % size, 0.5 + random.unit());
+      for (int k = 0; k < 6 && size > 6; ++k) add(begin + random.integer(0, size), 0.15 * random.entry());
+      for (int k = 0; k < 2 && begin > 0; ++k) add(random.integer(0, begin), 0.5 * random.entry());
+    }
+    begin += size;
+  }
+  return from_entries_summed(n, std::move(entries));
+}
+
 SparseMatrix random_diagonally_dominant(std::int64_t n, std::int64_t per_row, std::uint64_t seed) {
   Random random(seed);
   std::vector<Entry> entries;

@@ -17,6 +17,10 @@ SparseMatrix grid_3d(std::int64_t points);
 SparseMatrix tridiagonal(std::int64_t n);
 /// A diagonal, and `width` full last rows and columns.
 SparseMatrix arrow(std::int64_t n, std::int64_t width);
+/// One irreducible block for each of `sizes`, entries between each and blocks before it, rows and columns in
+/// random orders. Each row has an entry as
+/// large as all others together.
+SparseMatrix permuted_blocks(const std::vector<std::int64_t>& sizes, std::uint64_t seed);
 /// Unsymmetric pattern with about `per_row` entries beside the dominant diagonal.
 SparseMatrix random_diagonally_dominant(std::int64_t n, std::int64_t per_row, std::uint64_t seed);
 /// Of resistors in a tree, each node with one to a node shortly before it, and earthed by a large one: a

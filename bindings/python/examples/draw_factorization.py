@@ -46,7 +46,7 @@ def follow(a, threads):
 def draw_tree(axes, depths):
     """A row of boxes for each depth, one for each front up to 64; colours are the rows of the largest."""
     colours = plt.get_cmap("viridis_r")
-    most = np.log(depths["max_front"].max())
+    most = np.log(max(2, depths["max_front"].max()))
     for row in depths:
         boxes = min(row["fronts"], 64)
         for box in range(boxes):

@@ -91,9 +91,10 @@ struct Report {
   Backend backend = Backend::openmp;
   int threads = 0;
 
-  bool matched = false;         ///< a matching was computed (rows permuted, or unknowns paired)
-  std::int64_t nnz_factor = 0;  ///< entries of L and U, those of whole fronts
-  Flops flops;                  ///< predicted, as the backend divides fronts into blocks or tiles
+  bool matched = false;              ///< a matching was computed (rows permuted, or unknowns paired)
+  std::int64_t diagonal_blocks = 0;  ///< that are factored: those of a block triangular form, or A as one
+  std::int64_t nnz_factor = 0;       ///< entries of L and U of these, those of whole fronts
+  Flops flops;                       ///< predicted, as the backend divides fronts into blocks or tiles
   Flops flops_used;  ///< done by the last factorization, on a device with those that pivots made it repeat
   std::int64_t fronts = 0;
   std::int64_t depths = 0;     ///< of the separator tree

@@ -415,7 +415,7 @@ class Integrator::Impl {
   void give_up_below(double h, const std::string& why) const {
     if (h >= smallest_step()) return;
     const std::string cause =
-        report_.steps > 0 && last_step_ < resolved_step()
+        report_.steps > 0 && state_.t < resolved_step()
             ? "times until " + time_text(t_end_) + " are resolved to " + time_text(resolved_step()) + " only"
             : why + find_obstacle(given_, on_host(*executor_, state_), kMoment * resolved_step(), options_,
                                   *redundancy_, report_.redundant, time_unit_);

@@ -109,6 +109,31 @@ TEST(SpringBumps, AreNotPassedOverBesideTheirMiddle) {
   }
 }
 
+/// Two free bodies that turn about each other on a spring and pass a thin shell of its law again and again.
+/// By SciPy 1.17, solve_ivp DOP853, rtol 1e-13, steps of at most 0.1 ms.
+TEST(SpringBumps, AreNotPassedOverByBodiesThatTurnAboutEachOther) {
+  Json json = mechanism(8, 1, {0, 0, 0});
+  const Json body = {{"type", "rigid"}, {"mass", 1}, {"inertia", {1, 1, 1}}};
+  json["bodies"] = {{"a", body}, {"b", body}};
+  json["bodies"]["a"]["velocity"] = {0, -0.6, 0};
+  json["bodies"]["b"]["mass"] = 2;
+  json["bodies"]["b"]["position"] = {1.9, 0, 0};
+  json["bodies"]["b"]["velocity"] = {0, 0.3, 0};
+  json["forces"]["spring"] = {{"type", "spring_damper"},
+                              {"a", "a"},
+                              {"b", "b"},
+                              {"point_a", {0, 0, 0}},
+                              {"point_b", {1.9, 0, 0}},
+                              {"free_length", 1},
+                              {"force", "20 * x + 300 * exp(-((x - 0.3) / 0.005)^2)"}};
+  for (const double rtol : {1e-4, 1e-6, 1e-8}) {
+    const MotionRun result = run_with(json, rtol);
+    const double* q = &result.outputs.back().q[result.at("b")];
+    EXPECT_NEAR(q[0], 0.6667620329, std::max(1e-5, 1000 * rtol)) << rtol;
+    EXPECT_NEAR(q[1], 0.1879073382, std::max(1e-5, 1000 * rtol)) << rtol;
+  }
+}
+
 /// Friction at velocities that are met at the ends of a swing of the velocity alone. By SciPy 1.17, solve_ivp
 /// DOP853 and, where there is friction, Radau, rtol 1e-11 and steps of a quarter of the width:
 ///   3 s'' = 3 cos(t) - 500 exp(-((s' - 0.9995) / 0.001)^2)

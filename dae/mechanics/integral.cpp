@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 namespace mfs::dae {
@@ -14,7 +15,7 @@ constexpr double kAccuracy = 1e-12;
 constexpr double kLeaves = 0.25, kMissed = 1e-5;
 /// Parts that are no longer, in parts of the whole, are not halved; nor are more than so many parts.
 constexpr double kJump = 1e-12;
-constexpr int kMostParts = 5000;
+constexpr int kMostParts = 100'000;
 
 /// Gauss' rule of five points.
 constexpr std::array<std::array<double, 2>, 5> kRule{{{-0.906179845938663993, 0.236926885056189088},
@@ -42,8 +43,10 @@ class Integral {
       met_ += std::abs(first.integral) + std::abs(second.integral) - std::abs(whole.integral);
       const bool good = std::abs(halves - whole.integral) <= kAccuracy * size() * std::abs(length_) &&
                         keeps_to(hull(first.values, second.values), whole);
-      if (good || std::abs(whole.to - whole.from) <= kJump * std::abs(length_) || ++parts > kMostParts) {
+      if (good || std::abs(whole.to - whole.from) <= kJump * std::abs(length_)) {
         sum += halves;
+      } else if (++parts > kMostParts) {
+        return std::numeric_limits<double>::quiet_NaN();
       } else {
         parts_.push_back(first);
         parts_.push_back(second);

@@ -163,6 +163,10 @@ TEST(SpringBumps, HaveTheirEnergy) {
       else
         EXPECT_NEAR(energy, bump.energy, 4e-3) << bump.force;
     }
+  const double pi = std::acos(-1.0);
+  EXPECT_NEAR(integral(*harmonic_function(0, 5, 50, 0), 0.0, 50.013), 0.05 / pi * (1 - std::cos(1.3 * pi)),
+              1e-8);
+  EXPECT_TRUE(std::isnan(integral(*harmonic_function(0, 5, 5e6, 0), 0.0, 50.013)));
   const MotionRun result = run_with(slider(bumps()[0].force), 1e-6);
   EXPECT_NEAR(energy(result.model.forces.front().elements, result.outputs.back()).elastic, bumps()[0].energy,
               1e-7);

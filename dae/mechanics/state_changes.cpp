@@ -16,6 +16,8 @@ constexpr double kRounding = 1e-9;
 /// What changes so often that it was seen so many times, in steps that were not so many more, lasts for no
 /// moment, and is not looked at for so many steps.
 constexpr int kMostSeen = 30, kIgnored = 200;
+/// What is rounding beside an argument; a rate is not told by less.
+constexpr double kResolved = 1e-13;
 /// Parts of a step that are looked at for one operation.
 constexpr int kMostParts = 400;
 /// What changes in less than this part of a step has been met by the one before.
@@ -65,7 +67,8 @@ class StateChanges::Along {
       };
       const double off = (end - begin) * (end - begin) / 8 * std::max(bend(begin), bend(end));
       q_[i] = widened(hull(cubic(begin), cubic(end)), off);
-      const double bow = h > 0 ? 6 * (way / h - 0.5 * (v + v_to)) : 0.0;
+      const double beside = way - 0.5 * (leaving + arriving);
+      const double bow = std::abs(beside) > kResolved * std::abs(q) ? 6 * beside / h : 0.0;
       const auto rate = [&](double s) { return line(v, v_to, s) + bow * s * (1 - s); };
       v_[i] = widened(hull(rate(begin), rate(end)), 0.25 * std::abs(bow) * (end - begin) * (end - begin));
     }

@@ -21,7 +21,7 @@ class StateChanges final : public ChangeWatch {
   Verdict look(double t, const double* q, const double* v) override;
 
  private:
-  /// One that is looked at.
+  /// An operation that is looked at.
   struct Operation {
     int number;
     Interval results = {HUGE_VAL, -HUGE_VAL};  // until now

@@ -414,8 +414,13 @@ class Integrator::Impl {
 
   void give_up_below(double h, const std::string& why) const {
     if (h >= smallest_step()) return;
+    const std::string cause =
+        report_.steps > 0 && state_.t < resolved_step()
+            ? "times until " + time_text(t_end_) + " are resolved to " + time_text(resolved_step()) + " only"
+            : why + find_obstacle(given_, on_host(*executor_, state_), kMoment * resolved_step(), options_,
+                                  *redundancy_, report_.redundant, time_unit_);
     throw Error("the step became too small (" + time_text(h) + ") at t = " + time_text(state_.t) +
-                " with order " + std::to_string(formula_->order()) + ": " + why + obstacle());
+                " with order " + std::to_string(formula_->order()) + ": " + cause);
   }
 
   std::string time_text(double t) const { return number_text(t * time_unit_) + " s"; }
@@ -427,11 +432,6 @@ class Integrator::Impl {
                 find_what_keeps_steps_short(given_, on_host(*executor_, state_), verdict,
                                             relation_.v.on_host(*executor_), weights_.on_host(*executor_),
                                             time_unit_));
-  }
-
-  std::string obstacle() const {
-    return find_obstacle(given_, on_host(*executor_, state_), kMoment * resolved_step(), options_,
-                         *redundancy_, report_.redundant, time_unit_);
   }
 
   /// Goes on to next_.

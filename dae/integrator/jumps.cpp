@@ -194,6 +194,7 @@ std::string find_what_keeps_steps_short(const ConstrainedSystem& system, const S
   const std::string until = " until t = " + number_text(state.t * time_unit) + " s";
   if (verdict == StepWatch::Verdict::ever_faster)
     return "they have become ever shorter" + until + ", as " + find_fastest(system, state, time_unit);
+  if (verdict == StepWatch::Verdict::end_too_far) return "the end is too far for steps as they are" + until;
   return "the last " + std::to_string(StepWatch::kLooksBack) + until +
          " were short, and many were tried again: a force jumps or turns about by the motion itself, on " +
          least_foreseen(system, state.v, predicted, weights);

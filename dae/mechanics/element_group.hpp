@@ -10,10 +10,9 @@
 #include <vector>
 
 #include "dae/mechanics/constrained_system.hpp"
+#include "dae/mechanics/watched_function.hpp"
 
 namespace mfs::dae {
-
-class StateFunction;
 
 /// An element's own part of the state: nq coordinates and nc multipliers, gathered.
 struct LocalState {
@@ -134,7 +133,7 @@ class ElementGroup {
   virtual void add_marks(const TimeSpan& /*span*/, std::vector<double>& /*marks*/) const {}
 
   /// Adds the functions of coordinates that it has.
-  virtual void add_state_functions(std::vector<const StateFunction*>& /*functions*/) const {}
+  virtual void add_watched(WatchedFunctions& /*functions*/) const {}
 
   // For messages where no step leads on.
   /// The least length of a line in element e, of 1 undeformed; `q`: its coordinates. 1 where it has none.

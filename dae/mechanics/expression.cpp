@@ -98,6 +98,17 @@ class OfOneVariable final : public SmoothFunction {
   void add_marks(const TimeSpan& span, std::vector<double>& marks) const override {
     if (variable_ >= 0) expression_.add_marks(variable_, {values_.begin(), values_.end()}, span, marks);
   }
+  std::vector<int> changing_operations() const override {
+    std::vector<bool> moves(values_.size(), false);
+    if (variable_ >= 0) moves[variable_] = true;
+    return expression_.changing_operations(moves);
+  }
+  bool compares(int operation) const override { return expression_.compares(operation); }
+  void enclose(const Interval& x, std::vector<Interval>& results) const override {
+    std::vector<Interval> variables(values_.begin(), values_.end());
+    if (variable_ >= 0) variables[variable_] = x;
+    expression_.results(variables, results);
+  }
 
  private:
   std::vector<double> variables(double x) const {

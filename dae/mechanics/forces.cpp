@@ -5,8 +5,8 @@
 
 #include <mfs/error.hpp>
 
+#include "dae/mechanics/compliant_element.hpp"
 #include "dae/mechanics/frame_pair.hpp"
-#include "dae/mechanics/single_element.hpp"
 
 namespace mfs::dae {
 namespace {
@@ -16,7 +16,6 @@ struct BushingFormulas {
   std::array<double, 6> stiffness, damping;
 
   int count() const { return 6; }
-  double relaxed(int) const { return 0.0; }
 
   template <class T>
   void positions(double, const T* q, T* x) const {
@@ -34,16 +33,13 @@ struct BushingFormulas {
   Reaction reaction(double, int i, double x, double rate) const {
     return {stiffness[i] * x + damping[i] * rate, stiffness[i], damping[i]};
   }
+  double energy(int i, double x) const { return 0.5 * stiffness[i] * x * x; }
 };
 
-struct SpringFormulas {
+struct SpringFormulas : SpringLaw {
+  static constexpr bool kIsLength = true;
   FramePair sides;
   std::string name;
-  double damping, free_length;
-  Function force;  // of the elongation
-
-  int count() const { return 1; }
-  double relaxed(int) const { return free_length; }
 
   template <class T>
   void positions(double, const T* q, T* x) const {
@@ -52,10 +48,6 @@ struct SpringFormulas {
     const T square = dot(d, d);
     if (!(value_of(square) > 0)) throw InvalidInput("spring " + name, "its ends have come together");
     x[0] = sqrt(square);
-  }
-  Reaction reaction(double, int, double length, double rate) const {
-    const Jet elastic = force->slope(length - free_length);
-    return {elastic.value + damping * rate, elastic.first, damping};
   }
 };
 
@@ -94,7 +86,7 @@ void add_spring_damper(MultibodyBuilder& builder, const SpringDamper& spring) {
   const Function force = spring.force ? spring.force : linear_function(0.0, spring.stiffness);
   builder.add(make_pair_element<CompliantElement>(
       owner, spring.a, spring.b,
-      SpringFormulas{sides, spring.name, spring.damping, spring.free_length, force}));
+      SpringFormulas{{spring.free_length, spring.damping, force}, sides, spring.name}));
 }
 
 }  // namespace mfs::dae

@@ -42,6 +42,9 @@ struct Interval {
 inline Interval hull(const Interval& x, const Interval& y) {
   return {std::min(x.low, y.low), std::max(x.high, y.high)};
 }
+inline Interval widened(const Interval& x, double by) {
+  return {x.low - by, x.high + by};
+}
 /// Of the part of x that is between these.
 inline Interval clamped(const Interval& x, double least, double most) {
   return {std::clamp(x.low, least, most), std::clamp(x.high, least, most)};

@@ -6,9 +6,9 @@
 
 #include <mfs/error.hpp>
 
+#include "dae/mechanics/compliant_element.hpp"
 #include "dae/mechanics/rigid_interface.hpp"
 #include "dae/mechanics/rotation.hpp"
-#include "dae/mechanics/single_element.hpp"
 
 namespace mfs::dae {
 namespace {
@@ -59,8 +59,9 @@ class LoadGroup : public ElementGroup {
   void add_marks(const TimeSpan& span, std::vector<double>& marks) const override {
     for (const StateFunction& function : functions_) function.add_marks(span, marks);
   }
-  void add_state_functions(std::vector<const StateFunction*>& functions) const override {
-    for (const StateFunction& function : functions_) functions.push_back(&function);
+  void add_watched(WatchedFunctions& functions) const override {
+    for (const StateFunction& function : functions_)
+      functions.push_back(std::make_shared<StateFunction>(function));
   }
 
   void residual(int e, const LocalState& state, LocalResidual& residual) const override {
@@ -198,19 +199,11 @@ class FractionLoad final : public LoadGroup {
   std::vector<double> fractions_;
 };
 
-struct CoordinateSpringFormulas {
-  double free, damping;
-  Function force;
-
-  int count() const { return 1; }
-  double relaxed(int) const { return free; }
+struct CoordinateSpringFormulas : SpringLaw {
+  static constexpr bool kIsLength = false;
   template <class T>
   void positions(double, const T* q, T* x) const {
     x[0] = q[0];
-  }
-  Reaction reaction(double, int, double x, double rate) const {
-    const Jet elastic = force->slope(x - free);
-    return {elastic.value + damping * rate, elastic.first, damping};
   }
 };
 
@@ -275,7 +268,7 @@ void add_coordinate_spring(MultibodyBuilder& builder, const CoordinateSpring& sp
   const Function force = spring.force ? spring.force : linear_function(0.0, spring.stiffness);
   builder.add(std::make_shared<CompliantElement<CoordinateSpringFormulas, 1>>(
       owner, std::array<int, 1>{spring.coordinate},
-      CoordinateSpringFormulas{spring.free, spring.damping, force}));
+      CoordinateSpringFormulas{{spring.free, spring.damping, force}}));
 }
 
 }  // namespace mfs::dae

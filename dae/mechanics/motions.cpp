@@ -39,8 +39,8 @@ class CoordinateMotion final : public ElementGroup {
   void add_marks(const TimeSpan& span, std::vector<double>& marks) const override {
     change_.add_marks(span, marks);
   }
-  void add_state_functions(std::vector<const StateFunction*>& functions) const override {
-    functions.push_back(&change_);
+  void add_watched(WatchedFunctions& functions) const override {
+    functions.push_back(std::make_shared<StateFunction>(change_));
   }
   std::string name(int e) const override { return name_ + ", coordinate " + std::to_string(moved_[e]); }
 

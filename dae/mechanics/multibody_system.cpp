@@ -320,8 +320,8 @@ std::vector<double> Multibody::marks(const TimeSpan& span) const {
 }
 
 std::unique_ptr<ChangeWatch> Multibody::change_watch() const {
-  std::vector<const StateFunction*> functions;
-  for (const auto& group : groups_) group->add_state_functions(functions);
+  WatchedFunctions functions;
+  for (const auto& group : groups_) group->add_watched(functions);
   auto changes = std::make_unique<StateChanges>(functions);
   if (changes->empty()) return nullptr;
   return changes;

@@ -5,7 +5,6 @@
 
 #include <array>
 #include <string>
-#include <type_traits>
 #include <utility>
 
 #include "dae/mechanics/autodiff.hpp"
@@ -24,6 +23,9 @@ class SingleElement : public ElementGroup {
   int local_coordinates() const override { return N; }
   const int* coordinates(int) const override { return coordinates_.data(); }
   std::string name(int) const override { return name_; }
+
+ protected:
+  const std::array<int, N>& own() const { return coordinates_; }
 
  private:
   std::string name_;
@@ -151,105 +153,6 @@ class VelocityConstraintElement final : public SingleElement<N> {
     }
   }
 
-  Formulas formulas_;
-};
-
-/// What a deformation is answered with, and its derivatives by the deformation and by its rate.
-struct Reaction {
-  double force = 0.0, stiffness = 0.0, damping = 0.0;
-};
-
-/// Whether Formulas says where deformation i stores no energy, `double relaxed(int i) const`: the part of the
-/// reaction that does not depend on the rate is then elastic, and the rest a damper's.
-template <class Formulas, class = void>
-struct IsElastic : std::false_type {};
-template <class Formulas>
-struct IsElastic<Formulas, std::void_t<decltype(std::declval<const Formulas&>().relaxed(0))>>
-    : std::true_type {};
-
-/// The integral of f from a to b, by Gauss' rule of five points in eight parts: of the reactions of springs,
-/// which are polynomials or splines.
-template <class F>
-double integral(const F& f, double a, double b) {
-  constexpr int kParts = 8;
-  constexpr std::array<std::array<double, 2>, 3> kRule{{{0.0, 128.0 / 225},
-                                                        {0.538469310105683091, 0.478628670499366468},
-                                                        {0.906179845938663993, 0.236926885056189088}}};
-  const double half = (b - a) / (2 * kParts);
-  double sum = 0;
-  for (int part = 0; part < kParts; ++part) {
-    const double middle = a + (2 * part + 1) * half;
-    for (const auto& [x, weight] : kRule)
-      sum += weight * (x == 0 ? f(middle) : f(middle - x * half) + f(middle + x * half));
-  }
-  return half * sum;
-}
-
-/// Forces that answer to deformations x(t, q): by virtual work F = sum_i reaction_i x_i,q. Beside what
-/// autodiff.hpp asks for, Formulas has `Reaction reaction(double t, int i, double x, double rate) const`,
-/// which is where a deformation that cannot be is refused; and IsElastic tells what else it may have.
-template <class Formulas, int N>
-class CompliantElement final : public SingleElement<N> {
- public:
-  CompliantElement(std::string name, const std::array<int, N>& coordinates, Formulas formulas)
-      : SingleElement<N>(std::move(name), coordinates), formulas_(std::move(formulas)) {}
-
-  LocalStructure structure() const override {
-    LocalStructure structure;
-    structure.force_v = LocalStructure::Kind::dense;
-    return structure;
-  }
-
-  void residual(int, const LocalState& state, LocalResidual& residual) const override {
-    const auto x = along_motion<N>(formulas_, state);
-    std::array<double, kMostFormulas> force{};
-    for (int i = 0; i < formulas_.count(); ++i)
-      force[i] = formulas_.reaction(state.t, i, x[i].c0, x[i].c1).force;
-    add_gradient<N>(formulas_, state.t, state.q, force.data(), residual.force);
-  }
-
-  void tangent(int, const LocalState& state, LocalTangent& tangent) const override {
-    const auto x = along_motion_with_gradients<N>(formulas_, state);
-    std::array<double, kMostFormulas> force{};
-    for (int i = 0; i < formulas_.count(); ++i) {
-      const Reaction reaction = formulas_.reaction(state.t, i, x[i].c0.value(), x[i].c1.value());
-      const auto &by_q = x[i].c0.derivatives(), &rate_by_q = x[i].c1.derivatives();
-      force[i] = reaction.force;
-      for (int k = 0; k < N; ++k)
-        for (int j = 0; j < N; ++j) {
-          tangent.force_q[k * N + j] +=
-              by_q[k] * (reaction.stiffness * by_q[j] + reaction.damping * rate_by_q[j]);
-          tangent.force_v[k * N + j] += by_q[k] * reaction.damping * by_q[j];
-        }
-    }
-    add_hessian<N>(formulas_, state.t, state.q, force.data(), tangent.force_q);
-  }
-
-  Energy energy(int, const LocalState& state) const override {
-    Energy energy;
-    if constexpr (IsElastic<Formulas>::value) {
-      const auto x = along_motion<N>(formulas_, state);
-      for (int i = 0; i < formulas_.count(); ++i)
-        energy.elastic += integral([&](double s) { return formulas_.reaction(state.t, i, s, 0.0).force; },
-                                   formulas_.relaxed(i), x[i].c0);
-    }
-    return energy;
-  }
-
-  Power power(int, const LocalState& state) const override {
-    const auto x = along_motion<N>(formulas_, state);
-    Power power;
-    for (int i = 0; i < formulas_.count(); ++i) {
-      const double rate = x[i].c1, force = formulas_.reaction(state.t, i, x[i].c0, rate).force;
-      if constexpr (IsElastic<Formulas>::value)
-        power.dissipated += (force - formulas_.reaction(state.t, i, x[i].c0, 0.0).force) * rate;
-      else
-        power.input -= force * rate;
-    }
-    return power;
-  }
-
- private:
   Formulas formulas_;
 };
 

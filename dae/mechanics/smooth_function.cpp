@@ -16,6 +16,10 @@ class Linear final : public SmoothFunction {
  public:
   Linear(double value, double slope) : value_(value), slope_(slope) {}
   Jet at(double x) const override { return {value_ + slope_ * x, slope_, 0.0}; }
+  std::vector<int> changing_operations() const override { return {}; }
+  void enclose(const Interval& x, std::vector<Interval>& results) const override {
+    results = {value_ + slope_ * x};
+  }
 
  private:
   double value_, slope_;
@@ -29,6 +33,9 @@ class Harmonic final : public SmoothFunction {
     const double s = amplitude_ * std::sin(angular_ * x + phase_);
     const double c = amplitude_ * std::cos(angular_ * x + phase_);
     return {offset_ + s, angular_ * c, -angular_ * angular_ * s};
+  }
+  void enclose(const Interval& x, std::vector<Interval>& results) const override {
+    results = {offset_ + amplitude_ * sin(angular_ * x + phase_)};
   }
 
  private:
@@ -50,6 +57,10 @@ class SmoothStep final : public SmoothFunction {
   void add_marks(const TimeSpan& span, std::vector<double>& marks) const override {
     if (length_ * kFaster < span.end - span.begin) marks.insert(marks.end(), {begin_, begin_ + length_});
   }
+  void enclose(const Interval& x, std::vector<Interval>& results) const override {
+    const auto [least, most] = std::minmax({value(x.low), value(x.high)});
+    results = {{least, most}};
+  }
 
  private:
   double begin_, length_, before_, rise_;
@@ -57,6 +68,8 @@ class SmoothStep final : public SmoothFunction {
 
 /// What changes by less, in parts of a table's range, is no event in it.
 constexpr double kNoise = 0.01;
+/// The smallest event that is looked for.
+constexpr double kSmallest = 1.0 / 64;
 /// As kFaster, at the first level. Stretches end at points here, which are further apart than parts of an
 /// expression.
 constexpr double kFasterTable = 6.0;
@@ -89,6 +102,28 @@ class Spline final : public SmoothFunction {
     double ratio = kFasterTable;
     for (double level = kQuarter; level > kNoise; level /= 4, ratio *= 2)
       mark_fast_changes(samples, level, ratio, marks);
+  }
+
+  /// A table has no parts that tell small bumps from large ones.
+  double range(int) const override {
+    const auto [least, most] = std::minmax_element(y_.begin(), y_.end());
+    return kSmallest / kQuarter * (*most - *least);
+  }
+  /// On a part of length h between two points it is no farther from its chord than h^2 / 8 of the larger of
+  /// their second derivatives.
+  void enclose(const Interval& x, std::vector<Interval>& results) const override {
+    double at = x.low, here = value(at);
+    Interval bounds = here;
+    for (auto i = static_cast<std::size_t>(std::upper_bound(x_.begin(), x_.end(), at) - x_.begin());
+         at < x.high; ++i) {
+      const bool whole = i < x_.size() && x_[i] < x.high;
+      const double next = whole ? x_[i] : x.high, there = whole ? y_[i] : value(next);
+      const double bend = i == 0 || i >= x_.size() ? 0.0 : std::max(std::abs(m_[i - 1]), std::abs(m_[i]));
+      bounds = hull(bounds, widened(hull(here, there), (next - at) * (next - at) / 8 * bend));
+      at = next;
+      here = there;
+    }
+    results = {bounds};
   }
 
  private:

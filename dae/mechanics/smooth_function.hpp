@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "dae/mechanics/interval.hpp"
 #include "dae/mechanics/time_span.hpp"
 
 namespace mfs::dae {
@@ -25,6 +26,12 @@ class SmoothFunction {
   /// Adds times at which it is to be looked at, as it may be other there than its values farther off let
   /// expect, where x is time and goes through `span`.
   virtual void add_marks(const TimeSpan& /*span*/, std::vector<double>& /*marks*/) const {}
+
+  /// The operations that it is made of, as WatchedFunction: one, unless it knows better.
+  virtual std::vector<int> changing_operations() const { return {0}; }
+  virtual bool compares(int /*operation*/) const { return false; }
+  virtual double range(int /*operation*/) const { return 0.0; }
+  virtual void enclose(const Interval& x, std::vector<Interval>& results) const = 0;
 };
 
 using Function = std::shared_ptr<const SmoothFunction>;

@@ -16,6 +16,8 @@ constexpr double kRounding = 1e-9;
 /// What changes so often that it was seen so many times, in steps that were not so many more, lasts for no
 /// moment, and is not looked at for so many steps.
 constexpr int kMostSeen = 30, kIgnored = 200;
+/// What is rounding beside an argument; a rate is not told by less.
+constexpr double kResolved = 1e-13;
 /// Parts of a step that are looked at for one operation.
 constexpr int kMostParts = 400;
 /// What changes in less than this part of a step has been met by the one before.
@@ -25,9 +27,6 @@ constexpr double kWithin = 0.382;
 /// How near to a change a step ends before it, in parts of the step.
 constexpr double kNear = 1e-9;
 
-Interval widened(const Interval& x, double by) {
-  return {x.low - by, x.high + by};
-}
 double distance(const Interval& from, double x) {
   return std::max({0.0, from.low - x, x - from.high});
 }
@@ -49,17 +48,18 @@ class StateChanges::Along {
   explicit Along(const Watched& watched) : watched_(watched) {}
 
   const std::vector<Interval>& between(double begin, double end) {
-    const std::vector<double>&from = watched_.from, &to = watched_.to;
-    const std::size_t n = from.size() / 2;
-    const double h = to[0] - from[0];
-    const auto line = [&](std::size_t i, double s) { return from[i] + s * (to[i] - from[i]); };
+    const End &from = watched_.from, &to = watched_.to;
+    const std::size_t n = from.arguments.value.size();
+    const double h = to.t - from.t;
+    const auto line = [](double x, double y, double s) { return x + s * (y - x); };
+    const auto on_line = [&](double x, double y) { return hull(line(x, y, begin), line(x, y, end)); };
     q_.resize(n);
     v_.resize(n);
     for (std::size_t i = 0; i < n; ++i) {
-      const std::size_t q = 1 + i, v = 1 + n + i;
-      const double way = to[q] - from[q], leaving = h * from[v], arriving = h * to[v];
+      const double q = from.arguments.value[i], v = from.arguments.rate[i], v_to = to.arguments.rate[i];
+      const double way = to.arguments.value[i] - q, leaving = h * v, arriving = h * v_to;
       const auto cubic = [&](double s) {
-        return from[q] +
+        return q +
                s * (leaving + s * (3 * way - 2 * leaving - arriving + s * (leaving + arriving - 2 * way)));
       };
       const auto bend = [&](double s) {
@@ -67,9 +67,12 @@ class StateChanges::Along {
       };
       const double off = (end - begin) * (end - begin) / 8 * std::max(bend(begin), bend(end));
       q_[i] = widened(hull(cubic(begin), cubic(end)), off);
-      v_[i] = hull(line(v, begin), line(v, end));
+      const double beside = way - 0.5 * (leaving + arriving);
+      const double bow = std::abs(beside) > kResolved * std::abs(q) ? 6 * beside / h : 0.0;
+      const auto rate = [&](double s) { return line(v, v_to, s) + bow * s * (1 - s); };
+      v_[i] = widened(hull(rate(begin), rate(end)), 0.25 * std::abs(bow) * (end - begin) * (end - begin));
     }
-    watched_.function->enclose(hull(line(0, begin), line(0, end)), q_.data(), v_.data(), results_);
+    watched_.function->enclose(on_line(from.t, to.t), q_.data(), v_.data(), results_);
     return results_;
   }
   double at(int operation, double s) { return between(s, s)[operation].low; }
@@ -120,33 +123,24 @@ class StateChanges::Along {
   std::vector<Interval> q_, v_, results_;
 };
 
-StateChanges::StateChanges(const std::vector<const StateFunction*>& functions) {
-  for (const StateFunction* function : functions) {
-    std::vector<int> operations = function->changing_operations();
-    if (!operations.empty()) watched_.push_back({function, std::move(operations), {}, {}, {}, {}});
+StateChanges::StateChanges(const WatchedFunctions& functions) {
+  for (const auto& function : functions) {
+    Watched watched{function, {}, {}, {}};
+    for (const int number : function->changing_operations()) watched.operations.push_back({number});
+    if (!watched.operations.empty()) watched_.push_back(std::move(watched));
   }
-}
-
-std::vector<double> StateChanges::ends(const StateFunction& function, double t, const double* q,
-                                       const double* v) {
-  std::vector<double> ends = {t};
-  for (const int i : function.coordinates()) ends.push_back(q[i]);
-  for (const int i : function.coordinates()) ends.push_back(v[i]);
-  return ends;
 }
 
 void StateChanges::go_on(double t, const double* q, const double* v) {
   for (Watched& watched : watched_) {
-    watched.from = watched.to = ends(*watched.function, t, q, v);
+    watched.from = watched.to = {t, watched.function->arguments(q, v)};
     const std::vector<Interval> results = Along(watched).between(0.0, 0.0);
-    const bool begins = watched.range.empty();
-    watched.before.clear();
-    watched.seen = std::max(0, watched.seen - 1);
-    watched.ignored = std::max(0, watched.ignored - 1);
-    for (std::size_t k = 0; k < watched.operations.size(); ++k) {
-      const Interval& now = results[watched.operations[k]];
-      begins ? watched.range.push_back(now) : void(watched.range[k] = hull(watched.range[k], now));
-      watched.before.push_back(now.low);
+    for (Operation& operation : watched.operations) {
+      const Interval& now = results[operation.number];
+      operation.results = hull(operation.results, now);
+      operation.before = now.low;
+      operation.seen = std::max(0, operation.seen - 1);
+      operation.ignored = std::max(0, operation.ignored - 1);
     }
   }
 }
@@ -154,20 +148,22 @@ void StateChanges::go_on(double t, const double* q, const double* v) {
 ChangeWatch::Verdict StateChanges::look(double t, const double* q, const double* v) {
   Verdict verdict;
   for (Watched& watched : watched_) {
-    watched.to = ends(*watched.function, t, q, v);
+    watched.to = {t, watched.function->arguments(q, v)};
     Along along(watched);
     const std::vector<Interval> after = along.between(1.0, 1.0), between = along.between(0.0, 1.0);
-    for (std::size_t k = 0; k < watched.operations.size(); ++k) {
-      const int operation = watched.operations[k];
-      const Interval ends = hull(watched.before[k], after[operation]);
-      if (watched.function->compares(operation) && ends.width() > 0) verdict.turned = true;
-      if (verdict.part < 1.0 || watched.ignored > 0) continue;
-      const double range = std::max(watched.range[k].width(), ends.width());
+    for (Operation& operation : watched.operations) {
+      const int k = operation.number;
+      const Interval ends = hull(operation.before, after[k]);
+      if (watched.function->compares(k) && ends.width() > 0) verdict.turned = true;
+      if (operation.ignored > 0) continue;
+      const double given = watched.function->range(k);
+      const double range = given > 0 ? given : std::max(operation.results.width(), ends.width());
       const double size = std::max(std::abs(ends.low), std::abs(ends.high));
       const Interval allowed = widened(ends, std::max(kLeaves * range, kRounding * size));
-      if (excess(between[operation], allowed) == 0) continue;
-      verdict.part = along.until_change(operation, ends, allowed);
-      if (verdict.part < 1.0 && ++watched.seen > kMostSeen) watched.ignored = kIgnored;
+      if (excess(between[k], allowed) == 0) continue;
+      const double part = along.until_change(k, ends, allowed);
+      if (part < 1.0 && ++operation.seen > kMostSeen) operation.ignored = kIgnored;
+      verdict.part = std::min(verdict.part, part);
     }
   }
   return verdict;

@@ -1,19 +1,19 @@
-// ChangeWatch of functions of coordinates: each operation of their expressions is enclosed (interval.hpp)
+// ChangeWatch of functions of coordinates and of springs: each operation that they are made of is enclosed
 // along the step. Where its result leaves what it is at both ends by more than a quarter of its range in the
 // run so far, something is passed over.
 #pragma once
 
+#include <cmath>
 #include <vector>
 
 #include "dae/mechanics/change_watch.hpp"
-#include "dae/mechanics/state_function.hpp"
+#include "dae/mechanics/watched_function.hpp"
 
 namespace mfs::dae {
 
 class StateChanges final : public ChangeWatch {
  public:
-  /// `functions`: of coordinates; they have to live as long.
-  explicit StateChanges(const std::vector<const StateFunction*>& functions);
+  explicit StateChanges(const WatchedFunctions& functions);
   /// Whether none of them can change suddenly.
   bool empty() const { return watched_.empty(); }
 
@@ -21,18 +21,25 @@ class StateChanges final : public ChangeWatch {
   Verdict look(double t, const double* q, const double* v) override;
 
  private:
-  /// An expression with its arguments at both ends of a step.
-  struct Watched {
-    const StateFunction* function;
-    std::vector<int> operations;   // that are looked at
-    std::vector<Interval> range;   // of each of their results until now
-    std::vector<double> from, to;  // t, then coordinates, then rates
-    std::vector<double> before;    // their results at `from`
+  /// An operation that is looked at.
+  struct Operation {
+    int number;
+    Interval results = {HUGE_VAL, -HUGE_VAL};  // until now
+    double before = 0.0;                       // its result at the beginning of a step
     int seen = 0;     // times that a step has passed over a change, less steps that have been taken
     int ignored = 0;  // steps for which it is not looked at
   };
+  struct End {
+    double t = 0.0;
+    WatchedFunction::Arguments arguments;
+  };
+  /// A function with its arguments at both ends of a step.
+  struct Watched {
+    std::shared_ptr<const WatchedFunction> function;
+    std::vector<Operation> operations;
+    End from, to;
+  };
   class Along;
-  static std::vector<double> ends(const StateFunction& function, double t, const double* q, const double* v);
 
   std::vector<Watched> watched_;
 };

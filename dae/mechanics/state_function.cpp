@@ -92,6 +92,15 @@ void StateFunction::add_marks(const TimeSpan& span, std::vector<double>& marks) 
   if (time >= 0) expression_->add_marks(time, numbers, span, marks);
 }
 
+WatchedFunction::Arguments StateFunction::arguments(const double* q, const double* v) const {
+  Arguments arguments;
+  for (const int i : coordinates_) {
+    arguments.value.push_back(q[i]);
+    arguments.rate.push_back(v[i]);
+  }
+  return arguments;
+}
+
 std::vector<int> StateFunction::changing_operations() const {
   if (!expression_) return {};
   std::vector<bool> moves;

@@ -8,10 +8,11 @@
 #include "dae/mechanics/expression.hpp"
 #include "dae/mechanics/smooth_function.hpp"
 #include "dae/mechanics/taylor.hpp"
+#include "dae/mechanics/watched_function.hpp"
 
 namespace mfs::dae {
 
-class StateFunction {
+class StateFunction final : public WatchedFunction {
  public:
   /// What one of the expression's variables stands for.
   struct Argument {
@@ -45,13 +46,13 @@ class StateFunction {
   /// Adds times: SmoothFunction::add_marks, Expression::add_marks.
   void add_marks(const TimeSpan& span, std::vector<double>& marks) const;
 
-  /// Operations of the expression that depend on coordinates or rates (Expression::changing_operations), and
-  /// whether one is a comparison.
-  std::vector<int> changing_operations() const;
-  bool compares(int operation) const { return expression_->compares(operation); }
-  /// Overwrites `results` by those of all operations, where time and these coordinates and their rates are in
-  /// these intervals.
-  void enclose(const Interval& t, const Interval* q, const Interval* v, std::vector<Interval>& results) const;
+  /// These coordinates.
+  Arguments arguments(const double* q, const double* v) const override;
+  /// Of the expression.
+  std::vector<int> changing_operations() const override;
+  bool compares(int operation) const override { return expression_->compares(operation); }
+  void enclose(const Interval& t, const Interval* q, const Interval* v,
+               std::vector<Interval>& results) const override;
 
  private:
   double checked(double t, double value) const;

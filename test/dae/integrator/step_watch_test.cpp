@@ -32,6 +32,13 @@ TEST(StepWatch, GivesUpWhatBecomesFasterWithoutBound) {
   EXPECT_EQ(judge(1.5, 1 << 15, tangent), Verdict::go_on);  // its end is before the pole
 }
 
+TEST(StepWatch, GivesUpWhatWouldTakeYears) {
+  const auto even = [](double angle) { return angle; };
+  EXPECT_EQ(judge(1e20, 1 << 15, even), Verdict::end_too_far);
+  EXPECT_EQ(judge(1e20, 1 << 14, even), Verdict::go_on) << "it may come to rest";
+  EXPECT_EQ(judge(1e12, 1 << 20, even), Verdict::go_on);
+}
+
 // A rotor brought up to 1e6 rad/s in 1000 s, a chirp by t^3, a motion by sin(1e6 t), a start that is slow.
 TEST(StepWatch, LetsWhatTakesLongGoOn) {
   constexpr int kMost = 1 << 20;

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <functional>
 #include <optional>
+#include <random>
 
 #include "test/dae/mechanics/expect_refused.hpp"
 
@@ -76,6 +77,55 @@ TEST(Expression, IsMarkedWhereComparisonsOfTimeTurnOver) {
   EXPECT_THAT(marks_of("1 / t < 3"), near({1 / 3.0}));
   // What turns over by other things is not known beforehand.
   EXPECT_THAT(marks_of("(x > 1) + (t < x) + (t * t > x) + (1 > two)"), near({}));
+}
+
+/// A step that ends at a mark has not come to what is behind it.
+TEST(Expression, IsMarkedAsLateAsItIsWhatItWas) {
+  for (const std::string text : {"t * t > 2", "sin(t) > 0.3 && t < 2", "exp(t) >= 7", "1 / t < 3"}) {
+    const double mark = marks_of(text).front();
+    EXPECT_EQ(value_at(text, {mark}), value_at(text, {0.9 * mark})) << text;
+    EXPECT_NE(value_at(text, {std::nextafter(mark, 10.0)}), value_at(text, {mark})) << text;
+  }
+}
+
+/// Sums with what does not move, and multiples by it, change as what moves does.
+TEST(Expression, TellsWhichOperationsChange) {
+  const auto changing = [](const std::string& text) {
+    return Expression(text).changing_operations({true, false}).size();
+  };
+  EXPECT_EQ(changing("3 - 2 * x + y"), 0u);
+  EXPECT_EQ(changing("0 * x + y^2 + sin(y)"), 0u);
+  EXPECT_EQ(changing("x * x + 0 * y"), 1u);
+  EXPECT_EQ(changing("x + 2 * x + 0 * y"), 1u);
+  EXPECT_EQ(changing("1 / x + 0 * y"), 1u);
+  EXPECT_EQ(changing("x^y"), 1u);
+  EXPECT_EQ(changing("sin(x) + y"), 1u);
+}
+
+/// All results of an expression against values at random numbers in the intervals of its variables.
+TEST(Expression, EnclosesItsValues) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> any(-2.0, 2.0), part(0.0, 1.0);
+  for (const std::string text : {"if(x < y, x + 3, 10 * y)", "(x <= y) - 2 * (y <= 0.5)",
+                                 "(x == 1) + (x > 0 && y > 0)", "(x > 1 || y < 0.2) * 3",
+                                 "max(x, y) - min(x, 2 * y)", "sign(x) * abs(y)", "if(x - 1 > 0, x, -x) + y"})
+    for (int k = 0; k < 200; ++k) {
+      const Expression expression(text);
+      const auto [a, b] = std::minmax({any(random), any(random)});
+      const auto [c, d] = std::minmax({any(random), any(random)});
+      std::vector<Interval> bounds;
+      expression.results({{a, b}, {c, d}}, bounds);
+      for (int i = 0; i < 20; ++i) {
+        std::vector<double> variables = {a + part(random) * (b - a), c + part(random) * (d - c)};
+        const double value = expression.value(variables);
+        EXPECT_LE(bounds.back().low, value + 1e-12) << text;
+        EXPECT_GE(bounds.back().high, value - 1e-12) << text;
+      }
+    }
+  std::vector<Interval> bounds;
+  Expression("if(x == 1, 2, if(x <= 3, 4, 5))").results({1.0}, bounds);
+  EXPECT_EQ(bounds.back().low, 2);
+  EXPECT_EQ(bounds.back().high, 2);
 }
 
 /// Two marks each: where a quarter of the range is left, and where a second one is.

@@ -77,6 +77,13 @@ TEST(Interval, IsNoLargerThanNeeded) {
   EXPECT_EQ((1.0 / Interval(0, 4)).high, HUGE_VAL);
   EXPECT_EQ((1.0 / Interval(-1, 4)).low, -HUGE_VAL);
   EXPECT_NEAR(atan2(Interval(1, 2), Interval(-1, 1)).high, 3 * pi / 4, 1e-15);
+  EXPECT_NEAR(atan2(Interval(-2, -1), Interval(-1, 1)).low, -3 * pi / 4, 1e-15);
+  EXPECT_EQ((1.0 / Interval(0, 4)).low, 0.25);
+  EXPECT_EQ((1.0 / Interval(-4, 0)).high, -0.25);
+  EXPECT_NEAR(sin(Interval(0.1, 1.0)).high, std::sin(1.0), 1e-15);
+  EXPECT_EQ(sin(Interval::everything()).high, 1);
+  EXPECT_NEAR(asin(Interval(0.5, 3.0)).high, pi / 2, 1e-15);
+  EXPECT_EQ(pow(Interval(-1, 4), 0.5).low, 0);
   EXPECT_TRUE((Interval::everything() * 0.0).is_zero());
   EXPECT_EQ(sqrt(Interval(-3, -1)).width(), 0) << "where it has no value there is nothing to look for";
 }

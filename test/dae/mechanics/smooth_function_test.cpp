@@ -98,5 +98,29 @@ TEST(SmoothFunction, IsTwiceContinuouslyDifferentiable) {
     }
 }
 
+/// Bounds of values contain them, and come to them on short parts.
+TEST(SmoothFunction, EnclosesItsValues) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> any(-1.0, 7.0), part(0.0, 1.0);
+  for (const Function& function :
+       {linear_function(3, -2), harmonic_function(1, 2, 0.25, 0.5), smooth_step(1, 3, 9, 5),
+        spline_function({0, 1, 1.5, 4, 5}, {1, -1, 2, 0, 3}), spline_function({1, 3}, {2, 8})}) {
+    std::vector<Interval> bounds;
+    for (int k = 0; k < 300; ++k) {
+      const auto [low, high] = std::minmax({any(random), any(random)});
+      function->enclose({low, high}, bounds);
+      for (int i = 0; i < 30; ++i) {
+        const double value = function->value(low + part(random) * (high - low));
+        EXPECT_LE(bounds.back().low, value + 1e-12);
+        EXPECT_GE(bounds.back().high, value - 1e-12);
+      }
+      function->enclose({low, low + 1e-6}, bounds);
+      EXPECT_LT(bounds.back().width(), 2e-5);
+      function->enclose(low, bounds);
+      EXPECT_NEAR(bounds.back().low, function->value(low), 1e-14);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace mfs::dae

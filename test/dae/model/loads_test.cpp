@@ -1,12 +1,14 @@
 // Torques, springs of joints, followers, expressions: motions of whole models beside exact ones, and beside
 // those that SciPy finds in minimal coordinates.
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <Eigen/Geometry>
 #include <cmath>
 #include <functional>
 #include <string>
 #include <vector>
+
+#include <mfs/error.hpp>
 
 #include "dae/integrator/integrator.hpp"
 #include "dae/mechanics/expression.hpp"
@@ -257,6 +259,25 @@ TEST_F(Loads, AMotionForAMomentIsNotPassedOver) {
       Ends ends;
       Integrator(*model.system, options).run(0.0, model.q0, model.v0, 4.0, {}, ends);
       EXPECT_EQ(ends.inside > 0, fixed_step == 0.0) << way;
+    }
+  }
+}
+
+/// Where times until the end are not resolved to what steps have to be, that is said, and no force blamed.
+TEST_F(Loads, AnEndThatIsTooFarIsNoFaultOfForces) {
+  Json json = on_oblique_axis(machine());
+  json["bodies"]["slider"]["velocity"] = {10, 0, 0};
+  json["forces"]["coil"] = {{"type", "translational_spring"}, {"joint", "guide"}, {"stiffness", 12}};
+  json.erase("integrator");
+  for (const double end : {1e20, 1e100}) {
+    json["end"] = end;
+    try {
+      run(json);
+      ADD_FAILURE() << end;
+    } catch (const Error& error) {
+      EXPECT_THAT(error.what(), testing::HasSubstr("times until 1e+")) << end;
+      EXPECT_THAT(error.what(), testing::HasSubstr("are resolved to")) << end;
+      EXPECT_THAT(error.what(), testing::Not(testing::HasSubstr("force"))) << end;
     }
   }
 }

@@ -102,7 +102,7 @@ TEST(DiagonalBlocks, OneThatIsSingularIsSaidToBe) {
   std::vector<SparseMatrix> blocks(5, grid_2d(6, 5));
   std::vector<Entry> entries = entries_of(blocks[3]);
   for (Entry& e : entries) e.value = e.row == 7 ? 0 : e.value;
-  for (Entry& e : entries) {  // row 7 twice row 8
+  for (const Entry& e : entries_of(blocks[3])) {  // row 7 twice row 8
     if (e.row == 8) entries.push_back({7, e.column, 2 * e.value});
   }
   blocks[3] = from_entries_summed(30, entries);

@@ -4,6 +4,8 @@
 #include <numeric>
 
 #include "ordering/elimination_tree.hpp"
+#include "ordering/fronts.hpp"
+#include "ordering/lists_by_key.hpp"
 
 namespace mfs {
 
@@ -87,26 +89,16 @@ class ComponentSearch {
   Vertex number_ = 0, blocks_ = 0;
 };
 
-/// Numbers 0 ... group.size() - 1 by their group, and then ascending.
-struct Grouped {
-  std::vector<Vertex> number, begin;  // begin: groups + 1
-};
-Grouped grouped(const std::vector<Vertex>& group) {
-  Grouped made;
-  made.begin.assign(static_cast<std::size_t>(*std::max_element(group.begin(), group.end())) + 2, 0);
-  for (const Vertex g : group) ++made.begin[g + 1];
-  std::partial_sum(made.begin.begin(), made.begin.end(), made.begin.begin());
-  std::vector<Vertex> next(made.begin.begin(), made.begin.end() - 1);
-  made.number.resize(group.size());
-  for (std::size_t i = 0; i < group.size(); ++i) made.number[next[group[i]]++] = static_cast<Vertex>(i);
-  return made;
+/// 0 ... key.size() - 1 by keys, of which each up to the largest occurs.
+Lists lists_of_all(const std::vector<Vertex>& key) {
+  return lists_by_key(key, *std::max_element(key.begin(), key.end()) + 1);
 }
 
 /// By block: the number of blocks on the longest way to it. `unknowns`: by block.
 std::vector<Vertex> levels_of(const Pattern& pattern, const std::vector<Vertex>& row_order,
-                              const std::vector<Vertex>& block, const Grouped& unknowns) {
+                              const std::vector<Vertex>& block, const Lists& unknowns) {
   std::vector<Vertex> level(unknowns.begin.size() - 1, 0);
-  for (const Vertex i : unknowns.number) {
+  for (const Vertex i : unknowns.item) {
     const Vertex row = row_order.empty() ? i : row_order[i], own = block[i];
     for (Offset k = pattern.offsets[row]; k < pattern.offsets[row + 1]; ++k) {
       const Vertex other = block[pattern.columns[k]];
@@ -116,7 +108,7 @@ std::vector<Vertex> levels_of(const Pattern& pattern, const std::vector<Vertex>&
   return level;
 }
 
-Vertex largest_block(const Grouped& unknowns) {
+Vertex largest_block(const Lists& unknowns) {
   Vertex most = 0;
   for (std::size_t b = 0; b + 1 < unknowns.begin.size(); ++b)
     most = std::max(most, unknowns.begin[b + 1] - unknowns.begin[b]);
@@ -151,15 +143,15 @@ std::shared_ptr<const DiagonalBlocks> find_diagonal_blocks(const Pattern& patter
                                                            double largest_part) {
   if (pattern.n == 0 || largest_part == 0) return nullptr;
   const std::vector<Vertex> component = strong_components(pattern, matched);
-  const Grouped unknowns = grouped(component);
+  const Lists unknowns = lists_of_all(component);
   if (largest_block(unknowns) > largest_part * pattern.n) return nullptr;
-  const Grouped blocks_of_level = grouped(levels_of(pattern, matched.row_order, component, unknowns));
+  const Lists blocks_of_level = lists_of_all(levels_of(pattern, matched.row_order, component, unknowns));
   if (blocks_of_level.begin.size() == 2) return nullptr;
   auto blocks = std::make_shared<DiagonalBlocks>();
   blocks->level_begin = blocks_of_level.begin;
   blocks->of_row.resize(component.size());
   blocks->of_column.resize(component.size());
-  const std::vector<Vertex> place = inverse_permutation(blocks_of_level.number);
+  const std::vector<Vertex> place = inverse_permutation(blocks_of_level.item);
   for (Vertex i = 0; i < pattern.n; ++i) {
     blocks->of_column[i] = place[component[i]];
     blocks->of_row[matched.row_order.empty() ? i : matched.row_order[i]] = place[component[i]];
@@ -179,17 +171,7 @@ SeparatorTree in_block_order(const SeparatorTree& tree, const DiagonalBlocks& bl
   std::stable_sort(sorted.begin(), sorted.end(), [&](Vertex a, Vertex b) {
     return depth[a] != depth[b] ? depth[a] > depth[b] : block_of(a) < block_of(b);
   });
-  const std::vector<Vertex> place = inverse_permutation(sorted);
-  SeparatorTree made;
-  made.order.reserve(tree.order.size());
-  made.node_begin.push_back(0);
-  for (const Vertex k : sorted) {
-    made.order.insert(made.order.end(), tree.order.begin() + tree.node_begin[k],
-                      tree.order.begin() + tree.node_begin[k + 1]);
-    made.node_begin.push_back(static_cast<Vertex>(made.order.size()));
-    made.parent.push_back(tree.parent[k] < 0 ? -1 : place[tree.parent[k]]);
-  }
-  return made;
+  return in_order({tree.order, tree.node_begin, tree.parent}, sorted);
 }
 
 }  // namespace mfs

@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "ordering/elimination_tree.hpp"
+#include "ordering/lists_by_key.hpp"
 
 namespace mfs {
 namespace {
@@ -78,26 +79,6 @@ FrontTree fundamental_supernodes(const Graph& graph, const EliminationTree& tree
     fronts.border.push_back(tree.count[j] - graph.weight[tree.order[j]]);
   }
   return fronts;
-}
-
-/// Items by their key: those of key g are item[begin[g]] ... item[begin[g + 1] - 1], ascending; key -1 is in
-/// no list.
-struct Lists {
-  std::vector<Vertex> begin, item;
-};
-Lists lists_by_key(const std::vector<Vertex>& key, Vertex keys) {
-  Lists lists;
-  lists.begin.assign(static_cast<std::size_t>(keys) + 1, 0);
-  for (const Vertex g : key) {
-    if (g >= 0) ++lists.begin[g + 1];
-  }
-  std::partial_sum(lists.begin.begin(), lists.begin.end(), lists.begin.begin());
-  lists.item.resize(lists.begin.back());
-  std::vector<Vertex> next(lists.begin.begin(), lists.begin.end() - 1);
-  for (std::size_t i = 0; i < key.size(); ++i) {
-    if (key[i] >= 0) lists.item[next[key[i]]++] = static_cast<Vertex>(i);
-  }
-  return lists;
 }
 
 /// Replaces fronts by what they were merged into: target[f] == f for those that stay.
@@ -332,6 +313,20 @@ NodeList unknowns_of(const FrontTree& fronts, const EliminationTree& tree, const
 
 }  // namespace
 
+SeparatorTree in_order(const NodeList& nodes, const std::vector<Vertex>& visit) {
+  const std::vector<Vertex> number = inverse_permutation(visit);
+  SeparatorTree tree;
+  tree.order.reserve(nodes.order.size());
+  tree.node_begin.push_back(0);
+  for (const Vertex f : visit) {
+    tree.order.insert(tree.order.end(), nodes.order.begin() + nodes.node_begin[f],
+                      nodes.order.begin() + nodes.node_begin[f + 1]);
+    tree.node_begin.push_back(static_cast<Vertex>(tree.order.size()));
+    tree.parent.push_back(nodes.parent[f] < 0 ? -1 : number[nodes.parent[f]]);
+  }
+  return tree;
+}
+
 SeparatorTree breadth_first(const NodeList& nodes) {
   const auto count = static_cast<Vertex>(nodes.parent.size());
   const Lists children = lists_by_key(nodes.parent, count);
@@ -346,17 +341,7 @@ SeparatorTree breadth_first(const NodeList& nodes) {
     }
   }
   std::reverse(visit.begin(), visit.end());
-  const std::vector<Vertex> number = inverse_permutation(visit);
-  SeparatorTree tree;
-  tree.order.reserve(nodes.order.size());
-  tree.node_begin.push_back(0);
-  for (const Vertex f : visit) {
-    tree.order.insert(tree.order.end(), nodes.order.begin() + nodes.node_begin[f],
-                      nodes.order.begin() + nodes.node_begin[f + 1]);
-    tree.node_begin.push_back(static_cast<Vertex>(tree.order.size()));
-    tree.parent.push_back(nodes.parent[f] < 0 ? -1 : number[nodes.parent[f]]);
-  }
-  return tree;
+  return in_order(nodes, visit);
 }
 
 NodeList fronts_of_order(const Graph& graph, const Partition& partition, const std::vector<Vertex>& order,

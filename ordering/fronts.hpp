@@ -24,6 +24,9 @@ struct NodeList {
   std::vector<Vertex> parent;      // nodes, -1 for a root
 };
 
+/// The nodes in the order in which they are visited, each after its children.
+SeparatorTree in_order(const NodeList& nodes, const std::vector<Vertex>& visit);
+
 /// Renumbers the nodes breadth first: deepest depth first, siblings together, roots last.
 SeparatorTree breadth_first(const NodeList& nodes);
 

@@ -78,8 +78,7 @@ struct SymbolicPlan {
 
   // Original entries by front: entry number entry_in_row[e] of row entry_row[e] of A goes to entry_target[e]
   // of the region (every original entry lies in P, L or U of the front of the earlier of its row and column,
-  // or in the triangle).
-  // Within a front they ascend by column, and so do their targets' columns.
+  // or in the triangle). Within a front they ascend by column, and so do their targets' columns.
   std::vector<Offset> entry_begin;  // num_fronts + 1
   RawVector<Offset> entry_target;
   RawVector<Vertex> entry_row, entry_in_row;

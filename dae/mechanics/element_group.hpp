@@ -132,7 +132,7 @@ class ElementGroup {
   /// Adds those of ConstrainedSystem::marks; they need not ascend.
   virtual void add_marks(const TimeSpan& /*span*/, std::vector<double>& /*marks*/) const {}
 
-  /// Adds the functions of coordinates that it has.
+  /// Adds what ChangeWatch is to look at: functions of coordinates, laws of springs.
   virtual void add_watched(WatchedFunctions& /*functions*/) const {}
 
   // For messages where no step leads on.

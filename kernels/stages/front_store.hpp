@@ -68,11 +68,14 @@ struct FrontStore {
     view.contribution = storage + contribution_begin[f];
     return view;
   }
-  /// Original entry e of the plan, which lies in `row` of A, scaled.
-  KOKKOS_INLINE_FUNCTION Scalar scaled_entry(Offset e, Vertex row) const {
-    const Offset slot = matrix_offsets[row] + entry_in_row[e];
+  /// The entry of A in this slot of its pattern, which lies in `row`, scaled.
+  KOKKOS_INLINE_FUNCTION Scalar scaled_slot(Offset slot, Vertex row) const {
     const double scale = row_scale[row] * column_scale[matrix_columns[slot]];
     return static_cast<Scalar>(matrix_values[slot] * static_cast<RealOf<Value>>(scale));
+  }
+  /// Original entry e of the plan, which lies in `row` of A, scaled.
+  KOKKOS_INLINE_FUNCTION Scalar scaled_entry(Offset e, Vertex row) const {
+    return scaled_slot(matrix_offsets[row] + entry_in_row[e], row);
   }
   /// The same for one that goes to row i of front f, whose pivots are so many.
   KOKKOS_INLINE_FUNCTION Scalar scaled_entry(Offset e, Vertex f, Vertex i, Vertex pivots) const {

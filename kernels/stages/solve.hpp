@@ -155,6 +155,19 @@ MFS_INLINE void prefetch_factors(const Front<Scalar>& front, bool upper) {
   prefetch_block(front.lower, p * front.lower_ld);
 }
 
+/// visit(f) for each of these fronts, children first or, where the way is down, last. The factors of a front
+/// are on their way while those before it are solved.
+template <class Scalar, class Value, class Visit>
+void for_fronts_ahead(const FrontStore<Scalar, Value>& store, const Vertex* fronts, Vertex count, bool down,
+                      bool transposed, const Visit& visit) {
+  constexpr Vertex kAhead = 2;
+  const auto at = [=](Vertex k) { return fronts[down ? count - 1 - k : k]; };
+  for (Vertex k = 0; k < count; ++k) {
+    if (k + kAhead < count) prefetch_factors(store.front(at(k + kAhead)), down != transposed);
+    visit(at(k));
+  }
+}
+
 template <class Split, class Scalar, class Value>
 void forward_front(const Split& split, const FrontStore<Scalar, Value>& store,
                    const SolveVectors<Scalar>& vectors, Vertex f, bool transposed) {

@@ -13,11 +13,8 @@ void take_couplings(const Exec& exec, const FrontStore<Scalar, Value>& store, co
   const Offset* const slots = triangle.slot.data();
   const Offset* const begin = triangle.by_row.begin.data();
   for_each_index(exec, "mfs::couplings", store.n, [=](Offset position) {
-    const Vertex row = store.row_of[position];
-    for (Offset k = begin[position]; k < begin[position + 1]; ++k) {
-      const double scale = store.row_scale[row] * store.column_scale[store.matrix_columns[slots[k]]];
-      numbers[k] = static_cast<Scalar>(store.matrix_values[slots[k]] * static_cast<RealOf<Value>>(scale));
-    }
+    for (Offset k = begin[position]; k < begin[position + 1]; ++k)
+      numbers[k] = store.scaled_slot(slots[k], store.row_of[position]);
   });
 }
 
@@ -34,18 +31,13 @@ class BlockSubstitution {
         vectors_(vectors),
         transposed_(transposed) {}
 
-  // The factors of a front are on their way while those before it are solved; children come first, or last.
   void forward(const Vertex* fronts, Vertex count) const {
-    for (Vertex k = 0; k < count; ++k) {
-      if (k + kAhead < count) prefetch_factors(store_.front(fronts[k + kAhead]), transposed_);
-      forward(SequentialSplit(), fronts[k]);
-    }
+    for_fronts_ahead(store_, fronts, count, false, transposed_,
+                     [&](Vertex f) { forward(SequentialSplit(), f); });
   }
   void backward(const Vertex* fronts, Vertex count) const {
-    for (Vertex k = count - 1; k >= 0; --k) {
-      if (k >= kAhead) prefetch_factors(store_.front(fronts[k - kAhead]), !transposed_);
-      backward(SequentialSplit(), fronts[k]);
-    }
+    for_fronts_ahead(store_, fronts, count, true, transposed_,
+                     [&](Vertex f) { backward(SequentialSplit(), f); });
   }
   template <class Split>
   void forward(const Split& split, Vertex f) const {
@@ -68,8 +60,6 @@ class BlockSubstitution {
   }
 
  private:
-  static constexpr Vertex kAhead = 2;
-
   // Takes from the right-hand sides at these positions what blocks that are solved for make of them.
   void couple(Vertex begin, Vertex end) const {
     const Offset *const first = lists_.begin.data(), *const number = lists_.number.data();

@@ -161,18 +161,14 @@ void solve_tree(const Exec& exec, Workers& workers, const FrontStore<Scalar, Val
   const std::size_t count = tree.lists();
   const std::size_t forward = what.forward ? count : 0, backward = what.backward ? count : 0;
   const auto list_of = [=](std::size_t k) { return k < forward ? k : count - 1 - (k - forward); };
-  // The factors of a front are on their way while those before it are solved; children come first, or last.
   const auto alone = [&](bool down, const Vertex* fronts, Vertex count) {
-    constexpr Vertex kAhead = 2;
-    const auto at = [=](Vertex k) { return fronts[down ? count - 1 - k : k]; };
-    for (Vertex k = 0; k < count; ++k) {
-      if (k + kAhead < count) prefetch_factors(store.front(at(k + kAhead)), down != what.transposed);
+    for_fronts_ahead(store, fronts, count, down, what.transposed, [&](Vertex f) {
       if (down) {
-        backward_front(SequentialSplit(), store, vectors, at(k), what.transposed);
+        backward_front(SequentialSplit(), store, vectors, f, what.transposed);
       } else {
-        forward_front(SequentialSplit(), store, vectors, at(k), what.transposed);
+        forward_front(SequentialSplit(), store, vectors, f, what.transposed);
       }
-    }
+    });
   };
   const auto shared = [&](const Worker& worker, bool down, Vertex f) {
     if (down) {

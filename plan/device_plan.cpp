@@ -62,6 +62,8 @@ DevicePlan make_device_plan(const SymbolicPlan& plan, const DeviceLimits& limits
   made.tile = limits.tile;
   made.strip = limits.strip;
   made.small_rows = limits.small_rows;
+  made.tall = limits.tall;
+  made.panel_entries = limits.panel_entries;
   AssemblyLists assembly(plan, made);
   StepLists steps(plan, limits, made);
   made.depths.resize(static_cast<std::size_t>(plan.num_depths));

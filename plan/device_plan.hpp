@@ -53,6 +53,7 @@ struct StepTask {
   Vertex left, begin, end;
   Vertex first_strip;  // in its launch
   Offset upper;
+  Offset border_at = 0;  // of a tall front, in the launch of its tiles: its place in DevicePlan::tall_border
 };
 
 /// Rows [first_row, last_row) of columns [begin, end) of a front, all in one of its blocks, and the original
@@ -109,6 +110,9 @@ struct Launch {
   Vertex blocks = 0;
   Order order = Order::sequential;
   Vertex width = 0;  // pivots of the widest tile, for diagonal and strips
+  // For diagonal, where it has tall fronts: most rows of those from the diagonal down in the pivot block,
+  // most of all of their rows, and most in their borders.
+  Vertex tall_pivots = 0, tall_rows = 0, tall_border = 0;
 };
 
 struct SmallLaunch {
@@ -147,7 +151,10 @@ struct RootTask {
 };
 
 struct DevicePlan {
-  Vertex tile = 0, strip = 0, small_rows = 0;
+  Vertex tile = 0, strip = 0, small_rows = 0, tall = 0;
+  Vertex tall_tasks = 0;   // most of a launch with tall fronts
+  Offset tall_border = 0;  // entries: most of a launch, of panels in the borders of its tall fronts
+  Vertex panel_entries = 0;
   std::vector<Vertex> small_fronts, tiny_fronts;
   RawVector<AssemblyPart> assemble;
   // Where the plan's original entries go: from the first entry of the first column of their part, or from the
@@ -196,6 +203,8 @@ constexpr AssemblyTurns kAssemblyTurns{4, 160};
 
 /// Entries that a block assembles, if that is more than kAssembleColumns columns.
 constexpr Vertex kAssembleEntries = 4096, kAssembleColumns = 4;
+/// Most columns of a panel of a tall front whose pivots are searched in all rows.
+constexpr Vertex kMostPanelColumns = 16;
 /// Rows of a tile of the solve.
 constexpr Vertex kSolveTile = 64, kTallTile = 256;
 /// The triangles of blocks of so many pivots are left inverted by what factors a diagonal tile.
@@ -230,6 +239,10 @@ struct DeviceLimits {
 
   // Fronts of at most this part of their depth's operations are small, too, whatever their rows.
   double small_part = 0;
+  // Fronts of more pivots are tall: one block of threads would be long alone with those where they are
+  // searched in all rows.
+  Vertex tall = 256;
+  Vertex panel_entries = 0;  // of a panel of those in shared memory
   // Whether the pivots of a tile are searched in all rows of the front's pivot block, in their place.
   bool whole_columns = false;
   // Small fronts of a depth are launched by size, in steps of so many rows.

@@ -143,7 +143,25 @@ void StepLists::place_tiles(const std::vector<StepTask>& tiles, Order strips) {
   launch.kind = Launch::Kind::diagonal;
   launch.order = Order::sequential;
   launch.blocks = static_cast<Vertex>(tiles.size());
+  find_tall_fronts(launch);
   depth_->factor.insert(depth_->factor.end() - 1, launch);
+}
+
+void StepLists::find_tall_fronts(Launch& launch) {
+  Offset border = 0;
+  for (Offset i = launch.tasks.begin; i < launch.tasks.end; ++i) {
+    StepTask& task = made_.steps[i];
+    const Vertex pivots = plan_.pivots(task.front);
+    if (pivots <= limits_.tall) continue;
+    task.border_at = border * kMostPanelColumns;
+    border += plan_.border_rows(task.front);
+    launch.tall_pivots = std::max(launch.tall_pivots, pivots - task.k);
+    launch.tall_rows = std::max(launch.tall_rows, plan_.rows(task.front));
+    launch.tall_border = std::max(launch.tall_border, plan_.border_rows(task.front));
+  }
+  if (launch.tall_pivots == 0) return;
+  made_.tall_tasks = std::max(made_.tall_tasks, launch.blocks);
+  made_.tall_border = std::max(made_.tall_border, border * kMostPanelColumns);
 }
 
 void StepLists::place_strips(const std::vector<StepTask>& tiles, Order order) {

@@ -33,6 +33,7 @@ class StepLists {
   void add_products(Vertex f, Vertex k, Vertex next, Span down, Span right,
                     std::vector<ProductTask>& products) const;
   void place_tiles(const std::vector<StepTask>& tiles, Order strips);
+  void find_tall_fronts(Launch& launch);
   void place_strips(const std::vector<StepTask>& tiles, Order order);
   Vertex tile_end(Vertex f, Vertex k) const;
   bool panelled(Vertex f) const;

@@ -287,10 +287,11 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
       found = (status.found_strict == 0 && status.pivots_needed == 0) ||
               status.pivots.perturbed > policy.most_perturbed;
       if (status.found_strict > 0) {
-        strict_ = true;
+        strict_ = tall_ = true;
         if (!found) stages_.make_ancestors_strict();
       } else if (found) {
         strict_ = status.strict_left > 0;
+        tall_ = status.tall_left > 0;
       } else {
         pivoted_roots_.activate();
       }
@@ -299,7 +300,8 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   }
 
   PivotSearch search() const {
-    return strict_                                                   ? PivotSearch::strict
+    return strict_ && tall_ && stages_.has_tall_fronts()             ? PivotSearch::strict_by_panels
+           : strict_                                                 ? PivotSearch::strict
            : pivoted_roots_.active() || !stages_.has_library_roots() ? PivotSearch::tiles
                                                                      : PivotSearch::not_in_roots;
   }
@@ -561,10 +563,11 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   bool scales_sent_ = false, values_sent_ = false, values_here_ = true, warm_ = false;
   BlockFlops done_{0, 0, 0};  // by the present factorization and those that it had to repeat
   bool strict_ = false;       // some front is, else none
+  bool tall_ = false;         // a tall one may be
   bool mirrors_ = false;      // A^-T serves for A^-1, too
   Fallback pivoted_roots_;    // those that the vendor's LAPACK could have are factored by tiles
   Event foreign_;
-  Graph graph_[3], solve_graph_[2][3];  // by PivotSearch; by transposed, by width
+  Graph graph_[kPivotSearches], solve_graph_[2][3];  // by PivotSearch; by transposed, by width
   PivotPolicy graph_policy_{0.0};
   std::unique_ptr<DeviceArena> vectors_, rhs_, transposed_;
   std::unique_ptr<PinnedArena> transposed_on_host_;  // or there, where there are segments

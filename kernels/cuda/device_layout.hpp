@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "kernels/cuda/device_stages.hpp"
+#include "kernels/cuda/factor/tile.hpp"
 
 namespace mfs::cuda {
 
@@ -43,6 +44,8 @@ struct DeviceStages<S, V>::Layout {
     FrontStore<S, V>& at = store.fronts;
     for_each_numeric_array(at, plan, put);
     put(store.strict, plan.num_fronts, nullptr);
+    put(store.panel_rows, static_cast<Offset>(lists.tall_tasks) * kPanelColumns, nullptr);
+    put(store.panel_border, lists.tall_border, nullptr);
     for_each_plan_array(at, plan, pattern, copy);
     copy(store.small_fronts, lists.small_fronts);
     copy(store.tiny_fronts, lists.tiny_fronts);

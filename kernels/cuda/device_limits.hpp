@@ -56,6 +56,7 @@ DeviceLimits device_limits(int multiprocessors, std::size_t memory, Vertex least
                            " bytes of shared memory; the kernels need " + std::to_string(kLeastSharedMemory));
   }
   while (small_front_bytes<S>(limits.small_rows) > memory) limits.small_rows -= 16;
+  limits.panel_entries = strict_panel_entries<S>(std::min(memory, kMostSharedMemory));
   limits.least_root = least_root;
   return limits;
 }

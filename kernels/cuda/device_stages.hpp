@@ -25,12 +25,14 @@ struct DeviceStatus {
   FactorStatus pivots;
   int found_strict, pivots_needed;
   double largest;
-  int strict_left;  // fronts that the next factorization has to search in all rows
+  int strict_left, tall_left;  // fronts that the next factorization has to search in all rows, tall ones
 };
 
-/// Where pivots are searched: in strict fronts in all rows of the pivot block, or, as long as no front is
-/// strict, in tiles; or so, but not in the roots that the library factors (DevicePlan::roots).
-enum class PivotSearch { strict, tiles, not_in_roots };
+/// Where pivots are searched: in strict fronts in all rows of the pivot block, with launches for each panel
+/// of those that are tall or without them; or, as long as no front is strict, in tiles; or so, but not in the
+/// roots that the library factors (DevicePlan::roots).
+enum class PivotSearch { strict_by_panels, strict, tiles, not_in_roots };
+constexpr int kPivotSearches = 4;
 
 /// Told what is launched next, and for which step of the plan (deepest depth first); inverses, of all fronts,
 /// count as the last one's.
@@ -125,6 +127,8 @@ class DeviceStages {
   }
   /// Whether PivotSearch::not_in_roots is another way than `tiles`.
   bool has_library_roots() const { return !lists_.roots.empty(); }
+  /// Whether PivotSearch::strict_by_panels is another way than `strict`.
+  bool has_tall_fronts() const { return lists_.tall_tasks > 0; }
   /// No front is strict any more, until a factorization finds that it has to be.
   void forget_strict_fronts() {
     stream_.clear(store_.strict, plan_.num_fronts * static_cast<Offset>(sizeof(int)));
@@ -157,6 +161,7 @@ class DeviceStages {
   void launch_steps(const DepthLaunches& depth, bool look_ahead, const Next& next);
   void follow_divided(const Segment& segment);
   void launch_roots();
+  void launch_strict_panels(const Launch& tiles);
   void invert(const Range& tiles);
   DeviceStore<S, V> store_for_solve() const;
   void launch(const Launch& what, const Stream& stream, const std::optional<DeviceBlas>& blas);

@@ -93,6 +93,8 @@ DeviceStages<S, V>::DeviceStages(const SymbolicPlan& plan, const Pattern& patter
   store_.pivots_needed = &status_->pivots_needed;
   store_.largest = &status_->largest;
   store_.tile = lists_.tile;
+  store_.tall = lists_.tall;
+  store_.by_panels = false;
   store_.substitutes = false;
   states_.resize(static_cast<std::size_t>(plan_.num_fronts));
   forget_strict_fronts();
@@ -157,6 +159,11 @@ void DeviceStages<S, V>::set_kernel_attributes() {
                       block_lu_bytes<S>(kWide));
   set_shared_memory(reinterpret_cast<const void*>(&factor_diagonal_tiles<kNarrow, kNarrowThreads, S, V>),
                     block_lu_bytes<S>(kNarrow));
+  static_assert(tile_entries(kTile<S>) >= kTile<S> * kTile<S>);  // panel_border_bytes
+  set_shared_memory(reinterpret_cast<const void*>(&eliminate_panel_borders<S, V>),
+                    sizeof(S) * lists_.tile * lists_.tile);
+  set_shared_memory(reinterpret_cast<const void*>(&factor_strict_panels<S, V>),
+                    strict_panel_bytes<S>(lists_.panel_entries));
   set_shared_memory(reinterpret_cast<const void*>(&take_unpivoted_tiles<S, V>), tile_bytes<S>(lists_.tile));
   for (const Vertex pivots : {kInverted, 2 * kInverted, kTile<S>}) {
     if (pivots > lists_.tile) break;
@@ -285,10 +292,12 @@ void DeviceStages<S, V>::factor(const PivotPolicy& policy, PivotSearch search, c
 
 template <class S, class V>
 void DeviceStages<S, V>::launch_stages(const PivotPolicy& policy, PivotSearch search, const Mark& mark) {
-  const bool look_ahead = search != PivotSearch::strict && !mark;
+  const bool strict = search == PivotSearch::strict || search == PivotSearch::strict_by_panels;
+  const bool look_ahead = !strict && !mark;
   const bool library_roots = search == PivotSearch::not_in_roots && has_library_roots();
   store_.pivots = pivot_rule<RealOf<S>>(policy, 1);
   store_.substitutes = policy.substitutes();
+  store_.by_panels = search == PivotSearch::strict_by_panels;
   settle_strict_fronts<<<vector_blocks(plan_.num_fronts), kVectorThreads, 0, stream_.get()>>>(
       store_.strict, plan_.num_fronts, store_.found_strict);
   stream_.clear(status_, sizeof(DeviceStatus));
@@ -346,9 +355,9 @@ void DeviceStages<S, V>::launch_stages(const PivotPolicy& policy, PivotSearch se
   } else {
     invert({0, static_cast<Offset>(lists_.wide_tiles.size())});
   }
-  if (search == PivotSearch::strict) {
+  if (strict) {
     count_strict_fronts<<<vector_blocks(plan_.num_fronts), kVectorThreads, 0, stream_.get()>>>(
-        store_.strict, plan_.num_fronts, &status_->strict_left);
+        store_, plan_.num_fronts, &status_->strict_left, &status_->tall_left);
   }
   next(Kernel::end);
   check_launch("factor");
@@ -382,6 +391,7 @@ void DeviceStages<S, V>::launch_steps(const DepthLaunches& depth, bool look_ahea
          : part.kind == Launch::Kind::strips ? Kernel::strips
                                              : Kernel::products);
     if (part.order == Order::join) ahead_.join(stream_);
+    if (store_.by_panels && part.tall_pivots > 0) launch_strict_panels(part);
     if (look_ahead && part.order == Order::concurrent) {
       launch(part, ahead_.begin_after(stream_), blas_ahead_);
     } else {
@@ -389,6 +399,27 @@ void DeviceStages<S, V>::launch_steps(const DepthLaunches& depth, bool look_ahea
     }
   }
   ahead_.join(stream_);
+}
+
+// Columns of the tall strict fronts among these tiles.
+template <class S, class V>
+void DeviceStages<S, V>::launch_strict_panels(const Launch& tiles) {
+  const auto tasks = static_cast<unsigned>(tiles.blocks);
+  const auto blocks = static_cast<unsigned>(lists_.tile / kUpdatedColumns +
+                                            (tiles.tall_rows + kExchangedColumns - 1) / kExchangedColumns);
+  const int width = panel_columns(lists_.panel_entries, tiles.tall_pivots);
+  const auto border_blocks = static_cast<unsigned>((tiles.tall_border + kFollowThreads - 1) / kFollowThreads);
+  for (int first = 0; first < std::min(tiles.width, tiles.tall_pivots); first += width) {
+    if (store_.substitutes && border_blocks > 0) {
+      eliminate_panel_borders<<<dim3(tasks, border_blocks), kFollowThreads,
+                                panel_border_bytes<S>(first, std::min<int>(width, lists_.tile - first)),
+                                stream_.get()>>>(store_, tiles.tasks.begin, first, width);
+    }
+    factor_strict_panels<<<tasks, kStrictThreads, strict_panel_bytes<S>(lists_.panel_entries),
+                           stream_.get()>>>(store_, tiles.tasks.begin, first, width, lists_.panel_entries);
+    follow_strict_panels<<<dim3(tasks, blocks), kFollowThreads, 0, stream_.get()>>>(store_, tiles.tasks.begin,
+                                                                                    first, width);
+  }
 }
 
 template <class S, class V>

@@ -29,9 +29,13 @@ class DeviceBench {
   /// The library has roots of `least_root` pivots and more.
   explicit DeviceBench(const StageProblem<Scalar>& problem, Vertex least_root = kNoRoots)
       : plan_(problem.plan), pattern_(problem.pattern), stages_(*plan_, *pattern_, stream_, least_root) {
-    put_values(problem.values);
-    put(stages_.row_scale(), problem.row_scale);
-    put(stages_.column_scale(), problem.column_scale);
+    put_problem(problem);
+  }
+  /// Panels of tall strict fronts have at most so many entries in shared memory.
+  static DeviceBench with_panels(const StageProblem<Scalar>& problem, Vertex entries) {
+    DevicePlan lists = cuda::DeviceStages<S, S>::lists_for(*problem.plan);
+    lists.panel_entries = std::min(lists.panel_entries, entries);
+    return DeviceBench(problem, std::move(lists));
   }
   void put_values(const std::vector<Scalar>& values) { put(stages_.matrix_values(), values); }
 
@@ -54,10 +58,16 @@ class DeviceBench {
       if (passes_ > plan_->num_fronts + 1 || (status.found_strict == 0 && status.pivots_needed == 0))
         return status_ = status.pivots;
       if (status.found_strict > 0) stages_.make_ancestors_strict();
-      search_ = status.found_strict > 0 ? cuda::PivotSearch::strict : cuda::PivotSearch::tiles;
+      search_ = status.found_strict > 0 ? cuda::PivotSearch::strict_by_panels : cuda::PivotSearch::tiles;
     }
   }
   int passes() const { return passes_; }
+  /// From the next factorization on.
+  void make_all_strict(cuda::PivotSearch search) {
+    put(stages_.store().strict,
+        std::vector<int>(static_cast<std::size_t>(plan_->num_fronts), kStrict | kNeedsStrict));
+    search_ = search;
+  }
   /// How many times its size the diagonal counted for when pivots were searched.
   double preference() const { return stages_.store().pivots.preference; }
   Vertex tile() const { return stages_.lists().tile; }
@@ -121,6 +131,18 @@ class DeviceBench {
 
  private:
   static constexpr int kNan = 0xff;
+
+  DeviceBench(const StageProblem<Scalar>& problem, DevicePlan lists)
+      : plan_(problem.plan),
+        pattern_(problem.pattern),
+        stages_(*plan_, *pattern_, stream_, std::move(lists)) {
+    put_problem(problem);
+  }
+  void put_problem(const StageProblem<Scalar>& problem) {
+    put_values(problem.values);
+    put(stages_.row_scale(), problem.row_scale);
+    put(stages_.column_scale(), problem.column_scale);
+  }
 
   // Columns side by side, zeros beyond those that are given, and back.
   Substitution<Scalar> solve_block(const std::vector<Scalar>& v, bool transposed, Launches launches) {

@@ -9,6 +9,29 @@
 
 namespace mfs::test {
 
+/// Multiplies rows and columns by random phases: real problems become complex ones with the same ranks.
+template <class Scalar>
+StageProblem<Scalar> turned(const StageProblem<double>& problem) {
+  StageProblem<Scalar> other = in_numbers_of<Scalar>(problem);
+  Random random(5);
+  const auto phases = [&] {
+    std::vector<std::complex<double>> made(problem.pattern->n);
+    for (auto& phase : made) phase = std::polar(1.0, 6.283185307179586 * random.unit());
+    return made;
+  };
+  const auto row = phases(), column = phases();
+  for (Vertex i = 0; i < problem.pattern->n; ++i) {
+    for (Offset k = problem.pattern->offsets[i]; k < problem.pattern->offsets[i + 1]; ++k) {
+      if constexpr (std::is_same_v<Scalar, RealOf<Scalar>>) {
+        other.values[k] = static_cast<Scalar>(problem.values[k]);
+      } else {
+        other.values[k] = Scalar(problem.values[k] * row[i] * column[problem.pattern->columns[k]]);
+      }
+    }
+  }
+  return other;
+}
+
 /// Of the largest entry of a block: pivots are large, so nothing grows but by the inverted blocks.
 template <class Scalar>
 constexpr double kDeviceTolerance = 20000 *
@@ -106,6 +129,16 @@ FactorStatus check_weak(const StageProblem<Scalar>& problem, double tolerance) {
   followed(problem, bench, tolerance);
   expect_exact_factors(problem, bench.factored(), Measure::row);
   return status;
+}
+
+template <class Scalar>
+void expect_same_bits(const FactoredFronts<Scalar>& actual, const FactoredFronts<Scalar>& expected) {
+  EXPECT_EQ(actual.row_at, expected.row_at);
+  EXPECT_EQ(actual.shift, expected.shift);
+  for (std::size_t f = 0; f < expected.fronts.size(); ++f) {
+    EXPECT_TRUE(actual.fronts[f].lower == expected.fronts[f].lower) << "P and L of front " << f;
+    EXPECT_TRUE(actual.fronts[f].upper == expected.fronts[f].upper) << "U of front " << f;
+  }
 }
 
 }  // namespace mfs::test

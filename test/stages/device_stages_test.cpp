@@ -7,34 +7,11 @@
 #include "kernels/cuda/device_stages.hpp"
 #include "kernels/cuda/runtime/device.hpp"
 #include "test/stages/device_checks.hpp"
-#include "test/stages/in_engine.hpp"
+#include "test/stages/on_device.hpp"
 #include "test/stages/weak_pivots.hpp"
 
 namespace mfs::test {
 namespace {
-
-/// Multiplies rows and columns by random phases: real problems become complex ones with the same ranks.
-template <class Scalar>
-StageProblem<Scalar> turned(const StageProblem<double>& problem) {
-  StageProblem<Scalar> other = in_numbers_of<Scalar>(problem);
-  Random random(5);
-  const auto phases = [&] {
-    std::vector<std::complex<double>> made(problem.pattern->n);
-    for (auto& phase : made) phase = std::polar(1.0, 6.283185307179586 * random.unit());
-    return made;
-  };
-  const auto row = phases(), column = phases();
-  for (Vertex i = 0; i < problem.pattern->n; ++i) {
-    for (Offset k = problem.pattern->offsets[i]; k < problem.pattern->offsets[i + 1]; ++k) {
-      if constexpr (std::is_same_v<Scalar, RealOf<Scalar>>) {
-        other.values[k] = static_cast<Scalar>(problem.values[k]);
-      } else {
-        other.values[k] = Scalar(problem.values[k] * row[i] * column[problem.pattern->columns[k]]);
-      }
-    }
-  }
-  return other;
-}
 
 /// Trees in which every kernel has many fronts side by side: solved with by a warp, factored in shared
 /// memory, of a few tiles.
@@ -79,19 +56,7 @@ std::vector<StageProblem<double>> long_borders() {
 }
 
 template <class Scalar>
-class DeviceStagesTest : public testing::Test {
- protected:
-  void SetUp() override {
-    if (!cuda::device_found()) GTEST_SKIP() << "no CUDA device";
-  }
-  template <class Work>
-  void on_device(const Work& work) {
-    in_engine(1, [&] {
-      Engine::use_cuda();
-      work();
-    });
-  }
-};
+class DeviceStagesTest : public OnDeviceTest {};
 using Scalars = testing::Types<double, float, std::complex<double>, std::complex<float>>;
 TYPED_TEST_SUITE(DeviceStagesTest, Scalars);
 
@@ -170,16 +135,6 @@ TYPED_TEST(DeviceStagesTest, SolvesAsTheReferenceDoes) {
       }
     }
   });
-}
-
-template <class Scalar>
-void expect_same_bits(const FactoredFronts<Scalar>& actual, const FactoredFronts<Scalar>& expected) {
-  EXPECT_EQ(actual.row_at, expected.row_at);
-  EXPECT_EQ(actual.shift, expected.shift);
-  for (std::size_t f = 0; f < expected.fronts.size(); ++f) {
-    EXPECT_TRUE(actual.fronts[f].lower == expected.fronts[f].lower) << "P and L of front " << f;
-    EXPECT_TRUE(actual.fronts[f].upper == expected.fronts[f].upper) << "U of front " << f;
-  }
 }
 
 TYPED_TEST(DeviceStagesTest, GivesTheSameBitsFromRunToRunAndFromTheGraph) {

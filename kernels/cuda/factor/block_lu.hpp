@@ -78,7 +78,7 @@ template <class S, class Value>
 __device__ __noinline__ void factor_strict(const DeviceStore<S, Value>& store, Vertex f,
                                            const Front<S>& front, int k, int s, S* memory, int entries,
                                            S* column, TileWork<S>& work) {
-  StrictPanels<S, Value>(store, f, front, k, s, memory, entries, column, work).factor();
+  factor_strict_column(store, f, front, k, s, memory, entries, column, work);
 }
 
 /// Of the factorization before and what it found.
@@ -86,10 +86,14 @@ __global__ inline void settle_strict_fronts(int* strict, int fronts, const int* 
   const int f = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
   if (f < fronts && strict[f] != 0) strict[f] = settled_state(strict[f], *found_strict > 0);
 }
-/// Counts those that will be strict in the next factorization, if this one need not be repeated.
-__global__ inline void count_strict_fronts(const int* strict, int fronts, int* count) {
+/// Counts those that will be strict in the next factorization, if this one need not be repeated, and the tall
+/// ones of them.
+template <class S, class Value>
+__global__ void count_strict_fronts(DeviceStore<S, Value> store, int fronts, int* count, int* tall) {
   const int f = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
-  if (f < fronts && (settled_state(strict[f], false) & kStrict)) atomicAdd(count, 1);
+  if (f >= fronts || !(settled_state(store.strict[f], false) & kStrict)) return;
+  atomicAdd(count, 1);
+  if (store.fronts.front(f).pivots > store.tall) atomicAdd(tall, 1);
 }
 
 /// Tiles of at most Pivots pivots.
@@ -111,7 +115,8 @@ __global__ void __launch_bounds__(Threads) factor_diagonal_tiles(DeviceStore<S, 
   int* row_at = reinterpret_cast<int*>(column_work + kTile<S>);
   const Vertex begin = store.fronts.pivot_begin[f] + k;
   if (store.is_strict(f)) {
-    factor_strict(store, f, front, k, s, a, entries, column_work, work);
+    if (!store.goes_by_panels(f, front.pivots))
+      factor_strict(store, f, front, k, s, a, entries, column_work, work);
     load_tile(tile, diagonal, ld);
     invert_panels(tile);
   } else {

@@ -20,6 +20,10 @@ struct DeviceStore {
   PivotRule pivots;       // relative to it
   int tile;               // pivots of a diagonal tile, at most kTile<S>
   bool substitutes;       // with U, whose diagonal blocks are left as they are, else inverted
+  int tall;               // strict fronts of more pivots are factored by launches for each panel,
+  bool by_panels;         // where those are launched
+  int* panel_rows;        // by task of such a launch: the rows that those of its panel were exchanged with
+  S* panel_border;        // at StepTask::border_at: border rows of its panel
 
   const Vertex *small_fronts, *tiny_fronts;
   const AssemblyPart* assemble;
@@ -40,6 +44,9 @@ struct DeviceStore {
   __device__ PivotRule rule() const { return pivots.times(*largest); }
   __device__ PivotRule tile_rule() const { return rule_of_tiles(rule(), substitutes); }
   __device__ bool is_strict(Vertex f) const { return strict[f] & kStrict; }
+  __device__ bool goes_by_panels(Vertex f, int front_pivots) const {
+    return by_panels && front_pivots > tall && is_strict(f);
+  }
   /// U is made when all pivots are known, in segments of its own.
   __device__ bool is_divided(Vertex f) const { return divided && divided[f]; }
   __device__ void make_strict(Vertex f) const {

@@ -68,7 +68,7 @@ struct BorderBelow {
   double* work;
 
   __device__ double operator()(const Tile<S>& tile, int j, const PivotPlaces& place) const {
-    if (threadIdx.x < kWarp) solve_above(tile, j, place);
+    if (threadIdx.x < kWarp) solve_above(tile, j, j, place, column);
     __syncthreads();
     double most = 0;
     for (int r = threadIdx.x; r < count; r += blockDim.x) {
@@ -79,20 +79,20 @@ struct BorderBelow {
     return block_max(most, work);
   }
 
- private:
-  // column = U^-1 times the column above its pivot, by one warp: a lane has every 32nd row.
-  __device__ void solve_above(const Tile<S>& tile, int j, const PivotPlaces& place) const {
+  // above = U^-1 times the first `count` entries of column j, by one warp: a lane has every 32nd row.
+  static __device__ void solve_above(const Tile<S>& tile, int count, int j, const PivotPlaces& place,
+                                     S* above) {
     constexpr int kEach = kTile<S> / kWarp;
     const int lane = threadIdx.x % kWarp;
     S x[kEach];
 #pragma unroll
     for (int q = 0; q < kEach; ++q) {
       const int k = lane + q * kWarp;
-      x[q] = k < j ? tile.a[place(k) + j * tile.ld] : S(0);
+      x[q] = k < count ? tile.a[place(k) + j * tile.ld] : S(0);
     }
 #pragma unroll
     for (int own = kEach - 1; own >= 0; --own) {
-      for (int i = min(j, (own + 1) * kWarp) - 1; i >= own * kWarp; --i) {
+      for (int i = min(count, (own + 1) * kWarp) - 1; i >= own * kWarp; --i) {
         const S solved = shuffle(x[own], i % kWarp) / tile.a[place(i) + i * tile.ld];
 #pragma unroll
         for (int q = 0; q <= own; ++q) {
@@ -104,7 +104,7 @@ struct BorderBelow {
     }
 #pragma unroll
     for (int q = 0; q < kEach; ++q) {
-      if (lane + q * kWarp < j) column[lane + q * kWarp] = x[q];
+      if (lane + q * kWarp < count) above[lane + q * kWarp] = x[q];
     }
   }
 };

@@ -202,7 +202,7 @@ class Integrator::Impl {
     if (!redundancy_->filters()) return true;  // otherwise the state is on the host
     auto found = redundancy_->look_at(view(there), options_);
     if (!found) return true;
-    if (redundancy_->leaves_blindly(state_.t, state_.q.on_host(*executor_), *found)) {
+    if (redundancy_->leaves_blindly(state_.t, state_.q.on_host(*executor_), view(there), options_, *found)) {
       h *= kNewtonRejection;
       return false;
     }
@@ -344,7 +344,7 @@ class Integrator::Impl {
       if (outcome.converged) look_ = changes_.look(*executor_, next_);
       if (outcome.converged && !redundant_hold(next_, h)) {
         ++report_.newton_rejections;
-        h = std::min(h, kStretch * step_);  // which is less where the formula has been started anew
+        for (double* each : {&h, &wanted}) *each = std::min(*each, kStretch * step_);  // less if begun anew
       } else if (outcome.converged) {
         const double error = formula_->local_error(next_, weights_, filter_);
         const bool good = options_.fixed_step > 0.0 || error <= 1.0;
@@ -360,8 +360,8 @@ class Integrator::Impl {
           continue;
         }
         h = wanted = formula_->reject(++error_rejections);
-        const bool singular = redundancy_->filters() && h < kStuck * (t_end_ - state_.t) && ends_singular();
-        if (singular || error_rejections >= kRestart) {
+        const bool stuck = redundancy_->filters() && error_rejections > 1 && h < kStuck * (t_end_ - state_.t);
+        if ((stuck && ends_singular()) || error_rejections >= kRestart) {
           h = wanted = std::min(h, std::max(first_step(), kLeastRestart * h));
           formula_->start(state_, h, h);
         }

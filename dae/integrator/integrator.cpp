@@ -94,9 +94,10 @@ class Integrator::Impl {
     }
     while (state_.t < t_end_) {
       const bool ends_step = next_output < outputs.size() && between_ends_ == BetweenEnds::nothing;
-      const double mark = marks_.next(state_.t, t_end_, smallest_step());
-      step(ends_step ? std::min(mark, outputs[next_output]) : mark, observer);
-      const bool marked = state_.t == mark && mark < t_end_;
+      const double next = marks_.next(state_.t, t_end_, smallest_step());
+      mark_ = next < t_end_ ? next : HUGE_VAL;
+      step(ends_step ? std::min(next, outputs[next_output]) : next, observer);
+      const bool marked = state_.t == mark_;
       for (; next_output < outputs.size() && outputs[next_output] <= state_.t; ++next_output) {
         const State& state = state_at(outputs[next_output]);
         tell([&] { observer.output(state); });
@@ -337,6 +338,7 @@ class Integrator::Impl {
     double h = planned_step(options_, step_, target - state_.t), wanted = step_;
     for (;;) {
       const bool last = h >= (target - state_.t) * (1.0 - 1e-12);
+      if (last && target == mark_) formula_->distrust_past();
       formula_->predict(h, relation_);
       relation_.t = last ? target : state_.t + h;
       const NewtonOutcome outcome = search(h);
@@ -349,7 +351,7 @@ class Integrator::Impl {
         const double error = formula_->local_error(next_, weights_, filter_);
         const bool good = options_.fixed_step > 0.0 || error <= 1.0;
         if (good && (look_.part == 1.0 || passed_over == kMostPassedOver)) {
-          note(outcome, line);
+          outcome.tell(line, report_);
           break;
         }
         ++report_.error_rejections;
@@ -402,14 +404,6 @@ class Integrator::Impl {
     line.wall = elapsed() - began;
     report_.time_total = elapsed();
     tell([&] { observer.step(line, [&]() -> const State& { return whole_state(); }); });
-  }
-
-  void note(const NewtonOutcome& outcome, StepReport& line) {
-    line.residual = outcome.residual;
-    for (int level = 0; level < 3; ++level) {
-      line.violation[level] = outcome.violation[level];
-      report_.violation[level] = std::max(report_.violation[level], outcome.violation[level]);
-    }
   }
 
   void give_up_below(double h, const std::string& why) const {
@@ -526,6 +520,7 @@ class Integrator::Impl {
 
   double t_end_ = 0.0;
   Marks marks_{{}};
+  double mark_ = HUGE_VAL;  ///< the next one
   std::optional<Redundancy> redundancy_;
   const ConstrainedSystem* system_ = nullptr;  ///< the one given, or without what is redundant
   std::unique_ptr<Executor> executor_;

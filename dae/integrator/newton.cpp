@@ -409,6 +409,14 @@ std::string NewtonOutcome::failure() const {
   }
 }
 
+void NewtonOutcome::tell(StepReport& line, IntegrationReport& report) const {
+  line.residual = residual;
+  for (std::size_t level = 0; level < violation.size(); ++level) {
+    line.violation[level] = violation[level];
+    report.violation[level] = std::max(report.violation[level], violation[level]);
+  }
+}
+
 Newton::Newton(const StepEquations& equations, const IntegratorOptions& options, const Executor& executor,
                IntegrationReport& report)
     : impl_(std::make_unique<Impl>(equations, options, executor, report)) {}

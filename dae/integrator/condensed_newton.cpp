@@ -63,7 +63,7 @@ class CondensedNewton::Impl {
         values_(matrix_.pattern().entries()),
         terms_(8),
         solver_(solver_options(system.coordinates() + system.constraints())),
-        progress_(options, executor, kSmall),
+        progress_(options, executor, kSmall, true),
         residual_(make_residual(system)),
         tangent_(make_tangent(system)),
         right_side_(n_ + m_),

@@ -164,6 +164,11 @@ struct LeadingError {
   }
 };
 
+/// The error of v where forces change in a way that earlier steps do not tell, in parts of the v that they
+/// make in the step: the leading term takes it for a smooth function and has 0.09 of it, but what a step
+/// takes a force at its end for that is not there before is all wrong.
+constexpr double kUnforeseen = 0.5;
+
 /// Goes on to q, v and a.
 struct GoOn {
   const double *q, *v, *a;
@@ -229,7 +234,8 @@ class GeneralizedAlpha : public Formula {
     const double in_w =
         0.5 * (1.0 - next_w_.alpha_f - (1.0 - next_w_.alpha_m) * after - next_w_.alpha_m * d * d);
     const double of_q = beta() + 0.5 * d - 1.0 / 6.0;
-    const double of_v = 0.5 * d * d * (1.0 - gamma()) + 0.5 * gamma() * after - 1.0 / 6.0 + in_w;
+    const double leading = 0.5 * d * d * (1.0 - gamma()) + 0.5 * gamma() * after - 1.0 / 6.0 + in_w;
+    const double of_v = distrusted_ > 0 ? std::max(leading, kUnforeseen) : leading;
     const double cube = step_ * step_ * step_;
     const bool known = last_step_ > 0.0;  // in the first step there is no third difference
     const LeadingError error{

@@ -49,7 +49,8 @@ class Formula {
   virtual double reject(int times) = 0;
   /// Goes on to `state`; returns the step that suits next. After local_error(state).
   virtual double accept(const StepState& state, const Array<double>& weights) = 0;
-  /// After a step: what moves the system changes here in a way that earlier steps do not tell.
+  /// After a step, or before one that is going to be tried: what moves the system changes at its end in a way
+  /// that earlier steps do not tell.
   virtual void distrust_past() {}
 };
 

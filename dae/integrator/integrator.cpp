@@ -94,9 +94,10 @@ class Integrator::Impl {
     }
     while (state_.t < t_end_) {
       const bool ends_step = next_output < outputs.size() && between_ends_ == BetweenEnds::nothing;
-      const double mark = marks_.next(state_.t, t_end_, smallest_step());
-      step(ends_step ? std::min(mark, outputs[next_output]) : mark, observer);
-      const bool marked = state_.t == mark && mark < t_end_;
+      const double next = marks_.next(state_.t, t_end_, smallest_step());
+      mark_ = next < t_end_ ? next : HUGE_VAL;
+      step(ends_step ? std::min(next, outputs[next_output]) : next, observer);
+      const bool marked = state_.t == mark_;
       for (; next_output < outputs.size() && outputs[next_output] <= state_.t; ++next_output) {
         const State& state = state_at(outputs[next_output]);
         tell([&] { observer.output(state); });
@@ -202,7 +203,7 @@ class Integrator::Impl {
     if (!redundancy_->filters()) return true;  // otherwise the state is on the host
     auto found = redundancy_->look_at(view(there), options_);
     if (!found) return true;
-    if (redundancy_->leaves_blindly(state_.t, state_.q.on_host(*executor_), *found)) {
+    if (redundancy_->leaves_blindly(state_.t, state_.q.on_host(*executor_), view(there), options_, *found)) {
       h *= kNewtonRejection;
       return false;
     }
@@ -337,6 +338,7 @@ class Integrator::Impl {
     double h = planned_step(options_, step_, target - state_.t), wanted = step_;
     for (;;) {
       const bool last = h >= (target - state_.t) * (1.0 - 1e-12);
+      if (last && target == mark_) formula_->distrust_past();
       formula_->predict(h, relation_);
       relation_.t = last ? target : state_.t + h;
       const NewtonOutcome outcome = search(h);
@@ -344,12 +346,12 @@ class Integrator::Impl {
       if (outcome.converged) look_ = changes_.look(*executor_, next_);
       if (outcome.converged && !redundant_hold(next_, h)) {
         ++report_.newton_rejections;
-        h = std::min(h, kStretch * step_);  // which is less where the formula has been started anew
+        for (double* each : {&h, &wanted}) *each = std::min(*each, kStretch * step_);  // less if begun anew
       } else if (outcome.converged) {
         const double error = formula_->local_error(next_, weights_, filter_);
         const bool good = options_.fixed_step > 0.0 || error <= 1.0;
         if (good && (look_.part == 1.0 || passed_over == kMostPassedOver)) {
-          note(outcome, line);
+          outcome.tell(line, report_);
           break;
         }
         ++report_.error_rejections;
@@ -360,8 +362,8 @@ class Integrator::Impl {
           continue;
         }
         h = wanted = formula_->reject(++error_rejections);
-        const bool singular = redundancy_->filters() && h < kStuck * (t_end_ - state_.t) && ends_singular();
-        if (singular || error_rejections >= kRestart) {
+        const bool stuck = redundancy_->filters() && error_rejections > 1 && h < kStuck * (t_end_ - state_.t);
+        if ((stuck && ends_singular()) || error_rejections >= kRestart) {
           h = wanted = std::min(h, std::max(first_step(), kLeastRestart * h));
           formula_->start(state_, h, h);
         }
@@ -402,14 +404,6 @@ class Integrator::Impl {
     line.wall = elapsed() - began;
     report_.time_total = elapsed();
     tell([&] { observer.step(line, [&]() -> const State& { return whole_state(); }); });
-  }
-
-  void note(const NewtonOutcome& outcome, StepReport& line) {
-    line.residual = outcome.residual;
-    for (int level = 0; level < 3; ++level) {
-      line.violation[level] = outcome.violation[level];
-      report_.violation[level] = std::max(report_.violation[level], outcome.violation[level]);
-    }
   }
 
   void give_up_below(double h, const std::string& why) const {
@@ -526,6 +520,7 @@ class Integrator::Impl {
 
   double t_end_ = 0.0;
   Marks marks_{{}};
+  double mark_ = HUGE_VAL;  ///< the next one
   std::optional<Redundancy> redundancy_;
   const ConstrainedSystem* system_ = nullptr;  ///< the one given, or without what is redundant
   std::unique_ptr<Executor> executor_;

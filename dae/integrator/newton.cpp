@@ -18,6 +18,7 @@
 
 #include <mfs/error.hpp>
 
+#include "dae/integrator/condensed_newton.hpp"
 #include "dae/integrator/executor_vector.hpp"
 #include "dae/integrator/initial_conditions.hpp"
 #include "dae/integrator/kept_factors.hpp"
@@ -191,7 +192,10 @@ class NewtonTest : public NOX::StatusTest::Generic {
  public:
   NewtonTest(const StepEquations& equations, StepModel& model, const IntegratorOptions& options,
              const Executor& executor)
-      : equations_(equations), model_(model), executor_(executor), progress_(options, executor, kRounding) {}
+      : equations_(equations),
+        model_(model),
+        executor_(executor),
+        progress_(options, executor, kRounding, CondensedNewton::is_of_joints(equations.system())) {}
 
   /// Before a search; as NewtonProgress::start.
   void start(const Array<double>& weights, const StepRelation& relation, bool fresh, double rate) {
@@ -406,6 +410,14 @@ std::string NewtonOutcome::failure() const {
     return e.what();
   } catch (...) {
     return "an unknown exception";
+  }
+}
+
+void NewtonOutcome::tell(StepReport& line, IntegrationReport& report) const {
+  line.residual = residual;
+  for (std::size_t level = 0; level < violation.size(); ++level) {
+    line.violation[level] = violation[level];
+    report.violation[level] = std::max(report.violation[level], violation[level]);
   }
 }
 

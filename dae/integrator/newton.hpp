@@ -27,6 +27,8 @@ struct NewtonOutcome {
 
   /// Why it has not converged.
   std::string failure() const;
+  /// Adds what an accepted step leaves to its line and to the report of the run.
+  void tell(StepReport& line, IntegrationReport& report) const;
 };
 
 class Newton {

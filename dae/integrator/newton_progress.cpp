@@ -23,6 +23,9 @@ constexpr double kLoosestRelative = 1e-4, kLoosestPosition = 1e-6;
 /// beam of steel, 10 m long and 2 cm thick, spun up as the spin-up beam takes 17 023 steps without a bound,
 /// 5986 with 1, 4855 with 0.5 and 5235 with 0.25 (docs/experiments/integrator-rotation.md).
 constexpr double kVibration = 0.5;
+/// A correction that forces have to follow, in units of the local error allowed, and what it may leave of
+/// them, in parts of what they were before it and at first: less may be rounding.
+constexpr double kFollowed = 1e-4, kLeftByOne = 0.5, kLeftByAll = 1e-2;
 /// The least that is assumed to be left by a kept matrix after the first correction.
 constexpr double kLeastLeftOver = 0.1;
 /// What rounding may leave of a constraint, in roundings of the norm of what it is made of.
@@ -54,7 +57,10 @@ NewtonProgress::Verdict NewtonProgress::judge(const NewtonNorms& norms, int corr
   norms_ = norms;
   wants_jacobian_ = false;
   if (!std::isfinite(norms.residual) || !(first || std::isfinite(norms.correction))) return Verdict::failed;
-  if (first) return Verdict::go_on;
+  if (first) {
+    first_residual_ = norms.residual;
+    return Verdict::go_on;
+  }
   ++since_jacobian_;
   if (by_newest_ >= 0) ++by_newest_;
   if (!rate_is_good()) {
@@ -64,7 +70,7 @@ NewtonProgress::Verdict NewtonProgress::judge(const NewtonNorms& norms, int corr
   if (has_converged(bounds_)) return Verdict::converged;
   if (corrections >= options_.newton_iterations)
     return has_converged(bounds_of_rounding()) ? Verdict::converged : Verdict::failed;
-  const bool slow = since_jacobian_ > 1 && rate_ > kSlow;
+  const bool slow = since_jacobian_ > 1 && (rate_ > kSlow || !forces_follow());
   slow_when_new_ = slow_when_new_ || (slow && new_);
   if (!options_.keep_factors || slow || by_newest_ >= 0) {
     wants_jacobian_ = new_ = true;
@@ -90,10 +96,18 @@ bool NewtonProgress::vibration_is_small() const {
   return std::min(left_over_, left) * norms_.vibration <= kVibration * tolerance_;
 }
 
+/// Whether the last correction has brought the forces to what its matrix said. A body that is stuck in
+/// friction of 1e-5 m/s, by atol_velocity 1e-4, stayed so until a fifth more than friction could hold pulled
+/// at it, as corrections by its steepness are small whatever it takes.
+bool NewtonProgress::forces_follow() const {
+  return !follow_ || norms_.correction <= kFollowed ||
+         norms_.residual <= std::max(kLeftByOne * last_residual_, kLeftByAll * first_residual_);
+}
+
 bool NewtonProgress::has_converged(const std::array<double, 3>& bounds) const {
   for (std::size_t level = 0; level < bounds.size(); ++level)
     if (norms_.violation[level] > bounds[level]) return false;
-  return left_over_ * norms_.correction <= tolerance_ && vibration_is_small();
+  return left_over_ * norms_.correction <= tolerance_ && vibration_is_small() && forces_follow();
 }
 
 /// Bounds that are not less than rounding: with v in m/h 1e-4 m/h^2 is less than 1e-16 of what v and the step

@@ -28,9 +28,13 @@ constexpr double kOffTheWay = 1e-6;
 /// What bodies are off a way when they have left a singular position, in parts of what is left of the
 /// constraint that comes back: 4e-4 on one where a thousandth is left, as its curvature shows.
 constexpr double kBesideTheWay = 1e-2;
-/// What is left of it then, and has to be left at the start of the step. Where the push is weak the motion
-/// without it is off by more the longer it has to wait: by a hundredth until a thousandth is left.
-constexpr double kNextToStart = 1e-4, kBlind = 1e-5;
+/// What is left of it then, if the motion is on a way: more of it determines velocities better. Where the
+/// push is weak the motion without it is off the way by more the more is left, as accelerations are off in
+/// proportion to it: by a hundredth of 1e-4, or a tenth. So it comes back where the second part is off.
+constexpr double kNextToStart = 1e-4, kDrifts = 2e-3;
+/// What is left where bodies are looked at first, at least and at most, and what has to be left at the start
+/// of that step.
+constexpr double kFirstLook[] = {1e-5, 2e-5}, kBlind = 1e-6;
 /// Where a motion leaves a singular position constraints hold to this part of their bounds, as so little is
 /// left of one of them that determines a velocity, but not below rounding.
 constexpr double kLeaveSingular = 1e-3, kRoundedPosition = 1e-14;
@@ -51,6 +55,14 @@ std::optional<int> first_beside(const std::vector<int>& rows, const std::vector<
   for (const int row : rows)
     if (std::find(others.begin(), others.end(), row) == others.end()) return row;
   return std::nullopt;
+}
+
+/// With bounds of constraints that are less than local errors, as those of Newton's method: what is left out
+/// in a singular position drifts without any bound of its own, at first by less than the given ones.
+IntegratorOptions within_local_errors(IntegratorOptions options) {
+  options.constraint_position = std::min(options.constraint_position, 0.1 * options.atol_position);
+  options.constraint_velocity = std::min(options.constraint_velocity, 0.1 * options.atol_velocity);
+  return options;
 }
 
 double largest_share(const SparseRow& combination) {
@@ -194,22 +206,39 @@ void Redundancy::check_way(const StateView& state, const std::vector<double>& x)
   }
 }
 
-State Redundancy::brought_back(State state, IntegratorOptions options) const {
-  options.constraint_position = std::max(kLeaveSingular * options.constraint_position, kRoundedPosition);
-  options.constraint_velocity *= kLeaveSingular;
-  State brought;
-  try {
-    brought = consistent_motion(system(), options, state);
-  } catch (const InvalidInput&) {  // it is off the way, or so little is left that rounding is more
-    if (only_here_) throw_off_the_way(find(state.t, state.q, kNearlySingular), state.t);
-    return state;
+State Redundancy::brought_back(State state, const IntegratorOptions& options) const {
+  const auto brought = moved_to_way(system(), state, options);
+  if (only_here_ && (!brought || is_off(state, *brought, kBesideTheWay, redundant().size())))
+    throw_off_the_way(find(state.t, state.q, kNearlySingular), state.t);
+  return brought ? *brought : std::move(state);
+}
+
+std::optional<State> Redundancy::moved_to_way(const ConstrainedSystem& system, const State& state,
+                                              IntegratorOptions options) const {
+  const double most = kLeaveSingular * options.constraint_position;
+  options.constraint_velocity = 0.0;  // one linear system, whatever is left of them
+  for (double bound = kRoundedPosition; bound <= std::max(most, kRoundedPosition); bound *= 10.0) {
+    options.constraint_position = bound;
+    try {
+      return consistent_motion(system, options, state);
+    } catch (const InvalidInput&) {  // it is off the way, or so little is left that rounding is more
+    }
   }
-  if (!only_here_) return brought;
-  double moved = 0.0;
+  return std::nullopt;
+}
+
+bool Redundancy::is_off(const State& state, const State& moved, double part, std::size_t redundant) const {
+  double distance = 0.0;
   for (std::size_t i = 0; i < scale_.size(); ++i)
-    moved = std::max(moved, std::abs(brought.q[i] - state.q[i]) / scale_[i]);
-  throw_off_the_way(find(state.t, brought.q, moved / kBesideTheWay), state.t);
-  return brought;
+    distance = std::max(distance, std::abs(moved.q[i] - state.q[i]) / scale_[i]);
+  return find(state.t, moved.q, distance / part).redundant().size() > redundant;
+}
+
+bool Redundancy::is_off(const State& state, const IntegratorOptions& options, double part,
+                        const Dependencies& kept_but) const {
+  const IndependentConstraints system(given_, kept_but.redundant());
+  const auto moved = moved_to_way(system, state, options);
+  return !moved || is_off(state, *moved, part, kept_but.redundant().size());
 }
 
 void Redundancy::throw_off_the_way(const Dependencies& found, double t) const {
@@ -242,9 +271,17 @@ std::string Redundancy::singular_start() const {
 std::optional<Dependencies> Redundancy::look_at(const StateView& there, const IntegratorOptions& options) {
   if (redundant().empty()) return std::nullopt;
   auto violated = violation(there, options, left_out_);
+  const bool drifts =
+      is_in_singular_ && !only_here_ && violation(there, within_local_errors(options), left_out_);
   if (!violated && !may_be_singular_ && !is_in_singular_) return std::nullopt;
   const std::vector<double> q(there.q, there.q + given_.coordinates());
   Dependencies exact = find(there.t, q), found = choose(exact, there.t, q);
+  if (only_here_ && found.redundant().size() >= redundant().size()) {
+    Dependencies first = find(there.t, q, kFirstLook[0]);
+    if (first.redundant().size() < redundant().size() &&
+        is_off({there.t, q, {there.v, there.v + q.size()}, {}, {}}, options, kDrifts, first))
+      found = std::move(first);
+  }
   const bool as_many = found.redundant().size() == redundant().size();
   if (violated && as_many) {
     if (found.redundant() != redundant()) return found;
@@ -259,15 +296,26 @@ std::optional<Dependencies> Redundancy::look_at(const StateView& there, const In
                         : dead.empty()    ? ""
                                           : "; " + dead);
   }
-  if (violated) found = std::move(exact);
+  if (violated)
+    found = std::move(exact);
+  else if (drifts && fewer && found.redundant().size() >= redundant().size())
+    found = find(there.t, q, kFirstLook[0]);
   may_be_singular_ = fewer && found.redundant().size() >= redundant().size();
   if (!fewer || may_be_singular_) return std::nullopt;
   has_left_singular_ = std::exchange(is_in_singular_, false);
   return found;
 }
 
-bool Redundancy::leaves_blindly(double t, const std::vector<double>& q, const Dependencies& found) {
-  if (!only_here_ || !has_left_singular_ || find(t, q, kBlind).redundant().size() <= found.redundant().size())
+bool Redundancy::leaves_blindly(double t, const std::vector<double>& q, const StateView& there,
+                                const IntegratorOptions& options, const Dependencies& found) {
+  if (!only_here_ || !has_left_singular_) return false;
+  const auto follows_more = [&](double at, const std::vector<double>& where, double nothing) {
+    return find(at, where, nothing).redundant().size() > found.redundant().size();
+  };
+  State arrived{there.t, {there.q, there.q + q.size()}, {there.v, there.v + q.size()}, {}, {}};
+  // What is off later may have been on the way where it could be looked at first.
+  if (!follows_more(t, q, kBlind) &&
+      (follows_more(there.t, arrived.q, kFirstLook[1]) || !is_off(arrived, options, kBesideTheWay, found)))
     return false;
   has_left_singular_ = false;
   is_in_singular_ = true;

@@ -53,7 +53,7 @@ class Redundancy {
   /// Whether the motion began in a singular position out of which nothing has said the way yet.
   bool waits_for_way() const { return only_here_.has_value(); }
   /// A state of system() near the given one in which it holds again, as well as it can.
-  State brought_back(State state, IntegratorOptions options) const;
+  State brought_back(State state, const IntegratorOptions& options) const;
   /// Says that it began in a singular position, which has no unique motion; empty: it did not.
   std::string singular_start() const;
   /// Looks at where a step has arrived with what is left out. Returns what is to be left out
@@ -61,8 +61,10 @@ class Redundancy {
   /// as check() where it is violated although it follows.
   std::optional<Dependencies> look_at(const StateView& there, const IntegratorOptions& options);
   /// Whether the step that look_at() has seen leave the position in which the motion began, for `found`,
-  /// comes from so close to it (t, q) that nothing tells on which way. Then it has to be shorter.
-  bool leaves_blindly(double t, const std::vector<double>& q, const Dependencies& found);
+  /// comes from so close to it (t, q) that nothing tells on which way, or has gone so far off all ways that
+  /// it may have been on one. Then it has to be shorter.
+  bool leaves_blindly(double t, const std::vector<double>& q, const StateView& there,
+                      const IntegratorOptions& options, const Dependencies& found);
   /// What is to be left out from this position on. What is left out now and is next to nothing stays so.
   Dependencies choose(double t, const std::vector<double>& q) const;
   /// What is to be left out until look_at() takes it back, where in a position more constraints determine
@@ -106,6 +108,14 @@ class Redundancy {
   std::optional<int> row_of_here_only(const StateView& state, IntegratorOptions options) const;
   /// One that is left out and not redundant `there`, where fewer are.
   std::optional<int> needed_in(const Dependencies& there) const;
+  /// The state near the given one that fulfils the constraints of `system`, as well as rounding lets it.
+  std::optional<State> moved_to_way(const ConstrainedSystem& system, const State& state,
+                                    IntegratorOptions options) const;
+  /// Whether `moved` is farther from it than this part of what determines more than `redundant` leave.
+  bool is_off(const State& state, const State& moved, double part, std::size_t redundant) const;
+  /// The same of where all constraints hold but those that are redundant in `kept_but`.
+  bool is_off(const State& state, const IntegratorOptions& options, double part,
+              const Dependencies& kept_but) const;
   /// Throws InvalidInput where more than what is left out follows in `found`: the motion has left the
   /// singular position, in which nothing kept to that, so far off all ways that what is left of it is as
   /// small.

@@ -48,6 +48,7 @@ class StepEquations {
                 const Executor& executor, RemoteResidual* remote = nullptr);
   StepEquations(const StepEquations&) = delete;
 
+  const ConstrainedSystem& system() const { return system_; }
   int size() const { return size_; }
   const Pattern& pattern() const { return composition_.pattern(); }
   /// Rows of H of the constraints: kLevels times m from `first_constraint`.

@@ -17,8 +17,8 @@ constexpr double kOfPosition = 1e-2;
 /// Steps after which a singular position is well behind. With 5 four_bars_40 got stuck at rtol 10^-8.4.
 constexpr int kRelaxedSteps = 20;
 
-/// Local errors by which a way is told from what is a hundredth of 1e-4 off.
-constexpr double kSmall = 1e-6;
+/// Local errors by which a way is told from what is a hundredth of 1e-5 off.
+constexpr double kSmall = 1e-8;
 
 double proportional(const IntegratorOptions& options, double least) {
   const int order = options.method == Method::bdf ? options.max_order : 2;

@@ -188,6 +188,23 @@ TEST_F(Loads, APulseIsNotPassedOver) {
     }
 }
 
+/// The step that ends where a pulse begins takes what is there for a force that has grown all the way: at
+/// 1e-3 by generalized-alpha that was five times all of the pulse's impulse.
+TEST_F(Loads, AWeakPulseIsNotTakenForALongerOne) {
+  for (const char* method : {"bdf", "generalized_alpha"})
+    for (const double rtol : {1e-3, 3e-4, 1e-4, 3e-5, 1e-5}) {
+      Json json = on_oblique_axis(machine());
+      json["integrator"] = {{"method", method}, {"rtol", rtol}};
+      json["end"] = 10;
+      json["forces"]["pulse"] = {{"type", "point"},
+                                 {"side", "slider"},
+                                 {"point", {1, 0, 0}},
+                                 {"x", "100 * exp(-((t - 3) / 1e-4)^2)"}};
+      run(json);
+      EXPECT_NEAR(v("slider.x"), 1e-2 / 3 * std::sqrt(std::acos(-1.0)), 15 * rtol) << method << " " << rtol;
+    }
+}
+
 /// What lasts for a moment of the motion, beside its energy: at 10 m/s, 20 m ahead, by rtol alone.
 TEST_F(Loads, WhatTheMotionPassesIsNotPassedOver) {
   struct Place {

@@ -183,27 +183,57 @@ Json on_table(double speed, const std::string& angle, double across = 0.3) {
   return json;
 }
 
-// On a table that turns evenly it is a pendulum that hangs outwards: J = 1/3 + 1 + 1/3, centrifugal moment 2
-// w^2 u' . (foot + x). It ran by rtol 1e-4 alone.
-TEST(Parallelogram, LeavesItsFlatPositionOnATurntable) {
-  const auto expect_outwards = [](double across, double rtol) {
-    Json json = on_table(2.0, "2*t", across);
-    json["integrator"]["rtol"] = rtol;
-    const MotionRun result = run(json);
-    const auto f = [&](double, const Eigen::Vector2d& y) {
-      return Eigen::Vector2d(y[1], 4.0 * 6 / 5 * (across * std::cos(y[0]) - 1.5 * std::sin(y[0])));
-    };
-    for (const State& state : result.outputs) {
-      const double angle = runge_kutta(Eigen::Vector2d(0, 0), 0.0, state.t, 2000, f)[0];
-      const Vector3d there(1.5 + std::cos(angle), across + std::sin(angle), 0);
-      const Vector3d expected = Eigen::AngleAxisd(2 * state.t, kZ) * there;
-      EXPECT_LT((result.position(state, "coupler") - expected).norm(), 30 * rtol) << rtol << " " << state.t;
-    }
+/// On a table that turns evenly it is a pendulum that hangs outwards: J = 1/3 + 1 + 1/3, centrifugal moment 2
+/// w^2 u' . (foot + x).
+void expect_outwards(Json json, double across, double rtol, const std::string& which = "") {
+  json["integrator"]["rtol"] = rtol;
+  const MotionRun result = run(json);
+  const auto f = [&](double, const Eigen::Vector2d& y) {
+    return Eigen::Vector2d(y[1], 4.0 * 6 / 5 * (across * std::cos(y[0]) - 1.5 * std::sin(y[0])));
   };
-  for (const double rtol : {1e-4, 1e-6, 1e-8}) expect_outwards(0.3, rtol);
+  for (const State& state : result.outputs) {
+    const double angle = runge_kutta(Eigen::Vector2d(0, 0), 0.0, state.t, 500, f)[0];
+    const Vector3d there(1.5 + std::cos(angle), across + std::sin(angle), 0);
+    const Vector3d expected = Eigen::AngleAxisd(2 * state.t, kZ) * there;
+    EXPECT_LT((result.position(state, "coupler") - expected).norm(), 30 * rtol)
+        << rtol << " " << state.t << which;
+  }
+}
+
+// It ran by rtol 1e-4 alone.
+TEST(Parallelogram, LeavesItsFlatPositionOnATurntable) {
+  for (const double rtol : {1e-4, 1e-6, 1e-8}) expect_outwards(on_table(2.0, "2*t", 0.3), 0.3, rtol);
   // It turns by 0.013 rad at most, so slowly that it is long next to the flat position, which errors must not
   // hide.
-  for (const double rtol : {1e-2, 1e-3, 1e-4, 1e-6, 1e-8}) expect_outwards(0.01, rtol);
+  for (const double rtol : {1e-2, 1e-3, 1e-4, 1e-6, 1e-8})
+    expect_outwards(on_table(2.0, "2*t", 0.01), 0.01, rtol);
+}
+
+/// The members of `given` in the order of `names`.
+Json in_order(const Json& given, const std::vector<std::string>& names) {
+  Json json;
+  for (const std::string& name : names) json[name] = given.at(name);
+  return json;
+}
+
+// Which constraint is left out in the flat position, and what rounding makes of the others, follow from the
+// order of bodies and joints. As soon as it was kept again a step as long as before was tried, which found no
+// end, and it was left out again until bodies were off by up to 3000 rtol. In some orders weak pushes were
+// refused.
+TEST(Parallelogram, LeavesItsFlatPositionAlikeInAnyOrder) {
+  const std::vector<std::pair<std::vector<std::string>, std::vector<std::string>>> orders = {
+      {{"table", "crank", "coupler", "rocker"}, {"axle", "A", "B", "C", "D"}},
+      {{"coupler", "crank", "rocker", "table"}, {"A", "D", "B", "C", "axle"}},
+      {{"table", "rocker", "coupler", "crank"}, {"D", "C", "B", "A", "axle"}},
+      {{"coupler", "rocker", "crank", "table"}, {"B", "axle", "D", "C", "A"}}};
+  for (const auto& [bodies, joints] : orders)
+    for (const double across : {0.003, 0.01, 0.3}) {
+      Json json = on_table(2.0, "2*t", across);
+      json["bodies"] = in_order(json["bodies"], bodies);
+      json["joints"] = in_order(json["joints"], joints);
+      for (const double rtol : {1e-4, 1e-6, across < 0.01 ? 1e-7 : 1e-8})
+        expect_outwards(json, across, rtol, " " + bodies[0] + " " + joints[0]);
+    }
 }
 
 // With an angular acceleration both cranks turn alike, or against each other, with infinite reactions either

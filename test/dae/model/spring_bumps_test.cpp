@@ -152,6 +152,31 @@ TEST(SpringBumps, FrictionAtTheLargestVelocityIsNotPassedOver) {
   }
 }
 
+/// Friction that is ten times steeper than the default atol_velocity: a body that is stuck breaks loose when
+/// the force is more than it holds. It was held for up to another quarter of a second. By SciPy 1.17,
+/// solve_ivp Radau, rtol 1e-11, steps of at most 3 ms.
+TEST(SpringBumps, FrictionHoldsNoMoreThanItCan) {
+  struct Case {
+    std::string force;
+    double end, most;
+  };
+  for (const Case& each : {Case{"9 * cos(2 * t) - 6 * tanh(guide.travel_rate / 1e-5)", 0.0464135, 50},
+                           {"-30 * guide.travel - 15 * tanh((guide.travel_rate - 0.5) / 1e-5) * "
+                            "(0.6 + 0.4 * exp(-abs(guide.travel_rate - 0.5) / 0.5))",
+                            0.09943196, 100}})
+    for (const char* method : {"bdf", "generalized_alpha"})
+      for (const double rtol : {3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 1e-6}) {
+        Json json = slider(1.0);
+        json["end"] = 10;
+        json["bodies"]["body"].erase("velocity");
+        json["forces"]["spring"] = {{"type", "actuator"}, {"joint", "guide"}, {"force", each.force}};
+        json["integrator"]["method"] = method;
+        const MotionRun result = run_with(json, rtol);
+        EXPECT_NEAR(result.outputs.back().q[result.at("body")], each.end, each.most * rtol)
+            << method << " " << rtol << " " << each.force;
+      }
+}
+
 TEST(SpringBumps, HaveTheirEnergy) {
   for (const Bump& bump : bumps())
     for (const double from : {0.0, 30.0}) {

@@ -219,10 +219,10 @@ TEST(PackDevice, SaysHowItIsCalled) {
 TEST(EngineeringCases, AreSolved) {
   if (shell("python3 -c 'import scipy.sparse'").code != 0) GTEST_SKIP() << "no scipy";
   const TemporaryFolder folder;
-  const std::vector<std::string> names{"curl_curl_10",   "curl_curl_12", "curl_curl_14", "shell",
-                                       "incompressible", "darcy",        "penalties",    "oseen",
-                                       "lattice",        "skew",         "feeders",      "network",
-                                       "strip",          "ring",         "blocks",       "triangle"};
+  const std::vector<std::string> names{
+      "curl_curl_10", "curl_curl_12", "curl_curl_14", "shell",    "incompressible", "darcy",
+      "penalties",    "oseen",        "lattice",      "skew",     "feeders",        "network",
+      "strip",        "ring",         "blocks",       "triangle", "transport"};
   std::string cases;
   for (const std::string& name : names) cases += " " + name + ":5";
   ProgramRun run = shell(kScripts + "engineering_cases " + folder.path("made") + cases);

@@ -81,11 +81,11 @@ struct HostPlan {
   }
 };
 
-/// Where one block has most of the unknowns, little is saved, and threads share its solve better as a part of
-/// one tree (plan/subtrees.hpp).
+/// Where one block has most of the unknowns, threads share its solve better as a part of one tree
+/// (plan/subtrees.hpp).
 PlanNeeds block_needs(int threads) {
   PlanNeeds needs = host_needs(threads);
-  needs.largest_block = 0.5;
+  needs.largest_block = threads == 1 ? 1 : 0.5;
   return needs;
 }
 

@@ -222,7 +222,7 @@ TEST(EngineeringCases, AreSolved) {
   const std::vector<std::string> names{
       "curl_curl_10", "curl_curl_12", "curl_curl_14", "shell",    "incompressible", "darcy",
       "penalties",    "oseen",        "lattice",      "skew",     "feeders",        "network",
-      "strip",        "ring",         "blocks",       "triangle", "transport"};
+      "strip",        "ring",         "blocks",       "triangle", "transport",      "given_values"};
   std::string cases;
   for (const std::string& name : names) cases += " " + name + ":5";
   ProgramRun run = shell(kScripts + "engineering_cases " + folder.path("made") + cases);

@@ -66,19 +66,31 @@ TEST(DiagonalBlocks, TakeAPartOfTheOperationsOfTheWhole) {
   EXPECT_LT(20 * solver.report().flops.total(), whole.report().flops.total());
 }
 
-TEST(DiagonalBlocks, AreLeftToOrdersOfTheCallerAndWhereOneHasMost) {
-  const SparseMatrix a = permuted_blocks(several(30, 5), 12), one = permuted_blocks({50, 3, 4, 40}, 13);
+TEST(DiagonalBlocks, AreLeftToOrdersOfTheCaller) {
+  const SparseMatrix a = permuted_blocks(several(30, 5), 12);
   Options options = with_threads(1);
   options.analysis.permutation = Random(3).permutation(a.n);
-  Solver ordered(options), large(with_threads(1));
+  Solver ordered(options);
   ordered.factor(a.view());
   EXPECT_EQ(ordered.report().diagonal_blocks, 1);
   expect_solves(ordered, a);
-  large.factor(one.view());
-  EXPECT_EQ(large.report().diagonal_blocks, 1);
-  expect_solves(large, one);
-  large.analyze(grid_2d(9, 9).view());
-  EXPECT_EQ(large.report().diagonal_blocks, 1);
+}
+
+// As what fixes values at the edge of a grid does.
+TEST(DiagonalBlocks, AreLeftToOneThreadWhereOneHasMost) {
+  const SparseMatrix one = permuted_blocks({50, 3, 4, 40}, 13);
+  for (const int threads : {1, 2}) {
+    Solver solver(with_threads(threads));
+    solver.factor(one.view());
+    EXPECT_EQ(solver.report().diagonal_blocks, threads == 1 ? 4 : 1);
+    expect_solves(solver, one);
+    expect_solves(solver, one, 3);
+    const SparseMatrix grid = grid_2d(9, 9);
+    solver.analyze(grid.view());
+    solver.factor(grid.view());
+    EXPECT_EQ(solver.report().diagonal_blocks, 1);
+    expect_solves(solver, grid);
+  }
 }
 
 // Pivots that fail move to the roots of their own blocks.

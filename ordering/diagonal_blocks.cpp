@@ -144,7 +144,8 @@ std::shared_ptr<const DiagonalBlocks> find_diagonal_blocks(const Pattern& patter
   if (pattern.n == 0 || largest_part == 0) return nullptr;
   const std::vector<Vertex> component = strong_components(pattern, matched);
   const Lists unknowns = lists_of_all(component);
-  if (largest_block(unknowns) > largest_part * pattern.n) return nullptr;
+  const Vertex most = largest_block(unknowns);
+  if (most == pattern.n || most > largest_part * pattern.n) return nullptr;
   const Lists blocks_of_level = lists_of_all(levels_of(pattern, matched.row_order, component, unknowns));
   if (blocks_of_level.begin.size() == 2) return nullptr;
   auto blocks = std::make_shared<DiagonalBlocks>();

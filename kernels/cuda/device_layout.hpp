@@ -5,7 +5,6 @@
 #include <iterator>
 
 #include "kernels/cuda/device_stages.hpp"
-#include "kernels/cuda/factor/tile.hpp"
 
 namespace mfs::cuda {
 
@@ -44,7 +43,7 @@ struct DeviceStages<S, V>::Layout {
     FrontStore<S, V>& at = store.fronts;
     for_each_numeric_array(at, plan, put);
     put(store.strict, plan.num_fronts, nullptr);
-    put(store.panel_rows, static_cast<Offset>(lists.tall_tasks) * kPanelColumns, nullptr);
+    put(store.panel_rows, static_cast<Offset>(lists.tall_tasks) * kMostPanelColumns, nullptr);
     put(store.panel_border, lists.tall_border, nullptr);
     for_each_plan_array(at, plan, pattern, copy);
     copy(store.small_fronts, lists.small_fronts);

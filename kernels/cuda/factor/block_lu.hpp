@@ -73,14 +73,6 @@ __device__ void store_tile(const Tile<S>& tile, S* to, Offset ld) {
   }
 }
 
-// Leaves the block column in the front. Not inlined: the tiles of all other fronts would pay with registers.
-template <class S, class Value>
-__device__ __noinline__ void factor_strict(const DeviceStore<S, Value>& store, Vertex f,
-                                           const Front<S>& front, int k, int s, S* memory, int entries,
-                                           S* column, TileWork<S>& work) {
-  factor_strict_column(store, f, front, k, s, memory, entries, column, work);
-}
-
 /// Of the factorization before and what it found.
 __global__ inline void settle_strict_fronts(int* strict, int fronts, const int* found_strict) {
   const int f = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
@@ -116,7 +108,7 @@ __global__ void __launch_bounds__(Threads) factor_diagonal_tiles(DeviceStore<S, 
   const Vertex begin = store.fronts.pivot_begin[f] + k;
   if (store.is_strict(f)) {
     if (!store.goes_by_panels(f, front.pivots))
-      factor_strict(store, f, front, k, s, a, entries, column_work, work);
+      factor_strict_column(store, f, front, k, s, a, entries, column_work, work);
     load_tile(tile, diagonal, ld);
     invert_panels(tile);
   } else {

@@ -389,10 +389,12 @@ __host__ __device__ constexpr int panel_columns(int entries, int rows) {
 }
 
 /// The block column [k, k + s) of a front as a whole, by all threads of a block. `memory` (`entries` of them)
-/// and `column` (kTile entries) are shared memory.
+/// and `column` (kTile entries) are shared memory. Not inlined: the tiles of all other fronts would pay with
+/// registers.
 template <class S, class Value>
-__device__ void factor_strict_column(const DeviceStore<S, Value>& store, Vertex f, const Front<S>& front,
-                                     int k, int s, S* memory, int entries, S* column, TileWork<S>& work) {
+__device__ __noinline__ void factor_strict_column(const DeviceStore<S, Value>& store, Vertex f,
+                                                  const Front<S>& front, int k, int s, S* memory, int entries,
+                                                  S* column, TileWork<S>& work) {
   __shared__ PanelExchange moves;
   S *const right = memory, *const copy = memory + kPanelColumns * kTile<S>;
   const int copied = entries - kPanelColumns * kTile<S>;

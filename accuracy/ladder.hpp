@@ -18,6 +18,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "accuracy/correction.hpp"
@@ -26,6 +27,7 @@
 #include "accuracy/refinement.hpp"
 #include "accuracy/resident_refinement.hpp"
 #include "kernels/runtime/arena.hpp"
+#include "kernels/stages/doubled_rows.hpp"
 #include "ordering/scaling.hpp"
 
 namespace mfs {
@@ -57,6 +59,7 @@ class AccuracyLadder final : public Factorization<Value> {
   FactorStatus factor(const PivotPolicy& policy, const std::function<void(double)>& progress) override {
     for (auto& correction : correction_) correction.reset();
     probed_.reset();
+    probed_where_factors_lie_ = false;
     balanced_.reset();
     divided_by_tiny_ = policy.tiny == TinyPivots::data;
     const Factored factored = factors_->factor(policy, progress);
@@ -98,7 +101,7 @@ class AccuracyLadder final : public Factorization<Value> {
 
   ResidentSolve solve_resident(const SolveBlock<Value>& block, const SolveControls& controls, void* stream,
                                SolveOutcome& outcome) override {
-    if (status_.perturbed > 0 || (needs_probe() && !(probed_ && probed_->regular)))
+    if (status_.perturbed > 0 || (needs_probe() && !regular_where_factors_lie()))
       return ResidentSolve::refused;
     factors_->resident()->start(block, controls.row_floor, stream);
     outcome = refine_resident(*factors_->resident(), controls, resident_improved_);
@@ -205,10 +208,20 @@ class AccuracyLadder final : public Factorization<Value> {
   bool singular_by_probe() { return needs_probe() && probed().refusal.dependent_rows > 0; }
   // Before the first solve where the factors lie.
   bool settled() {
-    if (!needs_probe()) return true;
+    if (!needs_probe() || regular_where_factors_lie()) return true;
     matrix_ = factors_->matrix();
     const blas::SequentialScope sequential;
     return probed().regular;
+  }
+  // Asked once: what is open there is settled on the host.
+  bool regular_where_factors_lie() {
+    if (!probed_ && !std::exchange(probed_where_factors_lie_, true)) {
+      try {
+        if (proves_regular(*factors_->resident(), plan_->n)) probed_ = Probed{true, {}};
+      } catch (const OutOfMemory&) {  // the host has vectors
+      }
+    }
+    return probed_ && probed_->regular;
   }
   bool needs_probe() const { return divided_by_tiny_ || status_.perturbed > kMostCorrected; }
 
@@ -480,6 +493,7 @@ class AccuracyLadder final : public Factorization<Value> {
   bool resident_improved_ = false;   // whether the last steps where the factors lie are worth going on from
   std::vector<Value> krylov_space_;  // taken when FGMRES is first needed
   std::optional<Probed> probed_;
+  bool probed_where_factors_lie_ = false;                   // whatever came of it
   std::optional<Scales> balanced_;                          // made when first needed
   std::unique_ptr<Correction<Exec, Value>> correction_[2];  // for A, for A^T; made when first needed
   Exec exec_;

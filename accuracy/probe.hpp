@@ -10,40 +10,64 @@
 // entries, that would be chance. Neither proof rests on what the factors are. x and the residual have twice
 // the precision (accuracy/refinement.hpp): in plain precision a residual could not become small beside b for
 // condition numbers from 1e12 on.
+//
+// Where E is large beside what A makes of a few vectors, as in a regular A whose condition is near 1 /
+// epsilon, steps make the residual larger along these, though A is regular. So steps that do not get shorter
+// go on as those of GCR (Eisenstat, Elman and Schultz 1983): each leaves the least residual that it and the
+// steps before it can.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
-#include <cstdint>
+#include <complex>
 #include <limits>
 #include <vector>
 
 #include "accuracy/null_vectors.hpp"
+#include "kernels/stages/probe_step.hpp"
 
 namespace mfs {
 
 struct NullDirection {
   bool regular = false;
   bool null = false;     // proved
-  double smallness = 1;  // |A d| / | |A||d| |, the least that was seen of a large d
+  double smallness = 1;  // |A d| / | |A||d| | of the d that proves it
   Vertex unknown = -1;   // the largest scaled entry of the last d
 };
-
-/// Entries of size 1/2 to 1 with random signs in scaled rows; the same in every run.
-template <class Scalar>
-void probing_vector(Vertex n, const double* scale, Scalar* b) {
-  std::uint64_t state = 0x9E3779B97F4A7C15u;
-  for (Vertex i = 0; i < n; ++i) {
-    state = state * 6364136223846793005u + 1442695040888963407u;  // Knuth, MMIX
-    const double size = 0.5 + 0.5 * static_cast<double>(state >> 40) * 0x1p-24;
-    const double sign = (state >> 33) % 2 == 0 ? 1 : -1;
-    b[i] = Scalar(static_cast<RealOf<Scalar>>(sign * size / scale[i]));
-  }
-}
 
 /// The residual of a probing vector that proves A regular: |l^T b| is about |l|_2, so some scaled entry of
 /// b - A x is at least |l|_2 / |l|_1 >= 1 / sqrt(n).
 inline double small_residual(Vertex n) {
   return 1e-3 / std::sqrt(static_cast<double>(n));
+}
+
+/// Steps of a probe, at most, and by what each must become shorter.
+constexpr int kProbeSteps = 30;
+constexpr double kProbeStall = 0.9;
+/// A correction of this smallness is never taken for that of a regular matrix: the rounding of A's own
+/// entries.
+template <class Scalar>
+constexpr double kRoundingOfEntries = 2 * std::numeric_limits<RealOf<Scalar>>::epsilon();
+/// What is not longer than the root of 1 / epsilon has not grown along a null vector.
+template <class Scalar>
+bool may_be_null(double length) {
+  return length * std::sqrt(std::numeric_limits<RealOf<Scalar>>::epsilon()) > 1;
+}
+
+/// Whether a probe where the factors lie proves A regular. Anything else is left to one on the host, which
+/// also measures in balanced rows.
+template <class Value>
+bool proves_regular(ResidentFactors<Value>& factors, Vertex n) {
+  double last = std::numeric_limits<double>::infinity();
+  for (int step = 0; step < kProbeSteps; ++step) {
+    const ProbeStep found = factors.probe(step == 0);
+    if (may_be_null<Value>(found.length) && !(found.product > kRoundingOfEntries<Value> * found.size))
+      return false;
+    if (found.left <= small_residual(n)) return true;
+    if (!(found.length < kProbeStall * last)) return false;
+    last = found.length;
+  }
+  return false;
 }
 
 /// One use. `inverse(x)` puts about A^-1 x in the place of x; `residual(b, x, low, r)` r = b - A (x + low),
@@ -54,38 +78,119 @@ class Probe {
   Probe(const Exec& exec, const ScaledRows<Scalar>& a, Vertex n, const Inverse& inverse,
         const Residual& residual, const Add& add)
       : exec_(exec), a_(a), inverse_(inverse), residual_(residual), add_(add) {
-    for (std::vector<Scalar>* vector : {&b_, &x_, &low_, &d_, &r_})
+    for (std::vector<Scalar>* vector : {&b_, &x_, &low_, &d_, &r_, &product_, &nothing_})
       vector->assign(static_cast<std::size_t>(n), Scalar(0));
   }
 
   NullDirection run() {
-    constexpr int kSteps = 30;
-    constexpr double kStall = 0.9;
-    const Vertex n = static_cast<Vertex>(b_.size());
-    probing_vector(n, a_.row_scale, b_.data());
-    r_ = b_;
-    double last = std::numeric_limits<double>::infinity();
-    for (int step = 0; step < kSteps; ++step) {
-      d_ = r_;
-      inverse_(d_.data());
-      add_(d_.data(), x_.data(), low_.data());
-      residual_(b_.data(), x_.data(), low_.data(), r_.data());
-      found_.regular = largest_of(r_) <= small_residual(n);
-      const double length = scale_correction();
-      if (!std::isfinite(length)) break;
-      measure(length);
-      if (found_.null || found_.regular || !(length < kStall * last)) break;
-      last = length;
-    }
-    found_.null = found_.null || (!found_.regular && found_.smallness <= singular_below<Scalar>());
-    found_.regular = found_.regular && !found_.null;
+    step_alone();
+    if (!found_.regular && !found_.null) step_together();
+    if (!found_.regular && !found_.null) prove_null(smallest_, singular_below<Scalar>());
     return found_;
   }
 
  private:
-  static constexpr double kEpsilon = std::numeric_limits<RealOf<Scalar>>::epsilon();
-  static constexpr double kRounding = 2 * kEpsilon;  // double: 4e-16
+  // Steps that know nothing of each other, as long as they get shorter.
+  void step_alone() {
+    for (std::size_t i = 0; i < b_.size(); ++i)
+      b_[i] = Scalar(static_cast<RealOf<Scalar>>(probing_entry(static_cast<Offset>(i)) / a_.row_scale[i]));
+    r_ = b_;
+    double last = std::numeric_limits<double>::infinity();
+    for (int step = 0; step < kProbeSteps; ++step) {
+      d_ = r_;
+      inverse_(d_.data());
+      take_correction();
+      const double length = scale_correction();
+      if (!std::isfinite(length)) return;
+      if (may_be_null<Scalar>(length)) measure();
+      if (found_.null || found_.regular || !(length < kProbeStall * last)) return;
+      last = length;
+    }
+  }
 
+  // As long as the residual becomes less: that of a singular A ends at its part along the left null vector.
+  void step_together() {
+    constexpr int kStepsWithoutGain = 5;
+    double least = length_of_residual();
+    int in_vain = 0;
+    for (int step = 0; step < most_steps() && in_vain < kStepsWithoutGain && std::isfinite(least); ++step) {
+      d_ = r_;
+      inverse_(d_.data());
+      if (!make_independent()) return;
+      d_ = directions_.back();
+      scale_correction();
+      measure();
+      if (found_.null) return;
+      d_ = directions_.back();
+      scale_vector(exec_, size(), best_length(), d_.data());
+      take_correction();
+      if (found_.regular) return;
+      const double length = length_of_residual();
+      in_vain = length < kProbeStall * least ? 0 : in_vain + 1;
+      least = std::min(least, length);
+    }
+  }
+  // Keeps d without what A makes the same of as of the directions before, and the product of unit length.
+  // Where nothing but rounding is left, the directions before are given up.
+  bool make_independent() {
+    constexpr double kLeast = 0.01;
+    const std::vector<Scalar> whole = d_;
+    const double before = multiply();
+    for (int pass = 0; pass < 2; ++pass) {
+      for (std::size_t k = 0; k < directions_.size(); ++k) {
+        const Scalar part = dot_product(exec_, size(), products_[k].data(), product_.data());
+        add_vector(exec_, size(), -part, products_[k].data(), product_.data());
+        add_vector(exec_, size(), -part, directions_[k].data(), d_.data());
+      }
+    }
+    double length = length_of_product();
+    if (!directions_.empty() && !(length > kLeast * before)) {
+      directions_.clear();
+      products_.clear();
+      d_ = whole;
+      length = multiply();
+    }
+    if (!(length > 0) || !std::isfinite(length)) return false;
+    const Scalar to_unit(static_cast<RealOf<Scalar>>(1 / length));
+    scale_vector(exec_, size(), to_unit, product_.data());
+    scale_vector(exec_, size(), to_unit, d_.data());
+    products_.push_back(product_);
+    directions_.push_back(d_);
+    return true;
+  }
+  // product := A d in scaled rows; its length.
+  double multiply() {
+    residual_(nothing_.data(), d_.data(), nothing_.data(), product_.data());
+    for (std::size_t i = 0; i < product_.size(); ++i) product_[i] *= -row_factor(i);
+    return length_of_product();
+  }
+  double length_of_product() const {
+    return std::sqrt(std::abs(dot_product(exec_, size(), product_.data(), product_.data())));
+  }
+  // Of the last direction, for the least residual.
+  Scalar best_length() {
+    for (std::size_t i = 0; i < product_.size(); ++i) product_[i] = r_[i] * row_factor(i);
+    return dot_product(exec_, size(), products_.back().data(), product_.data());
+  }
+  int most_steps() const {
+    constexpr std::size_t kMost = 40, kBytes = std::size_t(1) << 29;
+    return static_cast<int>(std::min(kMost, kBytes / (2 * sizeof(Scalar) * b_.size())));
+  }
+
+  // x + low += d
+  void take_correction() {
+    add_(d_.data(), x_.data(), low_.data());
+    residual_(b_.data(), x_.data(), low_.data(), r_.data());
+    found_.regular = largest_of(r_) <= small_residual(size());
+  }
+  Vertex size() const { return static_cast<Vertex>(b_.size()); }
+  RealOf<Scalar> row_factor(std::size_t i) const { return static_cast<RealOf<Scalar>>(a_.row_scale[i]); }
+  double length_of_residual() const {
+    double sum = 0;
+    for (std::size_t i = 0; i < r_.size(); ++i)
+      sum += std::norm(std::complex<double>(r_[i]) * a_.row_scale[i]);
+    return std::sqrt(sum);
+  }
   double largest_of(const std::vector<Scalar>& r) const {
     double most = 0;
     for (std::size_t i = 0; i < r.size(); ++i) {
@@ -109,13 +214,21 @@ class Probe {
     return most;
   }
 
-  // What is not longer than the root of 1 / epsilon has not grown along a null vector.
-  void measure(double length) {
-    if (!(length * std::sqrt(kEpsilon) > 1)) return;
-    std::vector<Scalar> product(d_.size());
-    const double smallness = null_measure(exec_, a_, singular_below<Scalar>(), d_, product);
-    if (smallness < found_.smallness) found_.smallness = smallness;
-    found_.null = smallness <= kRounding;
+  // Balanced rows take as long as some solves to make, and are asked for where the scaled ones say null.
+  void measure() {
+    const double smallness = scaled_residual(exec_, a_, {}, d_, product_);
+    if (smallness <= kRoundingOfEntries<Scalar>) prove_null(d_, kRoundingOfEntries<Scalar>);
+    if (!(smallness < least_)) return;
+    least_ = smallness;
+    smallest_ = d_;
+  }
+  void prove_null(const std::vector<Scalar>& d, double bound) {
+    if (d.empty()) return;
+    const double smallness = null_measure(exec_, a_, bound, d, product_);
+    found_.null = smallness <= bound;
+    if (!found_.null) return;
+    found_.regular = false;
+    found_.smallness = smallness;
   }
 
   Exec exec_;
@@ -123,7 +236,10 @@ class Probe {
   const Inverse& inverse_;
   const Residual& residual_;
   const Add& add_;
-  std::vector<Scalar> b_, x_, low_, d_, r_;
+  std::vector<Scalar> b_, x_, low_, d_, r_, product_, nothing_;
+  std::vector<std::vector<Scalar>> directions_, products_;  // of GCR: A d in scaled rows, orthonormal
+  std::vector<Scalar> smallest_;                            // large d with the least |A d| / | |A||d| |
+  double least_ = 1;
   NullDirection found_;
 };
 

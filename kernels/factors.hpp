@@ -77,6 +77,14 @@ struct SolveBlock {
   const TransposedPattern* transposed = nullptr;  // solve with A^T, whose pattern this is
 };
 
+/// What a step towards the solution for the right-hand side of a probe did (kernels/stages/probe_step.hpp), in
+/// scaled numbers.
+struct ProbeStep {
+  double left;           // the largest entry of the residual
+  double length;         // that of the correction d
+  double product, size;  // those of A d and of |A| |d|
+};
+
 /// Factors in the memory of a device also copy arrays of that memory, and hold the vectors of a solve there.
 /// `stream` is a stream of the caller; what was put into it before is waited for on the device. Calls return
 /// when their work is done. Only start and correct return before, and backward_error waits for their end.
@@ -105,6 +113,9 @@ class ResidentFactors {
   virtual void correct() = 0;
   /// x as it is now, into memory of the host: n x columns.
   virtual void bring_solution(Value* x) = 0;
+  /// A step towards the solution for the right-hand side of a probe, from nothing or from the step before.
+  /// Throws OutOfMemory, std::bad_alloc.
+  virtual ProbeStep probe(bool from_nothing) = 0;
   /// Later solves are as after factor(policy), whose factors are those at hand but for
   /// PivotPolicy::symmetric.
   virtual void solve_as(const PivotPolicy& policy) = 0;

@@ -74,7 +74,7 @@ std::vector<Entrant> entrants_of(const Arguments& arguments) {
 Json ratios(const Json& ours, const Json& theirs) {
   Json json;
   for (const char* key : {"analysis_s", "first_factor_s", "refactor_s", "refactor_median_s", "solve_1_s",
-                          "solve_16_s", "factor_entries", "device_bytes", "device_bytes_1"}) {
+                          "solve_16_s", "step_s", "factor_entries", "device_bytes", "device_bytes_1"}) {
     const double denominator = theirs[key];
     json[key] = denominator > 0 ? Json(ours[key].get<double>() / denominator) : Json(nullptr);
   }

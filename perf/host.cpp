@@ -57,7 +57,7 @@ bool is_accurate(const Json& result) {
 // Below 1: MFS is faster. Only rounds that both have ended with an accurate solution count.
 Json ratios(const Entrant& ours, const Entrant& theirs) {
   Json json;
-  for (const std::string phase : {"analysis", "first_factor", "refactor", "solve_1", "solve_16"}) {
+  for (const std::string phase : {"analysis", "first_factor", "refactor", "solve_1", "solve_16", "step"}) {
     std::vector<double> found;
     for (std::size_t round = 0; round < ours.results.size(); ++round) {
       const Json &a = ours.results[round], &b = theirs.results[round];

@@ -13,9 +13,12 @@
 #include "kernels/cuda/device_stages_def.hpp"
 #include "kernels/cuda/factors_of_scalars.hpp"
 #include "kernels/cuda/solve/solve_vectors.hpp"
+#include "kernels/cuda/solve/stream_loops.hpp"
+#include "kernels/cuda/vector_layout.hpp"
 #include "kernels/fallback.hpp"
 #include "kernels/stages/diagonal.hpp"
 #include "kernels/stages/pivots_on_host.hpp"
+#include "kernels/stages/probe_step.hpp"
 #include "plan/segment_clock.hpp"
 
 namespace mfs::cuda {
@@ -29,6 +32,7 @@ template <class Value, class Scalar>
 class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   using S = DeviceScalar<Scalar>;
   using V = DeviceScalar<Value>;
+  using VectorLayout = cuda::VectorLayout<S, V>;
 
  public:
   /// `room`: bytes of the device that vectors of more than one column may take.
@@ -36,20 +40,21 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
               DevicePlan lists, Offset room)
       : plan_(std::move(plan_of)),
         pattern_(std::move(pattern)),
-        exec_(stream_.get()),
+        loops_{&stream_},
         stages_(plan(), *pattern_, stream_, std::move(lists)) {
     const Offset n = plan().n;
     ArenaLayout layout;
     const Offset on_host = stages_.matrix_on_host() ? 0 : plan().nnz;
     const Offset values = layout.add(on_host * sizeof(Value)), row_scale = layout.add(n * sizeof(double)),
                  column_scale = layout.add(n * sizeof(double)), error = layout.add(sizeof(double)),
-                 status = layout.add(sizeof(DeviceStatus));
+                 step = layout.add(sizeof(ProbeStep)), status = layout.add(sizeof(DeviceStatus));
     host_ = std::make_unique<PinnedArena>(layout.total());
     values_ = stages_.matrix_on_host() ? reinterpret_cast<Value*>(stages_.matrix_values())
                                        : host_->template at<Value>(values);
     row_scale_ = host_->template at<double>(row_scale);
     column_scale_ = host_->template at<double>(column_scale);
     error_ = host_->template at<double>(error);
+    step_ = host_->template at<ProbeStep>(step);
     status_ = host_->template at<DeviceStatus>(status);
     make_room(1);
     columns_at_once_ = std::min(stages_.most_columns(), columns_for(plan(), stages_.lists(), room));
@@ -67,7 +72,9 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   }
   /// Bytes of the device that factors in segments may take later, beside those of bytes_for: so many
   /// right-hand sides, before and after there is room for more.
-  static Offset bytes_later(const SymbolicPlan& plan, Vertex columns) { return bytes_of(plan, 2 * columns); }
+  static Offset bytes_later(const SymbolicPlan& plan, Vertex columns) {
+    return bytes_of(plan, 2 * columns) + bytes_of(plan, 2);
+  }
 
   Value* matrix_values() override {
     bring_values();
@@ -143,6 +150,22 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
     substitute(solve_.b.count, solve_.transposed != nullptr, true);
   }
   void bring_solution(Value* x) override { send_solution(x, solve_.b.count); }
+  // d is x_, and r is b_.
+  ProbeStep probe(bool from_nothing) override {
+    const Vertex n = plan().n;
+    if (!probe_) probe_ = std::make_unique<DeviceArena>(bytes_of(2));
+    V* const x = probe_->template at<V>(0);
+    const ProbeVectors<V> at{x, x + n, x_, b_};
+    const FrontStore<S, V>& fronts = stages_.store().fronts;
+    if (from_nothing) begin_probe(loops_, n, fronts.row_scale, at);
+    enter({b_, n, 1}, false);
+    substitute(1, false, false);
+    auto* const found = reinterpret_cast<ProbeStep*>(device_error_);
+    take_probe_step(loops_, n, device_rows(nullptr), fronts.row_scale, fronts.column_scale, at, found);
+    stream_.to_host(step_, found, sizeof(ProbeStep));
+    stream_.synchronize();
+    return *step_;
+  }
 
   void download(const Value* from, Offset ld, Offset rows, Vertex columns, Value* to, void* stream) override {
     follow(stream);
@@ -188,7 +211,7 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   }
   void diagonal_pivots(std::complex<double>* pivots) const override {
     std::vector<Scalar> inverse(static_cast<std::size_t>(plan().n));
-    gather_diagonal(exec_, stages_.store().fronts, plan().num_fronts, substitution_.v);
+    gather_diagonal(loops_, stages_.store().fronts, plan().num_fronts, substitution_.v);
     stream_.to_host(inverse.data(), substitution_.v, plan().n * sizeof(Scalar));
     stream_.synchronize();
     take_diagonal_of_host(inverse);
@@ -216,7 +239,7 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   MemorySpace memory() const override { return MemorySpace::device; }
   Offset bytes() const override {
     Offset bytes = stages_.bytes() + rhs_->bytes();
-    for (const auto& arena : {&vectors_, &transposed_}) bytes += *arena ? (*arena)->bytes() : 0;
+    for (const auto& arena : {&vectors_, &transposed_, &probe_}) bytes += *arena ? (*arena)->bytes() : 0;
     return bytes;
   }
 
@@ -270,7 +293,7 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   }
 
   bool finite(Offset count, const V* values) {
-    find_nonfinite(exec_, count, values, device_error_);
+    find_nonfinite(loops_, count, values, device_error_);
     return !(read_error() > 0);
   }
 
@@ -457,39 +480,6 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
     return fit(kFewColumns) ? kFewColumns : 1;
   }
 
-  static constexpr Offset kWherever = std::numeric_limits<Offset>::max();
-  // The vectors of a solve lie where contribution blocks were, as many as there is room for, and the others
-  // beside.
-  struct VectorLayout {
-    ArenaLayout spare, beside;
-    struct Place {
-      bool in_spare;
-      Offset at;
-    };
-    Place border, partial, error, v, y, x;
-
-    VectorLayout(const SymbolicPlan& plan, const DevicePlan& lists, Offset width)
-        : VectorLayout(plan, lists, width, DeviceStages<S, V>::spare_bytes(plan, lists)) {}
-    VectorLayout(const SymbolicPlan& plan, const DevicePlan& lists, Offset width, Offset free) : free_(free) {
-      const Offset n = plan.n;
-      border = add(DeviceStages<S, V>::border_rows(lists) * width * sizeof(S));
-      partial = add(DeviceStages<S, V>::partial_rows(lists) * width * sizeof(S));
-      error = add((1 + kSolveColumns) * sizeof(double));
-      v = add(n * width * sizeof(S));
-      y = add(n * width * sizeof(S));
-      x = add(n * width * sizeof(V));
-    }
-
-   private:
-    Place add(Offset bytes) {
-      ArenaLayout with = spare;
-      with.add(bytes);
-      const bool fits = with.total() <= free_;
-      return {fits, (fits ? spare : beside).add(bytes)};
-    }
-    Offset free_;
-  };
-
   void make_vectors(Vertex width) {
     if (width <= width_) return;
     const VectorLayout layout(plan(), stages_.lists(), width);
@@ -553,12 +543,13 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   std::shared_ptr<const SymbolicPlan> plan_;
   std::shared_ptr<const Pattern> pattern_;
   Stream stream_;
-  Kokkos::Cuda exec_;
+  StreamLoops loops_;
   DeviceStages<S, V> stages_;
   std::unique_ptr<PinnedArena> host_;
   Value* values_;
   double *row_scale_, *column_scale_;
   double* error_;
+  ProbeStep* step_;
   DeviceStatus* status_;
   bool scales_sent_ = false, values_sent_ = false, values_here_ = true, warm_ = false;
   BlockFlops done_{0, 0, 0};  // by the present factorization and those that it had to repeat
@@ -569,13 +560,13 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   Event foreign_;
   Graph graph_[kPivotSearches], solve_graph_[2][3];  // by PivotSearch; by transposed, by width
   PivotPolicy graph_policy_{0.0};
-  std::unique_ptr<DeviceArena> vectors_, rhs_, transposed_;
+  std::unique_ptr<DeviceArena> vectors_, rhs_, transposed_, probe_;
   std::unique_ptr<PinnedArena> transposed_on_host_;  // or there, where there are segments
   RowAccess<V> transposed_rows_{};
   Vertex width_ = 0;  // of the vectors
   Vertex columns_at_once_ = 1;
   V *b_, *x_;
-  double* device_error_;  // and what the rows of each column count at least
+  double* device_error_;  // and what the rows of each column count at least; or what a probe finds
   typename DeviceStages<S, V>::Vectors substitution_{};
   Solve solve_;
   int corrections_ = 0, usual_corrections_ = 0;  // of the present solve, of the one before

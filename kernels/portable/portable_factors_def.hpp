@@ -9,6 +9,7 @@
 #include "kernels/portable/factors_of_scalars.hpp"
 #include "kernels/portable/stages.hpp"
 #include "kernels/stages/pivots_on_host.hpp"
+#include "kernels/stages/probe_step.hpp"
 #include "kernels/stages/residual.hpp"
 
 namespace mfs::portable {
@@ -202,6 +203,25 @@ class PortableFactors final : public Factors<Value>, public ResidentFactors<Valu
     queue().to_host(x, x_, bytes_of(solve_.columns));
     queue().wait();
   }
+  // d is x_, and r is r_.
+  ProbeStep probe(bool from_nothing) override {
+    if (!probe_) probe_ = std::make_unique<typename Space<Exec>::Arena>(bytes_of(2));
+    V* const x = probe_->template at<V>(0);
+    const ProbeVectors<V> at{x, x + n(), x_, r_};
+    const FrontStore<S, V>& fronts = stages_.store().fronts;
+    if (from_nothing) begin_probe(queue().exec(), plan_->n, fronts.row_scale, at);
+    auto* const found = reinterpret_cast<ProbeStep*>(errors_);
+    probe_step_.run(queue(), [&] {
+      multiply_by_inverse(static_cast<const V*>(r_), x_, 1, false, false);
+      take_probe_step(queue().exec(), plan_->n, rows_of(nullptr), fronts.row_scale, fronts.column_scale, at,
+                      found);
+    });
+    ProbeStep step;
+    queue().to_host(host_errors_, found, sizeof step);
+    queue().wait();
+    std::memcpy(&step, host_errors_, sizeof step);
+    return step;
+  }
 
   std::shared_ptr<char> host_vectors(Offset bytes) const override {
     const auto arena = std::make_shared<HostSide>(bytes);
@@ -229,7 +249,9 @@ class PortableFactors final : public Factors<Value>, public ResidentFactors<Valu
 
   MemorySpace memory() const override { return kOnHost<Exec> ? MemorySpace::host : MemorySpace::device; }
   Offset bytes() const override {
-    return stages_.bytes() + vector_memory_->bytes() + (transposed_ ? transposed_->bytes() : 0);
+    Offset bytes = stages_.bytes() + vector_memory_->bytes();
+    for (const auto& arena : {&transposed_, &probe_}) bytes += *arena ? (*arena)->bytes() : 0;
+    return bytes;
   }
 
  private:
@@ -301,6 +323,7 @@ class PortableFactors final : public Factors<Value>, public ResidentFactors<Valu
       }
     }
     finite_.forget();
+    probe_step_.forget();
   }
 
   RowAccess<V> rows_of(const TransposedPattern* transposed) {
@@ -411,7 +434,7 @@ class PortableFactors final : public Factors<Value>, public ResidentFactors<Valu
   double* host_errors_ = nullptr;
   bool scales_sent_ = false, values_sent_ = false, values_here_ = true;
   PivotPolicy policy_{0};  // of the recorded launches
-  std::unique_ptr<typename Space<Exec>::Arena> vector_memory_, transposed_;
+  std::unique_ptr<typename Space<Exec>::Arena> vector_memory_, transposed_, probe_;
   Vectors<S> vectors_{};
   V *rhs_ = nullptr, *x_ = nullptr, *r_ = nullptr;
   double* errors_ = nullptr;
@@ -420,7 +443,7 @@ class PortableFactors final : public Factors<Value>, public ResidentFactors<Valu
   bool mirrors_ = false;  // A^-T serves for A^-1, too
   double row_floor_ = 0;
   RowAccess<V> rows_{}, transposed_rows_{};
-  Launches factor_, finite_;
+  Launches factor_, finite_, probe_step_;
   using ByColumns = Launches[2][kSolveColumns + 1];  // by transposed
   ByColumns inverse_, solves_, corrections_;
   mutable PivotsOnHost<Scalar> pivots_;

@@ -92,6 +92,15 @@ KOKKOS_INLINE_FUNCTION void narrow(const Kokkos::complex<double>& value, Kokkos:
   to = Kokkos::complex<Real>(static_cast<Real>(value.real()), static_cast<Real>(value.imag()));
 }
 
+/// a b, rounded. Compilers for devices join a product with the sum behind it, unless it is no product.
+KOKKOS_FORCEINLINE_FUNCTION double rounded_product(double a, double b) {
+#if defined(__CUDA_ARCH__) || defined(__HIP_DEVICE_COMPILE__)
+  return std::fma(a, b, 0.0);
+#else
+  return a * b;
+#endif
+}
+
 KOKKOS_INLINE_FUNCTION double magnitude(double value) {
   return std::abs(value);
 }

@@ -113,17 +113,17 @@ void residual(const Exec& exec, Vertex n, const RowAccess<Scalar>& a, const Scal
 /// A sum of doubles and of products of doubles, as if in twice the precision (Ogita, Rump and Oishi 2005).
 class DoubledSum {
  public:
-  void add(double term) {
+  KOKKOS_FORCEINLINE_FUNCTION void add(double term) {
     const double sum = high_ + term, added = sum - high_;
     low_ += (high_ - (sum - added)) + (term - added);
     high_ = sum;
   }
-  void add_product(double a, double b) {
-    const double product = a * b;
+  KOKKOS_FORCEINLINE_FUNCTION void add_product(double a, double b) {
+    const double product = rounded_product(a, b);
     add(product);
     low_ += std::fma(a, b, -product);
   }
-  double value() const { return high_ + low_; }
+  KOKKOS_FORCEINLINE_FUNCTION double value() const { return high_ + low_; }
 
  private:
   double high_ = 0, low_ = 0;
@@ -133,9 +133,9 @@ class DoubledSum {
 template <class Number>
 class DoubledTotal {
  public:
-  void add(double term) { sum_.add(term); }
-  void subtract_product(double a, double b) { sum_.add_product(-a, b); }
-  double value() const { return sum_.value(); }
+  KOKKOS_FORCEINLINE_FUNCTION void add(double term) { sum_.add(term); }
+  KOKKOS_FORCEINLINE_FUNCTION void subtract_product(double a, double b) { sum_.add_product(-a, b); }
+  KOKKOS_FORCEINLINE_FUNCTION double value() const { return sum_.value(); }
 
  private:
   DoubledSum sum_;
@@ -144,36 +144,34 @@ template <>
 class DoubledTotal<Kokkos::complex<double>> {
  public:
   using Number = Kokkos::complex<double>;
-  void add(const Number& term) {
+  KOKKOS_FORCEINLINE_FUNCTION void add(const Number& term) {
     real_.add(term.real());
     imag_.add(term.imag());
   }
-  void subtract_product(const Number& a, const Number& b) {
+  KOKKOS_FORCEINLINE_FUNCTION void subtract_product(const Number& a, const Number& b) {
     real_.add_product(-a.real(), b.real());
     real_.add_product(a.imag(), b.imag());
     imag_.add_product(-a.real(), b.imag());
     imag_.add_product(-a.imag(), b.real());
   }
-  Number value() const { return {real_.value(), imag_.value()}; }
+  KOKKOS_FORCEINLINE_FUNCTION Number value() const { return {real_.value(), imag_.value()}; }
 
  private:
   DoubledSum real_, imag_;
 };
 
-/// r = b - A (x + low), summed in twice the precision of double.
-template <class Exec, class Scalar>
-void doubled_residual(const Exec& exec, Vertex n, const RowAccess<Scalar>& a, const Scalar* b,
-                      const Scalar* x, const Scalar* low, Scalar* r) {
-  for_each_index(exec, "mfs::doubled_residual", n, [=](Offset i) {
-    DoubledTotal<decltype(widened(*b))> total;
-    total.add(widened(b[i]));
-    for (Offset k = a.offsets[i]; k < a.offsets[i + 1]; ++k) {
-      const auto entry = widened(a.values[a.slots ? a.slots[k] : k]);
-      total.subtract_product(entry, widened(x[a.columns[k]]));
-      total.subtract_product(entry, widened(low[a.columns[k]]));
-    }
-    narrow(total.value(), r[i]);
-  });
+/// Row i of b - A (x + low), of which `b` is that of b, summed in twice the precision of double.
+template <class Number, class Scalar>
+KOKKOS_FORCEINLINE_FUNCTION Number doubled_row(const RowAccess<Scalar>& a, Offset i, const Number& b,
+                                               const Scalar* x, const Scalar* low) {
+  DoubledTotal<Number> total;
+  total.add(b);
+  for (Offset k = a.offsets[i]; k < a.offsets[i + 1]; ++k) {
+    const Number entry = widened(a.values[a.slots ? a.slots[k] : k]);
+    total.subtract_product(entry, widened(x[a.columns[k]]));
+    total.subtract_product(entry, widened(low[a.columns[k]]));
+  }
+  return total.value();
 }
 
 }  // namespace mfs

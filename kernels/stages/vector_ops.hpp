@@ -49,14 +49,23 @@ void drop_noise(const Exec& exec, Vertex n, const Scalar* d, Scalar* x) {
 
 /// (x, low) += d, where x + low is a number of twice the precision and x that number rounded (Knuth's
 /// TwoSum).
-template <class Exec, class Scalar>
-void add_doubled(const Exec& exec, Vertex n, const Scalar* d, Scalar* x, Scalar* low) {
-  for_each_index(exec, "mfs::add_doubled", n, [=](Offset i) {
+template <class Scalar>
+struct AddDoubled {
+  const Scalar* d;
+  Scalar *x, *low;
+  KOKKOS_FUNCTION void operator()(Offset i) const {
     const Scalar sum = x[i] + d[i], added = sum - x[i];
     const Scalar rest = low[i] + ((x[i] - (sum - added)) + (d[i] - added));
     x[i] = sum + rest;
     low[i] = rest - (x[i] - sum);
-  });
+  }
+};
+template <class Exec, class Scalar>
+void add_doubled(const Exec& exec, Vertex n, const Scalar* d, Scalar* x, Scalar* low) {
+  using Number = DeviceScalar<Scalar>;
+  const auto* const of_d = reinterpret_cast<const Number*>(d);
+  auto *const of_x = reinterpret_cast<Number*>(x), *const of_low = reinterpret_cast<Number*>(low);
+  for_each_index(exec, "mfs::add_doubled", n, AddDoubled<Number>{of_d, of_x, of_low});
 }
 
 /// x *= factor

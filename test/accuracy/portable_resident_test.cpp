@@ -8,6 +8,7 @@
 #include "accuracy/factorization.hpp"
 #include "accuracy/resident_refinement.hpp"
 #include "kernels/portable/portable_factors_def.hpp"
+#include "test/accuracy/probe_checks.hpp"
 #include "test/stages/artificial_problem.hpp"
 #include "test/stages/in_engine.hpp"
 
@@ -114,6 +115,11 @@ TYPED_TEST(PortableResident, SolvesForArraysOfTheSpace) {
       }
     }
   });
+}
+
+TYPED_TEST(PortableResident, ProbesAsPlainLoopsDo) {
+  constexpr bool kSingle = sizeof(typename TypeParam::Scalar) < sizeof(typename TypeParam::Value);
+  this->with_factors([&](auto& factors) { expect_probes(this->problem_, factors, kSingle ? 1e3 : 1e9); });
 }
 
 TYPED_TEST(PortableResident, MeasuresWithAFloorAndKeepsWhatIsNotGoodEnough) {

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 
 #include "accuracy/refinement.hpp"
+#include "kernels/stages/doubled_rows.hpp"
 #include "test/stages/in_engine.hpp"
 
 namespace {

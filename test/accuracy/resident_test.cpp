@@ -18,13 +18,15 @@ namespace {
 struct Counts {
   int starts = 0, corrections = 0;  // where the factors lie
   int inverses_of_b = 0;            // asked for by the ladder
+  int inverses = 0;                 // of whatever
+  int probes = 0;
 };
 
 class CountingFactors final : public Factors<double>, public ResidentFactors<double> {
  public:
   CountingFactors(std::unique_ptr<Factors<double>> factors, const StageProblem<double>& problem, double wrong,
-                  Counts& counts)
-      : factors_(std::move(factors)), problem_(problem), wrong_(wrong), counts_(counts) {}
+                  Counts& counts, const ProbeStep& step = {0, 0, 0, 0})
+      : factors_(std::move(factors)), problem_(problem), wrong_(wrong), counts_(counts), step_(step) {}
 
   double* matrix_values() override { return factors_->matrix_values(); }
   double* row_scale() override { return factors_->row_scale(); }
@@ -34,6 +36,7 @@ class CountingFactors final : public Factors<double>, public ResidentFactors<dou
     return factors_->factor(policy, progress);
   }
   void apply_inverse(const double* from, double* to, Vertex columns, bool transposed) override {
+    ++counts_.inverses;
     if (std::equal(b_.begin(), b_.end(), from)) ++counts_.inverses_of_b;
     wrong_inverse(from, to, columns, transposed);
   }
@@ -74,6 +77,10 @@ class CountingFactors final : public Factors<double>, public ResidentFactors<dou
     for (std::size_t i = 0; i < x_.size(); ++i) x_[i] += r[i];
   }
   void bring_solution(double* x) override { std::copy(x_.begin(), x_.end(), x); }
+  ProbeStep probe(bool) override {
+    ++counts_.probes;
+    return step_;
+  }
   void solve_as(const PivotPolicy&) override {}
 
  private:
@@ -100,6 +107,7 @@ class CountingFactors final : public Factors<double>, public ResidentFactors<dou
   const StageProblem<double>& problem_;
   double wrong_;
   Counts& counts_;
+  ProbeStep step_;  // that each probe finds
   double* place_ = nullptr;
   std::vector<double> b_, x_;
 };
@@ -176,6 +184,61 @@ TEST(Resident, ASolutionThatACorrectionMadeWorseIsNotTaken) {
     EXPECT_EQ(counts.starts, 1);
     EXPECT_EQ(counts.corrections, 1);
     EXPECT_EQ(counts.inverses_of_b, 1);
+  }
+}
+
+/// Where tiny pivots are divided by: two solves for A times ones, if each probe there finds `step`.
+Counts solve_after_probes(const ProbeStep& step, From from) {
+  Counts counts;
+  const StageProblem<double> system = problem();
+  in_engine(1, [&] {
+    auto factors = std::make_unique<CountingFactors>(
+        make_host_factors<double>(HostSpace::serial, false, system.plan, system.pattern, 1), system, 1, counts,
+        step);
+    fill(system, *factors);
+    const auto numeric =
+        make_factorization<double>(HostSpace::serial, std::move(factors), system.plan, system.pattern);
+    numeric->factor(PivotPolicy(1e-8, TinyPivots::data, 1e-8), {});
+    const Vertex n = system.plan->n;
+    std::vector<double> b(static_cast<std::size_t>(n), 1.0), x(b);
+    for (int solve = 0; solve < 2; ++solve) {
+      SolveOutcome outcome;
+      const SolveBlock<double> block{b.data(), n, x.data(), n, 1};
+      if (from == From::device &&
+          numeric->solve_resident(block, SolveControls(), nullptr, outcome) == ResidentSolve::solved)
+        continue;
+      std::copy(b.begin(), b.end(), numeric->rhs(1));
+      outcome = numeric->solve(1, nullptr, SolveControls());
+      EXPECT_EQ(outcome.dependent_rows, 0);
+      EXPECT_LE(outcome.backward_error, SolveControls().tolerance);
+    }
+  });
+  return counts;
+}
+
+TEST(Resident, AProbeThatProvesItThereIsAskedForOnceAndNotRepeatedOnTheHost) {
+  for (const From from : {From::host, From::device}) {
+    for (const ProbeStep& regular : {ProbeStep{1e-9, 1, 1, 1}, ProbeStep{1e-9, 1e9, 1e-6, 1e9}}) {
+      const Counts counts = solve_after_probes(regular, from);
+      EXPECT_EQ(counts.probes, 1);
+      EXPECT_EQ(counts.inverses, 0);
+      EXPECT_EQ(counts.starts, 2);
+    }
+  }
+}
+
+// What is left does not become small, or is no number, or was left by what may be a null vector.
+TEST(Resident, WhatAProbeThereLeavesOpenIsSettledOnTheHost) {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  for (const From from : {From::host, From::device}) {
+    for (const ProbeStep& open : {ProbeStep{1, 1, 1, 1}, ProbeStep{kNone, kNone, kNone, kNone},
+                                  ProbeStep{1e-9, 1e9, 1e-8, 1e9}, ProbeStep{1e-9, 1e9, kNone, 1e9}}) {
+      const Counts counts = solve_after_probes(open, from);
+      EXPECT_GE(counts.probes, 1);
+      EXPECT_LE(counts.probes, 2);
+      EXPECT_GE(counts.inverses, 1);
+      EXPECT_EQ(counts.starts, 2);
+    }
   }
 }
 

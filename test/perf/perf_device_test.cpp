@@ -25,9 +25,9 @@ TEST(PerfDevice, EveryFigureOfACaseAsOneLine) {
     EXPECT_EQ(line["vectors"], "host");
     EXPECT_EQ(line["bitwise_equal"], true);
     EXPECT_EQ(line["accurate"], true);
-    for (const char* key :
-         {"analysis_s", "reorder_s", "symbolic_s", "first_factor_s", "refactor_s", "refactor_median_s",
-          "solve_1_s", "solve_1_median_s", "solve_16_s", "solve_16_median_s", "factor_entries", "flops"})
+    for (const char* key : {"analysis_s", "reorder_s", "symbolic_s", "first_factor_s", "refactor_s",
+                            "refactor_median_s", "solve_1_s", "solve_1_median_s", "solve_16_s",
+                            "solve_16_median_s", "step_s", "step_median_s", "factor_entries", "flops"})
       EXPECT_GT(line[key].get<double>(), 0) << key;
     for (const char* key : {"backward_error_1", "backward_error_16", "residual_1", "residual_16"})
       EXPECT_LE(line[key].get<double>(), 1e-12) << key;

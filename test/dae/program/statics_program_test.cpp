@@ -57,7 +57,7 @@ TEST_F(StaticsProgram, SaysThatAnEquilibriumIsUnstable) {
 TEST_F(StaticsProgram, SaysWhatModesOfAMotionAre) {
   ordered_json json = bar(0);
   EXPECT_THAT(run_program({"modes", folder_.write("falls.json", json.dump()), "--at", "0.3"}).out,
-              HasSubstr("note            the mechanism moves: modes are those of this moment"));
+              HasSubstr("note            the motion is not steady: its matrices change as it goes on"));
   json.erase("gravity");
   const std::string rests = folder_.write("rests.json", json.dump());
   EXPECT_THAT(run_program({"modes", rests, "--at", "0.3"}).out, Not(HasSubstr("note")));

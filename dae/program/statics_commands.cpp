@@ -107,8 +107,8 @@ State state_of(MultibodyModel& model, const Command& command, std::vector<std::s
   return command.at ? state_at(model, *command.at, notes) : equilibrium(model, notes);
 }
 
-/// To where the motion comes from `state` until t; where it ends before, as beside a dead point, that is as if
-/// it stood still at once, which no steady motion does.
+/// To where the motion comes from `state` until t; where it ends before, as beside a dead point, that is as
+/// if it stood still at once, which no steady motion does.
 State state_later(const MultibodyModel& model, const State& state, double t) {
   Integrator integrator = make_integrator(model);
   FirstOutput first(t);

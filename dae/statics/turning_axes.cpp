@@ -24,6 +24,8 @@ using Quaternion = Quadruple<double>;
 constexpr double kAsOneBody = 1e-3;
 /// Velocities and accelerations below it are what steps leave, in units of the system.
 constexpr double kRounding = 1e-4;
+/// Of the kinds of vectors_of().
+constexpr double kTrust[] = {1.0, 1e-3, 1e-3, 1.0};
 
 Vector3d vector_at(const std::vector<double>& of, int first) {
   return {of[first], of[first + 1], of[first + 2]};
@@ -117,13 +119,14 @@ std::vector<Matrix3Xd> vectors_of(const std::vector<int>& frames, const std::vec
 }
 
 /// The rotation that takes vectors nearest to others (Wahba; Kabsch). What is less than rounding of a motion
-/// has no direction.
+/// has no direction. Accelerations, which errors of steps and vibrations change, tell what the others leave
+/// open.
 Matrix3d turn_between(const std::vector<Matrix3Xd>& before, const std::vector<Matrix3Xd>& after) {
   Matrix3d sum = Matrix3d::Zero();
   for (std::size_t kind = 0; kind < before.size(); ++kind)
     if (const double size = before[kind].size() == 0 ? 0.0 : before[kind].colwise().norm().maxCoeff();
         size > kRounding)
-      sum += after[kind] * before[kind].transpose() / (size * size);
+      sum += kTrust[kind] / (size * size) * after[kind] * before[kind].transpose();
   const Eigen::JacobiSVD<Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Matrix3d sign = Matrix3d::Identity();
   sign(2, 2) = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1.0 : 1.0;

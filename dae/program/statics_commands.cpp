@@ -286,7 +286,10 @@ ExitCode list_modes(const Command& command) {
 ExitCode linearize_model(const Command& command) {
   return with_report(command, [&](MultibodyModel& model, Json& json) {
     std::vector<std::string> notes;
-    write_linearization(*model.system, state_of(model, command, notes), command.folder);
+    const State state = state_of(model, command, notes);
+    write_linearization(*model.system, state, command.folder);
+    if (TurningAxes(*model.system, state).moves())
+      notes.emplace_back("the mechanism moves: matrices are those of this moment, in axes of the ground");
     json["notes"] = notes;
     json["matrices"] = {"M", "D", "K", "Phi_q", "F"};
     tell(command, program::labelled("matrices", fmt::format("{}, {}: M, D, K, Phi_q, F in {}", model.name,

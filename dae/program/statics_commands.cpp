@@ -125,8 +125,9 @@ State state_later(const MultibodyModel& model, const State& state, double t) {
 /// In what sense modes about a state that moves are modes.
 std::string motion_note(const ModesInMotion& found) {
   if (!found.steady)
-    return "the motion is not steady: its matrices change as it goes on, so that these are no small motions "
-           "beside it, but the eigenvalues of its matrices at this moment";
+    return "the motion is not steady: its matrices change as it goes on; these are the eigenvalues of those "
+           "of "
+           "this moment, and small motions only where they are much faster than that";
   switch (found.axes.kind()) {
     case TurningAxes::Kind::along:
       return fmt::format(

@@ -126,8 +126,7 @@ State state_later(const MultibodyModel& model, const State& state, double t) {
 std::string motion_note(const ModesInMotion& found) {
   if (!found.steady)
     return "the motion is not steady: its matrices change as it goes on; these are the eigenvalues of those "
-           "of "
-           "this moment, and small motions only where they are much faster than that";
+           "of this moment, and small motions only where they are much faster than that";
   switch (found.axes.kind()) {
     case TurningAxes::Kind::along:
       return fmt::format(

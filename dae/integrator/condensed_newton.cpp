@@ -11,6 +11,7 @@
 #include "dae/integrator/augmentation.hpp"
 #include "dae/integrator/composition.hpp"
 #include "dae/integrator/constraint_directions.hpp"
+#include "dae/integrator/followed_forces.hpp"
 #include "dae/integrator/initial_conditions.hpp"
 #include "dae/integrator/newton_progress.hpp"
 #include "ordering/stopwatch.hpp"
@@ -57,6 +58,7 @@ class CondensedNewton::Impl {
         m_(static_cast<std::size_t>(system.constraints())),
         gradient_(system.tangent_pattern()[Block::position_q]),
         transposed_(gradient_),
+        followed_(followed_forces(system)),
         augmentation_(gradient_, transposed_, 1),
         directions_(gradient_, projection),
         matrix_(make_composition()),
@@ -407,6 +409,8 @@ class CondensedNewton::Impl {
                        largest_size(residual_.acceleration)};
     norms.residual = std::max(largest_size(residual_.force),
                               *std::max_element(norms.violation.begin(), norms.violation.end()));
+    for (std::size_t i = 0; i < n_; ++i)
+      norms.followed = std::max(norms.followed, followed_[i] * std::abs(residual_.force[i]));
     double sum = 0.0;
     for (std::size_t i = 0; i < 2 * n_; ++i) {
       const double value = i < n_ ? state_.q.data()[i] : state_.v.data()[i - n_];
@@ -424,6 +428,7 @@ class CondensedNewton::Impl {
   const std::size_t n_, m_;
   const Pattern& gradient_;
   const TransposedPattern transposed_;
+  const std::vector<double> followed_;  ///< followed_forces()
   Augmentation augmentation_;
   ConstraintDirections directions_;
   Composition matrix_;

@@ -9,10 +9,11 @@ namespace mfs::dae {
 namespace {
 
 constexpr int kLevels = StepEquations::kLevels;
-/// The largest |H_i| of all rows and that of the constraints of each level; then sums: of weighted squares,
-/// of -F_i dq_i, of M_i and of M_i over the squared weight of v_i.
-constexpr std::size_t kLargest = 1 + kLevels, kSquares = kLargest, kWork = kSquares + 1, kMass = kWork + 1,
-                      kWeightedMass = kMass + 1, kNumbers = kWeightedMass + 1;
+/// The largest |H_i| of all rows, that of the constraints of each level and that of forces that are followed;
+/// then sums: of weighted squares, of -F_i dq_i, of M_i and of M_i over the squared weight of v_i.
+constexpr std::size_t kFollowed = 1 + kLevels, kLargest = kFollowed + 1, kSquares = kLargest,
+                      kWork = kSquares + 1, kMass = kWork + 1, kWeightedMass = kMass + 1,
+                      kNumbers = kWeightedMass + 1;
 
 struct Largest {
   MFS_HOST_DEVICE Numbers<kNumbers> operator()(Numbers<kNumbers> a, const Numbers<kNumbers>& b) const {
@@ -28,7 +29,7 @@ struct Look {
   const double* h;
   std::size_t rows, first_constraint, m;
   const double *q, *v, *weights;
-  const double *inertia, *ringing;
+  const double *inertia, *ringing, *followed;
   double* before;
   std::size_t n;
   MFS_HOST_DEVICE Numbers<kNumbers> operator()(std::size_t i) const {
@@ -44,6 +45,7 @@ struct Look {
       if (k < n) {
         numbers.of[kWork] = -ringing[k] * before[2 * n + k] * (value - before[k]);
         before[2 * n + k] = h[k];
+        numbers.of[kFollowed] = followed[k] * std::abs(h[k]);
       } else {
         numbers.of[kMass] = inertia[k - n];
         numbers.of[kWeightedMass] = inertia[k - n] / (weights[k] * weights[k]);
@@ -73,6 +75,7 @@ NewtonNorms newton_norms(const Executor& executor, const StepEquations& equation
                   weights.data(),
                   equations.inertia().data(),
                   equations.ringing().data(),
+                  equations.followed().data(),
                   before.data(),
                   n};
   const Numbers<kNumbers> found = fold(executor, rows + 2 * n, Numbers<kNumbers>{}, look, Largest{});
@@ -81,7 +84,8 @@ NewtonNorms newton_norms(const Executor& executor, const StepEquations& equation
   return {found.of[0],
           {found.of[1], found.of[2], found.of[3]},
           n == 0 ? 0.0 : std::sqrt(sum / static_cast<double>(2 * n)),
-          mass > 0.0 ? std::sqrt(energy) / mass : 0.0};
+          mass > 0.0 ? std::sqrt(energy) / mass : 0.0,
+          found.of[kFollowed]};
 }
 
 }  // namespace mfs::dae

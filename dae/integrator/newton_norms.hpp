@@ -16,6 +16,7 @@ struct NewtonNorms {
   /// (StepEquations::ringing): the velocity that all the mass gets from it, the same everywhere, as
   /// weighted_rms. Only newton_norms() tells it.
   double vibration = 0.0;
+  double followed = 0.0;  ///< largest |F_i| of followed_forces()
 };
 
 /// Of H = `h` at `state`. `before` is [q, v, F] before the last correction, or empty, and becomes that of

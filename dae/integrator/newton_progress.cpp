@@ -54,11 +54,13 @@ NewtonProgress::Verdict NewtonProgress::judge(const NewtonNorms& norms, int corr
   const bool first = corrections == 0;
   last_correction_ = norms_.correction;
   last_residual_ = norms_.residual;
+  last_followed_ = norms_.followed;
   norms_ = norms;
   wants_jacobian_ = false;
   if (!std::isfinite(norms.residual) || !(first || std::isfinite(norms.correction))) return Verdict::failed;
   if (first) {
     first_residual_ = norms.residual;
+    first_followed_ = norms.followed;
     return Verdict::go_on;
   }
   ++since_jacobian_;
@@ -100,8 +102,12 @@ bool NewtonProgress::vibration_is_small() const {
 /// friction of 1e-5 m/s, by atol_velocity 1e-4, stayed so until a fifth more than friction could hold pulled
 /// at it, as corrections by its steepness are small whatever it takes.
 bool NewtonProgress::forces_follow() const {
-  return !follow_ || norms_.correction <= kFollowed ||
-         norms_.residual <= std::max(kLeftByOne * last_residual_, kLeftByAll * first_residual_);
+  const auto follows = [](double now, double last, double first) {
+    return now <= std::max(kLeftByOne * last, kLeftByAll * first);
+  };
+  return norms_.correction <= kFollowed ||
+         (follows(norms_.followed, last_followed_, first_followed_) &&
+          (!rigid_ || follows(norms_.residual, last_residual_, first_residual_)));
 }
 
 bool NewtonProgress::has_converged(const std::array<double, 3>& bounds) const {

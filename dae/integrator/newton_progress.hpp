@@ -4,11 +4,12 @@
 // is a part of what the user's tolerances allow (and of the default ones, where these are looser: stiff
 // forces take what is left for a vibration), what the forces that are left can make a body vibrate by is as
 // small (lengths do not show it: 1e-7 m along a bar of steel are 1e-3 m/s), and the constraints hold to their
-// own tolerances, or, in a search that would fail otherwise, to what rounding leaves of them. Where bodies
-// are rigid the residual has to shrink besides: friction that is as steep as the tolerance makes corrections
-// small while a body is stuck, though it may not hold it any more. When corrections shrink too slowly a new
-// Jacobian is asked for; when they do not shrink, although the first Jacobian was new, one for each further
-// correction (what turns a body that is next to a point, as one hung by a sphere, changes altogether by a
+// own tolerances, or, in a search that would fail otherwise, to what rounding leaves of them. Forces that may
+// be friction (followed_forces.hpp) have to shrink besides, and where bodies are rigid all that is left:
+// friction that is as steep as the tolerance makes corrections small while a body is stuck, though it may not
+// hold it any more. When corrections shrink too slowly a new Jacobian is asked for; when they do not shrink,
+// although the first Jacobian was new, one for each further correction (what turns a body that is next to a
+// point, as one hung by a sphere, changes altogether by a
 // correction). When they do not shrink then, the search has failed.
 #pragma once
 
@@ -28,10 +29,10 @@ class NewtonProgress {
   enum class Verdict { go_on, converged, failed };
 
   /// `options` and `executor`, that of the vectors, have to live as long. Corrections below `small`, in units
-  /// of the local error allowed, say nothing about the rate at which they shrink. `follow`: whether forces
-  /// have to follow corrections, too, as they need not where bodies are stiff.
-  NewtonProgress(const IntegratorOptions& options, const Executor& executor, double small, bool follow)
-      : options_(options), executor_(executor), small_(small), follow_(follow) {}
+  /// of the local error allowed, say nothing about the rate at which they shrink. `rigid`: whether all
+  /// residuals have to follow corrections, as they need not where bodies are stiff.
+  NewtonProgress(const IntegratorOptions& options, const Executor& executor, double small, bool rigid)
+      : options_(options), executor_(executor), small_(small), rigid_(rigid) {}
 
   /// Before a search. `fresh`: with a new Jacobian; otherwise corrections by the kept one are expected to
   /// shrink by `rate`, if not more slowly. `relation` has to live as long as the search.
@@ -55,7 +56,7 @@ class NewtonProgress {
   const IntegratorOptions& options_;
   const Executor& executor_;
   const double small_;
-  const bool follow_;
+  const bool rigid_;
   const StepRelation* relation_ = nullptr;
   NewtonNorms norms_;
   int since_jacobian_ = 0;  ///< corrections by the present Jacobian, in this search
@@ -63,8 +64,8 @@ class NewtonProgress {
   int by_newest_ = -1;  ///< corrections since each is by a Jacobian of its own; -1: none is
   bool wants_jacobian_ = false, new_ = false, slow_when_new_ = false;
   double tolerance_ = 0.0;  ///< what may be left of the correction, in units of the local error allowed
-  double last_correction_ = 0.0, first_residual_ = 0.0, last_residual_ = 0.0, rate_ = 0.0,
-         left_over_ = kUnknownRate;
+  double last_correction_ = 0.0, first_residual_ = 0.0, last_residual_ = 0.0, first_followed_ = 0.0,
+         last_followed_ = 0.0, rate_ = 0.0, left_over_ = kUnknownRate;
   /// What constraints may be left at: no more than the local error may be, or it would be lost in this noise.
   std::array<double, 3> bounds_{};
 

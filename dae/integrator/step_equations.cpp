@@ -8,6 +8,7 @@
 
 #include <mfs/error.hpp>
 
+#include "dae/integrator/followed_forces.hpp"
 #include "dae/vectors/loops.hpp"
 #include "dae/vectors/operations.hpp"
 
@@ -212,6 +213,7 @@ StepEquations::StepEquations(const ConstrainedSystem& system, Unknowns unknowns,
   for (std::size_t b = 0; b < kForceByAVQ.size(); ++b)
     diagonal_[b] = find_diagonal(system.tangent_pattern()[kForceByAVQ[b]]);
   for (auto& diagonal : diagonals_) diagonal.resize(projection_.role.size());
+  followed_.assign(executor_, followed_forces(system));
   find_ringing();
   place_remotes();
   place_numbers();

@@ -68,6 +68,8 @@ class StepEquations {
   /// takes K M / D^2 of the energy, for a part of a step; that this counts for as much again was measured
   /// (docs/experiments/integrator-rotation.md).
   const Array<double>& ringing() const { return ringing_; }
+  /// As followed_forces().
+  const Array<double>& followed() const { return followed_; }
   /// Sets B to what it is at q of `state`, whose multipliers do not matter. Throws InvalidInput where it is
   /// no number.
   void set_directions(const StateView& state) const;
@@ -190,6 +192,7 @@ class StepEquations {
   mutable Array<double> no_multipliers_;
   mutable Array<double> changed_a_;
   mutable Array<double> inertia_, ringing_;
+  Array<double> followed_;
   Array<int> gradient_start_, gradient_column_;  ///< of Phi_q's entries: the column of x
   mutable Array<double> gradient_;               ///< Phi_q of the last Jacobian
 };

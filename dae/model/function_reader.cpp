@@ -54,6 +54,13 @@ Argument meaning_of(const std::string& name, const JsonObject& object, const std
   return {Argument::Kind::rate, 0.0, measured(owner + rate->second, object.place_of(key), parts)};
 }
 
+/// What is no text.
+JsonObject function_object(JsonObject& object, const std::string& key) {
+  if (object.has_number(key))
+    object.refuse(key, "must be a function or an expression, as \"3\", not a number");
+  return object.object(key);
+}
+
 Expression parsed(const std::string& text, const JsonObject& object, const std::string& key) {
   try {
     return Expression(text, object.place_of(key));
@@ -107,12 +114,12 @@ void read_parameters(JsonObject& object, Parameters& parameters) {
 
 Function read_function(JsonObject& object, const std::string& key, const char* variable,
                        const ModelParts& parts) {
-  if (!object.has_text(key)) return read_function(object.object(key));
+  if (!object.has_text(key)) return read_function(function_object(object, key));
   return function_of(parsed(object.text(key), object, key), variable, object, key, parts);
 }
 
 StateFunction read_state_function(JsonObject& object, const std::string& key, ModelParts& parts) {
-  if (!object.has_text(key)) return read_function(object.object(key));
+  if (!object.has_text(key)) return read_function(function_object(object, key));
   const Expression expression = parsed(object.text(key), object, key);
   std::vector<Argument> arguments;
   for (const std::string& name : expression.variables())

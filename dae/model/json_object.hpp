@@ -42,6 +42,7 @@ class JsonObject {
     return json_->contains(key);
   }
   bool has_text(const std::string& key) { return has(key) && json_->at(key).is_string(); }
+  bool has_number(const std::string& key) { return has(key) && json_->at(key).is_number(); }
   std::vector<std::string> keys() const;
 
   // All throw InvalidInput. Without a fallback the key has to be there. Numbers may be expressions.

@@ -20,7 +20,7 @@
 #include "dae/statics/equilibrium.hpp"
 #include "dae/statics/linearization.hpp"
 #include "dae/statics/modes.hpp"
-#include "dae/statics/turning_axes.hpp"
+#include "dae/statics/steady_motion.hpp"
 #include "ordering/stopwatch.hpp"
 #include "parts/interrupt.hpp"
 #include "parts/output_file.hpp"
@@ -107,17 +107,54 @@ State state_of(MultibodyModel& model, const Command& command, std::vector<std::s
   return command.at ? state_at(model, *command.at, notes) : equilibrium(model, notes);
 }
 
+/// To where the motion comes from `state` until t; where it ends before, as beside a dead point, that is as
+/// if it stood still at once, which no steady motion does.
+State state_later(const MultibodyModel& model, const State& state, double t) {
+  Integrator integrator = make_integrator(model);
+  FirstOutput first(t);
+  try {
+    integrator.run(state.t, state.q, state.v, t, {t}, first);
+  } catch (const FirstOutput::Taken&) {
+  } catch (const Error&) {
+    first.taken = state;
+    first.taken.t = t;
+  }
+  return first.taken;
+}
+
 /// In what sense modes about a state that moves are modes.
-void add_motion_note(const MultibodyModel& model, const State& state, std::vector<std::string>& notes) {
-  const TurningAxes axes(*model.system, state);
-  if (axes.steady())
-    notes.push_back(
-        fmt::format("all turns as one body, at {:.4g} rad/s: modes are those seen from axes that turn along",
-                    axes.rate()));
-  else if (axes.moves())
-    notes.emplace_back(
-        "the mechanism moves: modes are those of this moment, and last only where it moves by bodies "
-        "that turn evenly about their axes of symmetry");
+std::string motion_note(const ModesInMotion& found) {
+  if (!found.steady)
+    return "the motion is not steady: its matrices change as it goes on; these are the eigenvalues of those "
+           "of this moment, and small motions only where they are much faster than that";
+  switch (found.axes.kind()) {
+    case TurningAxes::Kind::along:
+      return fmt::format(
+          "all turns as one body, at {:.4g} rad/s: modes are those seen from axes that turn along",
+          found.axes.rate());
+    case TurningAxes::Kind::precessing:
+      return fmt::format(
+          "all turns at {:.4g} rad/s, and bodies turn about axes of their symmetry besides: "
+          "modes are those seen from axes that turn along",
+          found.axes.rate());
+    default:
+      return "the motion is steady: modes are those seen from the ground";
+  }
+}
+
+/// Adds to the notes and to the report.
+std::vector<Mode> modes_of(const MultibodyModel& model, const State& state, const Command& command,
+                           std::vector<std::string>& notes, nlohmann::ordered_json& json) {
+  const Damping damping = command.undamped ? Damping::left_out : Damping::as_it_is;
+  if (!command.at || !TurningAxes(*model.system, state).moves())
+    return find_modes(*model.system, state, command.modes, model.integrator.threads, damping, go_on,
+                      command.backend);
+  ModesInMotion found = find_modes_in_motion(
+      *model.system, state, [&](double t) { return state_later(model, state, t); }, command.modes,
+      model.integrator.threads, damping, go_on, command.backend);
+  notes.push_back(motion_note(found));
+  json["steady"] = found.steady;
+  return std::move(found.modes);
 }
 
 std::string where(const Command& command) {
@@ -233,11 +270,8 @@ ExitCode list_modes(const Command& command) {
   return with_report(command, [&](MultibodyModel& model, Json& json) {
     std::vector<std::string> notes;
     const State state = state_of(model, command, notes);
-    add_motion_note(model, state, notes);
+    const std::vector<Mode> modes = modes_of(model, state, command, notes, json);
     json["notes"] = notes;
-    const std::vector<Mode> modes =
-        find_modes(*model.system, state, command.modes, model.integrator.threads,
-                   command.undamped ? Damping::left_out : Damping::as_it_is, go_on, command.backend);
     list(command, model, modes, json);
     tell_notes(command, notes);
     if (!command.folder.empty()) {
@@ -252,7 +286,10 @@ ExitCode list_modes(const Command& command) {
 ExitCode linearize_model(const Command& command) {
   return with_report(command, [&](MultibodyModel& model, Json& json) {
     std::vector<std::string> notes;
-    write_linearization(*model.system, state_of(model, command, notes), command.folder);
+    const State state = state_of(model, command, notes);
+    write_linearization(*model.system, state, command.folder);
+    if (TurningAxes(*model.system, state).moves())
+      notes.emplace_back("the mechanism moves: matrices are those of this moment, in axes of the ground");
     json["notes"] = notes;
     json["matrices"] = {"M", "D", "K", "Phi_q", "F"};
     tell(command, program::labelled("matrices", fmt::format("{}, {}: M, D, K, Phi_q, F in {}", model.name,

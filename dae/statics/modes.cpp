@@ -14,7 +14,6 @@
 #include "dae/statics/block_vectors.hpp"
 #include "dae/statics/constrained_matrix.hpp"
 #include "dae/statics/independent_system.hpp"
-#include "dae/statics/turning_axes.hpp"
 
 namespace mfs::dae {
 namespace {
@@ -313,11 +312,17 @@ void check_regular(const IndependentSystem& independent, const ConstrainedSystem
 
 std::vector<Mode> find_modes(const ConstrainedSystem& system, const State& state, int count, int threads,
                              Damping damping, const std::function<bool()>& go_on, Backend backend) {
+  return find_modes(system, state, TurningAxes(system, state), count, threads, damping, go_on, backend);
+}
+
+std::vector<Mode> find_modes(const ConstrainedSystem& system, const State& state, const TurningAxes& axes,
+                             int count, int threads, Damping damping, const std::function<bool()>& go_on,
+                             Backend backend) {
   if (count < 1) throw InvalidInput("modes", "their number is not positive");
   if (ScaledSystem::is_needed(system)) {
     const ScaledSystem scaled(system, state.t, state.q);
     std::vector<Mode> modes =
-        find_modes(scaled, scaled.scaled(state), count, threads, damping, go_on, backend);
+        find_modes(scaled, scaled.scaled(state), axes, count, threads, damping, go_on, backend);
     for (Mode& mode : modes)
       for (std::size_t i = 0; i < mode.x.size(); ++i)
         mode.x[i] *= system.coordinate_scale(static_cast<int>(i));
@@ -330,7 +335,6 @@ std::vector<Mode> find_modes(const ConstrainedSystem& system, const State& state
   State at = state;
   at.lambda = independent.kept_multipliers(state.lambda);
   check_at_rest(own, at);
-  const TurningAxes axes(system, state);
   std::optional<TurnedSystem> turned;
   if (axes.moves()) turned.emplace(own, axes);
   const ConstrainedSystem& seen = turned ? *turned : own;

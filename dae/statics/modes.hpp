@@ -4,8 +4,8 @@
 //
 // where K holds what loads, springs and the multipliers' forces change with q. s = -damping + i frequency.
 // D and K need not be symmetric, so that dampers, followers and controllers are in it as they are. Where the
-// state moves D and K are those of turning_axes.hpp, which are constant where the motion is steady in its
-// sense; else they are those of one moment.
+// state moves D and K are those of turning_axes.hpp. Whether these are constant steady_motion.hpp tells; else
+// modes are those of one moment.
 //
 // Systems of few degrees of freedom are reduced to them and solved whole. For others Arnoldi's method
 // (Spectra) finds the modes nearest to zero, of the operator that solves for the response of the state
@@ -23,6 +23,7 @@
 
 #include "dae/integrator/integrator.hpp"
 #include "dae/mechanics/constrained_system.hpp"
+#include "dae/statics/turning_axes.hpp"
 
 namespace mfs::dae {
 
@@ -43,6 +44,11 @@ enum class Damping { as_it_is, left_out };
 std::vector<Mode> find_modes(const ConstrainedSystem& system, const State& state, int count, int threads,
                              Damping damping = Damping::as_it_is, const std::function<bool()>& go_on = {},
                              Backend backend = Backend::openmp);
+
+/// The same in `axes`, of `system` and `state`.
+std::vector<Mode> find_modes(const ConstrainedSystem& system, const State& state, const TurningAxes& axes,
+                             int count, int threads, Damping damping, const std::function<bool()>& go_on,
+                             Backend backend);
 
 /// |s| / (2 pi), Hz.
 double natural_frequency(const Mode& mode);

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -12,13 +13,19 @@
 namespace mfs::dae {
 namespace {
 
+using Eigen::Index;
 using Eigen::Matrix3d;
+using Eigen::Matrix3Xd;
 using Eigen::Matrix4d;
 using Eigen::Vector3d;
 using Quaternion = Quadruple<double>;
 
 /// What velocities may be off from those of one body, in parts of the largest, as steps leave errors in them.
 constexpr double kAsOneBody = 1e-3;
+/// Velocities and accelerations below it are what steps leave, in units of the system.
+constexpr double kRounding = 1e-4;
+/// Of the kinds of vectors_of().
+constexpr double kTrust[] = {1.0, 1e-3, 1e-3, 1.0};
 
 Vector3d vector_at(const std::vector<double>& of, int first) {
   return {of[first], of[first + 1], of[first + 2]};
@@ -89,27 +96,115 @@ Vector3d turn_of_points(const std::vector<int>& places, const State& state) {
   return lu.isInvertible() ? Vector3d(lu.solve(momentum)) : Vector3d(Vector3d::Zero());
 }
 
+bool does_move(const State& state) {
+  return std::any_of(state.v.begin(), state.v.end(), [](double v) { return std::abs(v) > 1e-9; });
+}
+
+/// What turns as the axes do where a motion is steady: angular velocities and accelerations, accelerations of
+/// places and their distances from the first one.
+std::vector<Matrix3Xd> vectors_of(const std::vector<int>& frames, const std::vector<int>& places,
+                                  const State& state) {
+  const auto n = static_cast<Index>(frames.size()), m = static_cast<Index>(places.size());
+  std::vector<Matrix3Xd> kinds{Matrix3Xd(3, n), Matrix3Xd(3, n), Matrix3Xd(3, m), Matrix3Xd(3, m)};
+  for (Index i = 0; i < n; ++i) {
+    const Quaternion p = quaternion_at(state.q, frames[i]);
+    kinds[0].col(i) = turn_of(quaternion_at(state.v, frames[i]), p);
+    kinds[1].col(i) = turn_of(quaternion_at(state.a, frames[i]), p);
+  }
+  for (Index i = 0; i < m; ++i) {
+    kinds[2].col(i) = vector_at(state.a, places[i]);
+    kinds[3].col(i) = vector_at(state.q, places[i]) - vector_at(state.q, places[0]);
+  }
+  return kinds;
+}
+
+/// The rotation that takes vectors nearest to others (Wahba; Kabsch). What is less than rounding of a motion
+/// has no direction. Accelerations, which errors of steps and vibrations change, tell what the others leave
+/// open.
+Matrix3d turn_between(const std::vector<Matrix3Xd>& before, const std::vector<Matrix3Xd>& after) {
+  Matrix3d sum = Matrix3d::Zero();
+  for (std::size_t kind = 0; kind < before.size(); ++kind)
+    if (const double size = before[kind].size() == 0 ? 0.0 : before[kind].colwise().norm().maxCoeff();
+        size > kRounding)
+      sum += kTrust[kind] / (size * size) * after[kind] * before[kind].transpose();
+  const Eigen::JacobiSVD<Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Matrix3d sign = Matrix3d::Identity();
+  sign(2, 2) = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1.0 : 1.0;
+  return svd.matrixU() * sign * svd.matrixV().transpose();
+}
+
 }  // namespace
 
 TurningAxes::TurningAxes(const ConstrainedSystem& system, const State& state) {
-  moves_ = std::any_of(state.v.begin(), state.v.end(), [](double v) { return std::abs(v) > 1e-9; });
+  moves_ = does_move(state);
   if (!moves_) return;
   const std::vector<int> frames = frames_of(system), places = places_of(system, frames);
-  find_common_turn(frames, places, state);
-  const Quaternion rate = half_of(rate_), change = half_of(change_);
+  kind_ = find_common_turn(frames, places, state) ? Kind::along : Kind::of_ground;
+  make_parts(frames, places, state);
+}
+
+TurningAxes TurningAxes::of_ground(const ConstrainedSystem& system, const State& state) {
+  TurningAxes axes;
+  axes.moves_ = does_move(state);
+  const std::vector<int> frames = frames_of(system);
+  axes.make_parts(frames, {}, state);
+  return axes;
+}
+
+TurningAxes TurningAxes::precessing(const ConstrainedSystem& system, const State& state, const State& later) {
+  TurningAxes axes;
+  axes.kind_ = Kind::precessing;
+  axes.moves_ = does_move(state);
+  const std::vector<int> frames = frames_of(system), places = places_of(system, frames);
+  const Eigen::AngleAxisd turned(
+      turn_between(vectors_of(frames, places, state), vectors_of(frames, places, later)));
+  axes.rate_ = turned.angle() / (later.t - state.t) * turned.axis();
+  axes.make_parts(frames, places, state);
+  return axes;
+}
+
+double TurningAxes::fastest(const ConstrainedSystem& system, const State& state) {
+  const std::vector<int> frames = frames_of(system), places = places_of(system, frames);
+  double fastest = 0.0, extent = 0.0, velocity = 0.0, acceleration = 0.0;
+  const auto turns = [&fastest](double rate, double change) {
+    fastest = std::max({fastest, rate, std::sqrt(change)});
+  };
+  for (const int frame : frames) {
+    const Quaternion p = quaternion_at(state.q, frame);
+    turns(turn_of(quaternion_at(state.v, frame), p).norm(), turn_of(quaternion_at(state.a, frame), p).norm());
+  }
+  for (const int place : places) {
+    extent = std::max({extent, system.coordinate_scale(place),
+                       (vector_at(state.q, place) - vector_at(state.q, places.front())).norm()});
+    velocity = std::max(velocity, vector_at(state.v, place).norm());
+    acceleration = std::max(acceleration, vector_at(state.a, place).norm());
+  }
+  if (extent > 0.0) turns(velocity / extent, acceleration / extent);
+  return fastest;
+}
+
+void TurningAxes::make_parts(const std::vector<int>& frames, const std::vector<int>& places,
+                             const State& state) {
+  const Matrix4d rate = from_left(half_of(rate_)), change = from_left(half_of(change_));
   for (const int frame : frames) {
     const Quaternion back = conjugate(quaternion_at(state.q, frame));
     Part part{frame, 4, {}, {}};
-    if (turn_along_) {
-      part.w = from_left(rate);
-      part.u = from_left(change) + part.w * part.w;
-    } else {
+    if (kind_ == Kind::along) {
+      part.w = rate;
+      part.u = change + rate * rate;
+    } else if (kind_ == Kind::of_ground) {
       part.w = from_right(product(back, quaternion_at(state.v, frame)));
       part.u = from_right(product(back, quaternion_at(state.a, frame)));
+    } else {
+      // p' = (rate / 2) p + p (spin / 2)
+      const Quaternion spin = product(back, quaternion_at(state.v, frame)),
+                       along = product(product(back, half_of(rate_)), quaternion_at(state.q, frame));
+      part.w = rate + from_right({0.0, spin[1] - along[1], spin[2] - along[2], spin[3] - along[3]});
+      part.u = part.w * part.w;
     }
     parts_.push_back(part);
   }
-  for (std::size_t i = 0; i < places.size() && turn_along_; ++i) {
+  for (std::size_t i = 0; i < places.size() && kind_ != Kind::of_ground; ++i) {
     Part part{places[i], 3, Matrix4d::Zero(), Matrix4d::Zero()};
     part.w.topLeftCorner<3, 3>() = cross_matrix(rate_);
     part.u.topLeftCorner<3, 3>() = cross_matrix(change_) + cross_matrix(rate_) * cross_matrix(rate_);
@@ -118,9 +213,9 @@ TurningAxes::TurningAxes(const ConstrainedSystem& system, const State& state) {
 }
 
 /// `frames`, `places`: first coordinates.
-void TurningAxes::find_common_turn(const std::vector<int>& frames, const std::vector<int>& places,
+bool TurningAxes::find_common_turn(const std::vector<int>& frames, const std::vector<int>& places,
                                    const State& state) {
-  if (places.empty()) return;
+  if (places.empty()) return false;
   const auto rate_of = [&](int frame) {
     return turn_of(quaternion_at(state.v, frame), quaternion_at(state.q, frame));
   };
@@ -137,11 +232,12 @@ void TurningAxes::find_common_turn(const std::vector<int>& frames, const std::ve
     largest = std::max(largest, arm.norm());
     off = std::max(off, (along - rate_.cross(arm)).norm());
   }
-  turn_along_ = rate_.norm() > 0 && off <= kAsOneBody * rate_.norm() * largest &&
-                std::all_of(frames.begin(), frames.end(), [&](int frame) {
-                  return (rate_of(frame) - rate_).norm() <= kAsOneBody * rate_.norm();
-                });
-  steady_ = turn_along_ && change_.norm() <= kAsOneBody * rate_.squaredNorm();
+  const bool as_one = rate_.norm() > 0 && off <= kAsOneBody * rate_.norm() * largest &&
+                      std::all_of(frames.begin(), frames.end(), [&](int frame) {
+                        return (rate_of(frame) - rate_).norm() <= kAsOneBody * rate_.norm();
+                      });
+  steady_ = as_one && change_.norm() <= kAsOneBody * rate_.squaredNorm();
+  return as_one;
 }
 
 TurnedSystem::TurnedSystem(const ConstrainedSystem& system, const TurningAxes& axes)

@@ -5,12 +5,14 @@
 // change with time, as Euler parameters and the places of nodes do, even where the motion is steady. They are
 // constant for x = T(t) y with turns and places y along axes that do not change what they see:
 //
-//   axes of the ground    of bodies that turn about an axis of symmetry: rotors, wheels, tops
+//   axes of the ground    of bodies that turn about an axis of symmetry: rotors, wheels, sleeping tops
 //   axes that turn along  where all turns as a whole: blades, governors, satellites
+//   axes that precess     where bodies turn about an axis of symmetry, and all as a whole besides: tops
 //
 // With T = 1 at the time of the state, x' = y' + W y and x'' = y'' + 2 W y' + U y, W = T', U = T''. So y has
 // D + 2 M W in place of D and K + D W + M U in place of K. W and U are blocks: of the Euler parameters p of a
-// frame the change dp = (turn / 2) p is a product of quaternions, of places it is turn x r.
+// frame the change dp = (turn / 2) p is a product of quaternions, of places it is turn x r. Whether the
+// coefficients are constant then is another question (steady_motion.hpp).
 #pragma once
 
 #include <Eigen/Core>
@@ -27,17 +29,29 @@ constexpr double kMotionRtol = 1e-6;
 
 class TurningAxes {
  public:
-  /// Places of nodes are turned where `system` is TurningBodies as well.
+  enum class Kind { of_ground, along, precessing };
+
+  /// Axes that turn along where all turns as one body, else those of the ground. Places of nodes are turned
+  /// where `system` is TurningBodies as well.
   TurningAxes(const ConstrainedSystem& system, const State& state);
+  /// Those of the ground.
+  static TurningAxes of_ground(const ConstrainedSystem& system, const State& state);
+  /// Those that turn as velocities and accelerations do from `state` to `later`.
+  static TurningAxes precessing(const ConstrainedSystem& system, const State& state, const State& later);
 
   /// Whether anything moves.
   bool moves() const { return moves_; }
+  Kind kind() const { return kind_; }
   /// Whether all turns as one body, which is when the axes turn along.
-  bool turn_along() const { return turn_along_; }
+  bool turn_along() const { return kind_ == Kind::along; }
   /// Whether that is at a rate that stays as it is.
   bool steady() const { return steady_; }
-  /// rad/s.
-  double rate() const { return rate_.norm(); }
+  /// Of the turn of all as one body: its angular acceleration over its square.
+  double change() const { return rate_.norm() > 0.0 ? change_.norm() / rate_.squaredNorm() : 0.0; }
+  /// How fast anything turns, or moves by what all of it measures, 1/s.
+  static double fastest(const ConstrainedSystem& system, const State& state);
+  /// Of the axes, rad/s.
+  double rate() const { return kind_ == Kind::of_ground ? 0.0 : rate_.norm(); }
 
   /// Three or four coordinates from `first` on.
   struct Part {
@@ -47,9 +61,13 @@ class TurningAxes {
   const std::vector<Part>& parts() const { return parts_; }
 
  private:
-  void find_common_turn(const std::vector<int>& frames, const std::vector<int>& places, const State& state);
+  TurningAxes() = default;
+  /// Whether all turns as one body.
+  bool find_common_turn(const std::vector<int>& frames, const std::vector<int>& places, const State& state);
+  void make_parts(const std::vector<int>& frames, const std::vector<int>& places, const State& state);
 
-  bool moves_ = false, turn_along_ = false, steady_ = false;
+  Kind kind_ = Kind::of_ground;
+  bool moves_ = false, steady_ = false;
   Eigen::Vector3d rate_ = Eigen::Vector3d::Zero(), change_ = Eigen::Vector3d::Zero();  // of the axes
   std::vector<Part> parts_;
 };

@@ -29,6 +29,10 @@ struct Sprung {
     return Pendulum{}.constraint(t, q);
   }
 };
+/// The second coordinate is a measure, and pushes both.
+struct Measured : DenseSystem<Sprung> {
+  bool is_measure(int coordinate) const override { return coordinate == 1; }
+};
 const std::vector<double> kInertia{2.0, 3.0}, kRinging{1.0, std::pow(20.0 * 3.0 / (40.0 * 40.0), 2)};
 
 /// Of -F_i dq_i as far as it rings: the velocity of all mass by this energy, in units of what is allowed.
@@ -44,7 +48,7 @@ double vibration(const std::vector<double>& h, const std::vector<double>& before
 }
 
 TEST(NewtonNorms, AreThoseOfRowsLevelsAndTheLastCorrection) {
-  const DenseSystem<Sprung> system;
+  const Measured system;
   const Executor host(Executor::Place::host, 2);
   for (const Unknowns unknowns : {Unknowns::reduced, Unknowns::full}) {
     const StepEquations equations(system, unknowns, find_projection(system, 0.0, {1.0, 0.0}, 1.0), host);
@@ -71,6 +75,7 @@ TEST(NewtonNorms, AreThoseOfRowsLevelsAndTheLastCorrection) {
       for (const double value : h) largest = std::max(largest, std::abs(value));
       for (int k = 0; k < 4; ++k) sum += std::pow((now[k] - before[k]) / weights[k], 2);
       EXPECT_EQ(norms.residual, largest);
+      EXPECT_EQ(norms.followed, std::max(std::abs(h[0]), std::abs(h[1])));
       for (int level = 0; level < 3; ++level)
         EXPECT_EQ(norms.violation[level], std::abs(h[equations.first_constraint() + level])) << level;
       EXPECT_NEAR(norms.correction, std::sqrt(sum / 4), 1e-14);

@@ -57,14 +57,17 @@ TEST_F(StaticsProgram, SaysThatAnEquilibriumIsUnstable) {
 TEST_F(StaticsProgram, SaysWhatModesOfAMotionAre) {
   ordered_json json = bar(0);
   EXPECT_THAT(run_program({"modes", folder_.write("falls.json", json.dump()), "--at", "0.3"}).out,
-              HasSubstr("note            the mechanism moves: modes are those of this moment"));
+              HasSubstr("note            the motion is not steady: its matrices change as it goes on"));
   json.erase("gravity");
   const std::string rests = folder_.write("rests.json", json.dump());
   EXPECT_THAT(run_program({"modes", rests, "--at", "0.3"}).out, Not(HasSubstr("note")));
   json["bodies"]["bar"]["angular_velocity"] = {0, 0, 5};
   json["bodies"]["bar"]["velocity"] = {0, 2.5, 0};
-  EXPECT_THAT(run_program({"modes", folder_.write("turns.json", json.dump()), "--at", "0.3"}).out,
+  const std::string turns = folder_.write("turns.json", json.dump());
+  EXPECT_THAT(run_program({"modes", turns, "--at", "0.3"}).out,
               HasSubstr("note            all turns as one body, at 5 rad/s: modes are those seen from axes"));
+  EXPECT_THAT(run_program({"linearize", turns, "--at", "0.3", "-o", folder_.path("matrices")}).out,
+              HasSubstr("note            the mechanism moves: matrices are those of this moment"));
 }
 
 // The torque of a controller feeds it: x'' - 0.1 x' + (3 g / 2 L) x = 0, s = 0.05 + 3.836 i.

@@ -4,10 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <utility>
 
 #include "dae/model/model.hpp"
 #include "dae/statics/modes.hpp"
-#include "dae/statics/turning_axes.hpp"
+#include "dae/statics/steady_motion.hpp"
 
 namespace mfs::dae {
 namespace {
@@ -21,14 +22,27 @@ class TurningModes : public testing::Test {
     model_ = make_model(json, "", 1);
     model_.integrator.threads = 1;
     model_.integrator.rtol = kMotionRtol;
+    state_ = state_at({0.0, model_.q0, model_.v0, {}, {}}, t);
+    modes_ = find_modes(*model_.system, state_, count, 1);
+  }
+  /// The same by what the motion comes to a little later.
+  void find_in_motion(const Json& json, double t) {
+    find(json, t);
+    ModesInMotion found = find_modes_in_motion(
+        *model_.system, state_, [this](double later) { return state_at(state_, later); }, 20, 1);
+    modes_ = found.modes;
+    steady_ = found.steady;
+    kind_ = found.axes.kind();
+    rate_ = found.axes.rate();
+  }
+  State state_at(const State& from, double t) const {
     Integrator integrator(*model_.system, model_.integrator);
     struct First : Observer {
       void output(const State& state) override { taken = state; }
       State taken;
     } first;
-    integrator.run(0.0, model_.q0, model_.v0, std::max(t, 1e-3), {t}, first);
-    state_ = first.taken;
-    modes_ = find_modes(*model_.system, state_, count, 1);
+    integrator.run(from.t, from.q, from.v, std::max(t, from.t + 1e-3), {t}, first);
+    return first.taken;
   }
   void expect_mode(Complex s, double tolerance) const {
     const auto is_near = [&](const Mode& mode) { return std::abs(mode.s - s) <= tolerance * std::abs(s); };
@@ -39,6 +53,9 @@ class TurningModes : public testing::Test {
   MultibodyModel model_;
   State state_;
   std::vector<Mode> modes_;
+  bool steady_ = false;
+  TurningAxes::Kind kind_ = TurningAxes::Kind::of_ground;
+  double rate_ = 0.0;
 };
 
 /// A disc that turns in a light case on springs: a w'' - i C W w' + k w = 0 of the case's tilt, whose roots
@@ -161,6 +178,105 @@ TEST_F(TurningModes, DoNotDependOnAnEvenMotionAlong) {
   find(json, 0.0);
   EXPECT_FALSE(axes().moves());
   expect_mode({0.0, 4.0}, 1e-6);
+}
+
+/// A round disc on springs of 8000 N/m along x and 18000 N/m along y, half of them 0.5 m to either side. All
+/// turns as one body, and in axes that turn along the springs would turn: modes are those in the ground's
+/// axes,
+///   2 x'' + 8000 x = 0 and the like, A a'' + C W b' + k_y a = 0, A b'' - C W a' + k_x b = 0
+/// with k = 2000 and 4500 N m. Where the disc is not round there are none.
+TEST_F(TurningModes, OfARotorOnSpringsThatDiffer) {
+  Json json = Json::parse(R"({"name": "rotor", "end": 1, "outputs": 1, "bodies": {
+    "disc": {"type": "rigid", "mass": 2, "inertia": [0.05, 0.05, 0.09], "angular_velocity": [0, 0, 100]}}})");
+  for (const double z : {-0.5, 0.5})
+    for (const int axis : {0, 1})
+      for (const double side : {-50.0, 50.0}) {
+        std::vector<double> from{0, 0, z};
+        from[axis] = side;
+        json["forces"]["spring" + std::to_string(json["forces"].size())] = {
+            {"type", "spring_damper"}, {"a", "ground"},        {"b", "disc"},
+            {"point_a", from},         {"point_b", {0, 0, z}}, {"stiffness", axis == 0 ? 2000 : 4500}};
+      }
+  const double a = 0.05, spin = 0.09 * 100, along_x = 2000, along_y = 4500;
+  const double sum = a * (along_x + along_y) + spin * spin,
+               root = std::sqrt(sum * sum - 4 * a * a * along_x * along_y);
+  for (const double t : {0.0, 0.01, 0.3}) {
+    find_in_motion(json, t);
+    EXPECT_TRUE(steady_);
+    EXPECT_EQ(kind_, TurningAxes::Kind::of_ground);
+    expect_mode({0.0, std::sqrt(4000)}, 1e-5);
+    expect_mode({0.0, std::sqrt(9000)}, 1e-5);
+    expect_mode({0.0, std::sqrt((sum - root) / 2) / a}, 1e-5);
+    expect_mode({0.0, std::sqrt((sum + root) / 2) / a}, 1e-5);
+  }
+  json["bodies"]["disc"]["inertia"] = {0.05, 0.07, 0.09};
+  find_in_motion(json, 0.01);
+  EXPECT_FALSE(steady_);
+}
+
+/// A top that leans by x, spins at c / C and precesses at p: A p^2 cos x - c p + m g l = 0. It nutates as a
+/// mass A in the potential (P - c cos x)^2 / (2 A sin^2 x) + m g l cos x with P = A p sin^2 x + c cos x,
+/// whose second derivative is taken by differences. With another velocity it nutates, and there are no modes.
+TEST_F(TurningModes, OfATopThatPrecesses) {
+  const double a = 0.02 + 0.25, weight = 9.81 * 0.5;
+  Json json = Json::parse(R"({"name": "top", "end": 1, "outputs": 1, "gravity": [0, 0, -9.81],
+    "bodies": {"top": {"type": "rigid", "mass": 1, "inertia": [0.02, 0.02, 0.03]}},
+    "joints": {"foot": {"type": "spherical", "a": "ground", "b": "top", "point": [0, 0, 0]}}})");
+  Json& top = json["bodies"]["top"];
+  for (const auto& [lean, rate] : {std::pair{0.3, 150.0}, {0.5, 100.0}, {1.0, 60.0}, {2.0, 50.0}}) {
+    const double c = 0.03 * rate, up = std::cos(lean), across = std::sin(lean);
+    const double turn = (c - std::sqrt(c * c - 4 * a * up * weight)) / (2 * a * up), spin = rate - turn * up;
+    top["position"] = {0.5 * across, 0, 0.5 * up};
+    top["rotation"] = {{"axis", {0, 1, 0}}, {"angle", lean}};
+    top["angular_velocity"] = {spin * across, 0, turn + spin * up};
+    top["velocity"] = {0, turn * 0.5 * across, 0};
+    const double momentum = a * turn * across * across + c * up, h = 1e-3;
+    const auto potential = [&](double x) {
+      return std::pow((momentum - c * std::cos(x)) / std::sin(x), 2) / (2 * a) + weight * std::cos(x);
+    };
+    const double bend = (potential(lean + h) - 2 * potential(lean) + potential(lean - h)) / (h * h);
+    for (const double t : {0.0, 0.05}) {
+      find_in_motion(json, t);
+      EXPECT_TRUE(steady_) << lean;
+      EXPECT_EQ(kind_, TurningAxes::Kind::precessing);
+      EXPECT_NEAR(rate_, turn, 1e-3 * turn);
+      expect_mode({0.0, std::sqrt(bend / a)}, 1e-4);
+    }
+    top["angular_velocity"][0] = spin * across + 0.05 * rate;
+    top["velocity"][1] = 0.5 * (turn * across - 0.05 * rate * up);
+    find_in_motion(json, 0.05);
+    EXPECT_FALSE(steady_) << lean;
+  }
+}
+
+/// Seen from axes that turn with its angular momentum it nutates at the rate of that, |L| / A; what goes
+/// along goes around at that rate, too.
+TEST_F(TurningModes, OfAFreeRoundBodyThatPrecesses) {
+  const Json json = Json::parse(R"({"name": "body", "end": 1, "outputs": 1, "bodies": {
+    "body": {"type": "rigid", "mass": 1, "inertia": [0.2, 0.2, 0.1], "angular_velocity": [1, 0, 5],
+      "velocity": [1, 2, 3]}}})");
+  find_in_motion(json, 0.3);
+  EXPECT_TRUE(steady_);
+  const double rate = std::hypot(0.2 * 1, 0.1 * 5) / 0.2;
+  EXPECT_NEAR(rate_, rate, 1e-4);
+  EXPECT_EQ(std::count_if(modes_.begin(), modes_.end(),
+                          [&](const Mode& mode) { return std::abs(mode.s - Complex(0, rate)) < 1e-3; }),
+            3);
+}
+
+/// What moves between springs has constant matrices where these are linear alone.
+TEST_F(TurningModes, OfASwingingMassAreThoseOfLinearSprings) {
+  Json json = Json::parse(R"({"name": "mass", "end": 1, "outputs": 1, "bodies": {
+    "mass": {"type": "rigid", "mass": 1, "inertia": [1, 1, 1], "velocity": [1, 0, 0]}},
+    "joints": {"guide": {"type": "translational", "a": "ground", "b": "mass", "point": [0, 0, 0], "axis": [1, 0, 0]}},
+    "forces": {"spring": {"type": "translational_spring", "joint": "guide"}}})");
+  json["forces"]["spring"]["force"] = "9 * x";
+  find_in_motion(json, 0.3);
+  EXPECT_TRUE(steady_);
+  expect_mode({0.0, 3.0}, 1e-6);
+  json["forces"]["spring"]["force"] = "9 * x + 30 * x^3";
+  find_in_motion(json, 0.3);
+  EXPECT_FALSE(steady_);
 }
 
 }  // namespace

@@ -24,6 +24,7 @@
 #include <vector>
 
 #include "accuracy/null_vectors.hpp"
+#include "kernels/stages/doubled_rows.hpp"
 #include "kernels/stages/probe_step.hpp"
 
 namespace mfs {
@@ -109,77 +110,75 @@ class Probe {
   }
 
   // As long as the residual becomes less: that of a singular A ends at its part along the left null vector.
+  // From nothing, as steps that got longer have lost digits.
   void step_together() {
     constexpr int kStepsWithoutGain = 5;
+    std::fill(x_.begin(), x_.end(), Scalar(0));
+    std::fill(low_.begin(), low_.end(), Scalar(0));
+    r_ = b_;
     double least = length_of_residual();
     int in_vain = 0;
     for (int step = 0; step < most_steps() && in_vain < kStepsWithoutGain && std::isfinite(least); ++step) {
-      d_ = r_;
-      inverse_(d_.data());
-      if (!make_independent()) return;
-      d_ = directions_.back();
+      if (!find_direction()) return;
+      d_ = directions_.back().d;
       scale_correction();
       measure();
       if (found_.null) return;
-      d_ = directions_.back();
-      scale_vector(exec_, size(), best_length(), d_.data());
-      take_correction();
+      take_direction();
       if (found_.regular) return;
       const double length = length_of_residual();
       in_vain = length < kProbeStall * least ? 0 : in_vain + 1;
       least = std::min(least, length);
     }
   }
-  // Keeps d without what A makes the same of as of the directions before, and the product of unit length.
-  // Where nothing but rounding is left, the directions before are given up.
-  bool make_independent() {
-    constexpr double kLeast = 0.01;
-    const std::vector<Scalar> whole = d_;
-    const double before = multiply();
-    for (int pass = 0; pass < 2; ++pass) {
-      for (std::size_t k = 0; k < directions_.size(); ++k) {
-        const Scalar part = dot_product(exec_, size(), products_[k].data(), product_.data());
-        add_vector(exec_, size(), -part, products_[k].data(), product_.data());
-        add_vector(exec_, size(), -part, directions_[k].data(), d_.data());
-      }
+  // A^-1 r without what A makes the same of as of the directions before. Twice the precision keeps d and A d
+  // together, as d is as long as the condition of A.
+  bool find_direction() {
+    Direction next{r_, nothing_, nothing_, 0};
+    inverse_(next.d.data());
+    multiply(next);
+    for (const Direction& before : directions_) {
+      const Scalar part = along(before, next.product);
+      add_vector(exec_, size(), -part, before.product.data(), next.product.data());
+      add_doubled_multiple(exec_, size(), -part, before.d.data(), before.low.data(), next.d.data(),
+                           next.low.data());
     }
-    double length = length_of_product();
-    if (!directions_.empty() && !(length > kLeast * before)) {
-      directions_.clear();
-      products_.clear();
-      d_ = whole;
-      length = multiply();
-    }
-    if (!(length > 0) || !std::isfinite(length)) return false;
-    const Scalar to_unit(static_cast<RealOf<Scalar>>(1 / length));
-    scale_vector(exec_, size(), to_unit, product_.data());
-    scale_vector(exec_, size(), to_unit, d_.data());
-    products_.push_back(product_);
-    directions_.push_back(d_);
+    next.square = std::abs(dot_product(exec_, size(), next.product.data(), next.product.data()));
+    if (!(next.square > 0) || !std::isfinite(next.square)) return false;
+    directions_.push_back(std::move(next));
     return true;
   }
-  // product := A d in scaled rows; its length.
-  double multiply() {
-    residual_(nothing_.data(), d_.data(), nothing_.data(), product_.data());
-    for (std::size_t i = 0; i < product_.size(); ++i) product_[i] *= -row_factor(i);
-    return length_of_product();
-  }
-  double length_of_product() const {
-    return std::sqrt(std::abs(dot_product(exec_, size(), product_.data(), product_.data())));
-  }
-  // Of the last direction, for the least residual.
-  Scalar best_length() {
+  // As far as leaves the least residual.
+  void take_direction() {
+    const Direction& last = directions_.back();
     for (std::size_t i = 0; i < product_.size(); ++i) product_[i] = r_[i] * row_factor(i);
-    return dot_product(exec_, size(), products_.back().data(), product_.data());
+    add_doubled_multiple(exec_, size(), along(last, product_), last.d.data(), last.low.data(), x_.data(),
+                         low_.data());
+    find_residual();
+  }
+  struct Direction {
+    std::vector<Scalar> d, low, product;  // A (d + low) in scaled rows
+    double square;                        // of the product's length
+  };
+  void multiply(Direction& of) {
+    residual_(nothing_.data(), of.d.data(), of.low.data(), of.product.data());
+    for (std::size_t i = 0; i < of.product.size(); ++i) of.product[i] *= -row_factor(i);
+  }
+  Scalar along(const Direction& direction, const std::vector<Scalar>& vector) const {
+    return dot_product(exec_, size(), direction.product.data(), vector.data()) /
+           static_cast<RealOf<Scalar>>(direction.square);
   }
   int most_steps() const {
-    constexpr std::size_t kMost = 40, kBytes = std::size_t(1) << 29;
-    return static_cast<int>(std::min(kMost, kBytes / (2 * sizeof(Scalar) * b_.size())));
+    constexpr std::size_t kMost = 60, kBytes = std::size_t(1) << 29;
+    return static_cast<int>(std::min(kMost, kBytes / (3 * sizeof(Scalar) * b_.size())));
   }
 
   // x + low += d
   void take_correction() {
     add_(d_.data(), x_.data(), low_.data());
+    find_residual();
+  }
+  void find_residual() {
     residual_(b_.data(), x_.data(), low_.data(), r_.data());
     found_.regular = largest_of(r_) <= small_residual(size());
   }
@@ -237,8 +236,8 @@ class Probe {
   const Residual& residual_;
   const Add& add_;
   std::vector<Scalar> b_, x_, low_, d_, r_, product_, nothing_;
-  std::vector<std::vector<Scalar>> directions_, products_;  // of GCR: A d in scaled rows, orthonormal
-  std::vector<Scalar> smallest_;                            // large d with the least |A d| / | |A||d| |
+  std::vector<Direction> directions_;  // of GCR
+  std::vector<Scalar> smallest_;       // large d with the least |A d| / | |A||d| |
   double least_ = 1;
   NullDirection found_;
 };

@@ -23,4 +23,21 @@ void doubled_residual(const Exec& exec, Vertex n, const RowAccess<Scalar>& a, co
   });
 }
 
+/// (x, low) += factor (d, d_low), where all are numbers of twice the precision.
+template <class Exec, class Scalar>
+void add_doubled_multiple(const Exec& exec, Vertex n, const Scalar& factor, const Scalar* d,
+                          const Scalar* d_low, Scalar* x, Scalar* low) {
+  for_each_index(exec, "mfs::doubled", n, [=, minus = widened(-factor)](Offset i) {
+    using Number = decltype(widened(x[i]));
+    DoubledTotal<Number> total;
+    total.add(widened(x[i]));
+    total.add(widened(low[i]));
+    total.subtract_product(minus, widened(d[i]));
+    total.subtract_product(minus, widened(d_low[i]));
+    narrow(total.value(), x[i]);
+    total.add(-widened(x[i]));
+    narrow(total.value(), low[i]);
+  });
+}
+
 }  // namespace mfs

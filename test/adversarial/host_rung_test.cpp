@@ -110,10 +110,11 @@ bool solves(const Options& options, const SparseMatrix& a, Rung& rung) {
   return true;
 }
 
-// Near rounding the device's factors let so much grow in some numberings that a null vector is found with
-// them, although those of the host reach the tolerance at once.
-TEST_F(HostRung, IsAskedBeforeSingularIsSaid) {
-  int asked = 0;
+// Near rounding steps by the device's factors get longer in some numberings, where those of the host reach
+// the tolerance at once. Steps together prove that the matrix is regular all the same, and else the host is
+// asked before singular is said.
+TEST_F(HostRung, IsSeldomAskedWhereTheHostSolvesNearRounding) {
+  int asked = 0, solved = 0;
   for (const double mass : {1e-14, 7e-15, 5e-15, 4e-15, 3e-15}) {
     for (const std::uint64_t seed : {1, 2, 3}) {
       SCOPED_TRACE("mass " + std::to_string(1e15 * mass) + "e-15, seed " + std::to_string(seed));
@@ -121,11 +122,13 @@ TEST_F(HostRung, IsAskedBeforeSingularIsSaid) {
       const SparseMatrix a = renumbered(curl_curl(16, mass), random);
       Rung rung{};
       if (!solves(Options(), a, rung)) continue;
+      ++solved;
       EXPECT_TRUE(solves(options_, a, rung));
       asked += rung == Rung::host;
     }
   }
-  EXPECT_GT(asked, 0);
+  EXPECT_GT(solved, 5);
+  EXPECT_LT(4 * asked, solved);
 }
 
 TEST_F(HostRung, ProvesSingular) {

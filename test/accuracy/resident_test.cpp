@@ -20,6 +20,7 @@ struct Counts {
   int inverses_of_b = 0;            // asked for by the ladder
   int inverses = 0;                 // of whatever
   int probes = 0;
+  int solved = 0;  // where the factors lie, for arrays there
 };
 
 class CountingFactors final : public Factors<double>, public ResidentFactors<double> {
@@ -193,8 +194,8 @@ Counts solve_after_probes(const ProbeStep& step, From from) {
   const StageProblem<double> system = problem();
   in_engine(1, [&] {
     auto factors = std::make_unique<CountingFactors>(
-        make_host_factors<double>(HostSpace::serial, false, system.plan, system.pattern, 1), system, 1, counts,
-        step);
+        make_host_factors<double>(HostSpace::serial, false, system.plan, system.pattern, 1), system, 1,
+        counts, step);
     fill(system, *factors);
     const auto numeric =
         make_factorization<double>(HostSpace::serial, std::move(factors), system.plan, system.pattern);
@@ -205,8 +206,10 @@ Counts solve_after_probes(const ProbeStep& step, From from) {
       SolveOutcome outcome;
       const SolveBlock<double> block{b.data(), n, x.data(), n, 1};
       if (from == From::device &&
-          numeric->solve_resident(block, SolveControls(), nullptr, outcome) == ResidentSolve::solved)
+          numeric->solve_resident(block, SolveControls(), nullptr, outcome) == ResidentSolve::solved) {
+        ++counts.solved;
         continue;
+      }
       std::copy(b.begin(), b.end(), numeric->rhs(1));
       outcome = numeric->solve(1, nullptr, SolveControls());
       EXPECT_EQ(outcome.dependent_rows, 0);
@@ -223,6 +226,7 @@ TEST(Resident, AProbeThatProvesItThereIsAskedForOnceAndNotRepeatedOnTheHost) {
       EXPECT_EQ(counts.probes, 1);
       EXPECT_EQ(counts.inverses, 0);
       EXPECT_EQ(counts.starts, 2);
+      EXPECT_EQ(counts.solved, from == From::device ? 2 : 0);
     }
   }
 }
@@ -238,6 +242,7 @@ TEST(Resident, WhatAProbeThereLeavesOpenIsSettledOnTheHost) {
       EXPECT_LE(counts.probes, 2);
       EXPECT_GE(counts.inverses, 1);
       EXPECT_EQ(counts.starts, 2);
+      EXPECT_EQ(counts.solved, from == From::device ? 1 : 0);
     }
   }
 }

@@ -71,9 +71,9 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
     return VectorLayout(plan, lists, columns, kWherever).spare.total();
   }
   /// Bytes of the device that factors in segments may take later, beside those of bytes_for: so many
-  /// right-hand sides, before and after there is room for more.
+  /// right-hand sides, before and after there is room for more, and the solution of a probe.
   static Offset bytes_later(const SymbolicPlan& plan, Vertex columns) {
-    return bytes_of(plan, 2 * columns) + bytes_of(plan, 2);
+    return bytes_of(plan, 2 * columns + 2);
   }
 
   Value* matrix_values() override {

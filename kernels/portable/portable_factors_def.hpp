@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <complex>
+#include <cstring>
 #include <vector>
 
 #include "kernels/factors.hpp"

@@ -97,7 +97,7 @@ TEST(Ladder, Krylov) {
 }
 
 TEST(Ladder, FullPrecision) {
-  const Report report = factor_and_solve(with_single_precision(), floating_chains(200, 20, false));
+  const Report report = factor_and_solve(with_single_precision(), floating_chains(400, 20, false, 1e-9));
   EXPECT_EQ(report.rung, Rung::full_precision);
   EXPECT_FALSE(report.single_precision);
 }

@@ -347,13 +347,8 @@ class AccuracyLadder final : public Factorization<Value> {
 
   NullDirection probe_direction(const TransposedPattern* transposed) {
     const bool flip = transposed != nullptr;
-    const ScaledRows<Value> rows = scaled_rows(transposed);
-    return null_direction(
-        exec_, rows, plan_->n, [&](Value* x) { apply_best_inverse(x, x, 1, flip); },
-        [&](const Value* b, const Value* x, const Value* low, Value* r) {
-          doubled_residual(exec_, plan_->n, rows.rows, b, x, low, r);
-        },
-        [&](const Value* d, Value* x, Value* low) { add_doubled(exec_, plan_->n, d, x, low); });
+    return null_direction(exec_, scaled_rows(transposed), plan_->n,
+                          [&](Value* x) { apply_best_inverse(x, x, 1, flip); });
   }
 
   // Pivots that are rounding beside the largest entry: their columns depend on those before them.

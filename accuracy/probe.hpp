@@ -71,14 +71,12 @@ bool proves_regular(ResidentFactors<Value>& factors, Vertex n) {
   return false;
 }
 
-/// One use. `inverse(x)` puts about A^-1 x in the place of x; `residual(b, x, low, r)` r = b - A (x + low),
-/// `add(d, x, low)` x + low += d, both in twice the precision.
-template <class Exec, class Scalar, class Inverse, class Residual, class Add>
+/// One use. `inverse(x)` puts about A^-1 x in the place of x.
+template <class Exec, class Scalar, class Inverse>
 class Probe {
  public:
-  Probe(const Exec& exec, const ScaledRows<Scalar>& a, Vertex n, const Inverse& inverse,
-        const Residual& residual, const Add& add)
-      : exec_(exec), a_(a), inverse_(inverse), residual_(residual), add_(add) {
+  Probe(const Exec& exec, const ScaledRows<Scalar>& a, Vertex n, const Inverse& inverse)
+      : exec_(exec), a_(a), inverse_(inverse) {
     for (std::vector<Scalar>* vector : {&b_, &x_, &low_, &d_, &r_, &product_, &nothing_})
       vector->assign(static_cast<std::size_t>(n), Scalar(0));
   }
@@ -94,7 +92,7 @@ class Probe {
   // Steps that know nothing of each other, as long as they get shorter.
   void step_alone() {
     for (std::size_t i = 0; i < b_.size(); ++i)
-      b_[i] = Scalar(static_cast<RealOf<Scalar>>(probing_entry(static_cast<Offset>(i)) / a_.row_scale[i]));
+      take_probing_entry(static_cast<Offset>(i), a_.row_scale, b_[i]);
     r_ = b_;
     double last = std::numeric_limits<double>::infinity();
     for (int step = 0; step < kProbeSteps; ++step) {
@@ -161,7 +159,7 @@ class Probe {
     double square;                        // of the product's length
   };
   void multiply(Direction& of) {
-    residual_(nothing_.data(), of.d.data(), of.low.data(), of.product.data());
+    subtract_product(nothing_, of.d, of.low, of.product);
     for (std::size_t i = 0; i < of.product.size(); ++i) of.product[i] *= -row_factor(i);
   }
   Scalar along(const Direction& direction, const std::vector<Scalar>& vector) const {
@@ -175,12 +173,17 @@ class Probe {
 
   // x + low += d
   void take_correction() {
-    add_(d_.data(), x_.data(), low_.data());
+    add_doubled(exec_, size(), d_.data(), x_.data(), low_.data());
     find_residual();
   }
   void find_residual() {
-    residual_(b_.data(), x_.data(), low_.data(), r_.data());
+    subtract_product(b_, x_, low_, r_);
     found_.regular = largest_of(r_) <= small_residual(size());
+  }
+  // r := b - A (x + low)
+  void subtract_product(const std::vector<Scalar>& b, const std::vector<Scalar>& x,
+                        const std::vector<Scalar>& low, std::vector<Scalar>& r) {
+    doubled_residual(exec_, size(), a_.rows, b.data(), x.data(), low.data(), r.data());
   }
   Vertex size() const { return static_cast<Vertex>(b_.size()); }
   RealOf<Scalar> row_factor(std::size_t i) const { return static_cast<RealOf<Scalar>>(a_.row_scale[i]); }
@@ -233,8 +236,6 @@ class Probe {
   Exec exec_;
   ScaledRows<Scalar> a_;
   const Inverse& inverse_;
-  const Residual& residual_;
-  const Add& add_;
   std::vector<Scalar> b_, x_, low_, d_, r_, product_, nothing_;
   std::vector<Direction> directions_;  // of GCR
   std::vector<Scalar> smallest_;       // large d with the least |A d| / | |A||d| |
@@ -242,10 +243,10 @@ class Probe {
   NullDirection found_;
 };
 
-template <class Exec, class Scalar, class Inverse, class Residual, class Add>
-NullDirection null_direction(const Exec& exec, const ScaledRows<Scalar>& a, Vertex n, const Inverse& inverse,
-                             const Residual& residual, const Add& add) {
-  return Probe<Exec, Scalar, Inverse, Residual, Add>(exec, a, n, inverse, residual, add).run();
+template <class Exec, class Scalar, class Inverse>
+NullDirection null_direction(const Exec& exec, const ScaledRows<Scalar>& a, Vertex n,
+                             const Inverse& inverse) {
+  return Probe<Exec, Scalar, Inverse>(exec, a, n, inverse).run();
 }
 
 }  // namespace mfs

@@ -89,17 +89,23 @@ class FirstOutput : public Observer {
   RunDisplay display_;
 };
 
-/// Of the motion at time t, with accelerations and multipliers.
-State state_at(MultibodyModel& model, double t, std::vector<std::string>& notes) {
-  if (model.starts_at_rest) model.q0 = equilibrium(model, notes).q;
-  model.integrator.rtol = std::min(model.integrator.rtol, kMotionRtol);
+/// Of the motion from q and v at t0 on, at time t, with accelerations and multipliers. `end`: of the motion.
+State state_after(const MultibodyModel& model, double t0, const std::vector<double>& q,
+                  const std::vector<double>& v, double end, double t) {
   Integrator integrator = make_integrator(model);
   FirstOutput first(t);
   try {
-    integrator.run(0.0, model.q0, model.v0, std::max(t, model.end), {t}, first);
+    integrator.run(t0, q, v, end, {t}, first);
   } catch (const FirstOutput::Taken&) {
   }
   return first.taken;
+}
+
+/// Of the motion of the model at time t.
+State state_at(MultibodyModel& model, double t, std::vector<std::string>& notes) {
+  if (model.starts_at_rest) model.q0 = equilibrium(model, notes).q;
+  model.integrator.rtol = std::min(model.integrator.rtol, kMotionRtol);
+  return state_after(model, 0.0, model.q0, model.v0, std::max(t, model.end), t);
 }
 
 /// `notes`: overwritten where it is at rest or begins there.
@@ -110,16 +116,13 @@ State state_of(MultibodyModel& model, const Command& command, std::vector<std::s
 /// To where the motion comes from `state` until t; where it ends before, as beside a dead point, that is as
 /// if it stood still at once, which no steady motion does.
 State state_later(const MultibodyModel& model, const State& state, double t) {
-  Integrator integrator = make_integrator(model);
-  FirstOutput first(t);
   try {
-    integrator.run(state.t, state.q, state.v, t, {t}, first);
-  } catch (const FirstOutput::Taken&) {
+    return state_after(model, state.t, state.q, state.v, t, t);
   } catch (const Error&) {
-    first.taken = state;
-    first.taken.t = t;
+    State still = state;
+    still.t = t;
+    return still;
   }
-  return first.taken;
 }
 
 /// In what sense modes about a state that moves are modes.

@@ -22,6 +22,12 @@ KOKKOS_INLINE_FUNCTION double probing_entry(Offset i) {
   return state & 1 ? size : -size;
 }
 
+/// The same as a number of the matrix, unscaled.
+template <class Scalar>
+KOKKOS_INLINE_FUNCTION void take_probing_entry(Offset i, const double* row_scale, Scalar& b) {
+  narrow(decltype(widened(b))(probing_entry(i) / row_scale[i]), b);
+}
+
 /// n each, in the memory of an execution space: the solution x + low, the last correction d, and what it has
 /// left, r.
 template <class Scalar>
@@ -35,7 +41,7 @@ struct BeginProbe {
   ProbeVectors<Scalar> at;
   KOKKOS_FUNCTION void operator()(Offset i) const {
     at.x[i] = at.low[i] = Scalar(0);
-    at.r[i] = Scalar(static_cast<RealOf<Scalar>>(probing_entry(i) / row_scale[i]));
+    take_probing_entry(i, row_scale, at.r[i]);
   }
 };
 
@@ -46,9 +52,8 @@ struct ProbeResidual {
   const double* row_scale;
   ProbeVectors<Scalar> at;
   KOKKOS_FUNCTION void operator()(Offset i, double& most) const {
-    using Number = decltype(widened(at.r[i]));
     Scalar b;
-    narrow(Number(probing_entry(i) / row_scale[i]), b);
+    take_probing_entry(i, row_scale, b);
     narrow(doubled_row(a, i, widened(b), at.x, at.low), at.r[i]);
     const double size = magnitude(at.r[i]) * row_scale[i];
     if (!(size <= most)) most = size <= kMostFinite ? size : kInfinity;  // maxima of parts lose NaN

@@ -7,7 +7,6 @@
 #include <gtest/gtest.h>
 
 #include "accuracy/probe.hpp"
-#include "kernels/stages/doubled_rows.hpp"
 #include "test/stages/in_engine.hpp"
 
 namespace mfs::test {
@@ -36,13 +35,9 @@ NullDirection probe(double d, double of_null, const std::vector<double>& others)
   };
   NullDirection found;
   in_engine(1, [&] {
-    const OneThread exec;
-    found = null_direction(
-        exec, ScaledRows<double>{rows, scale.data(), scale.data(), [&] { return scale.data(); }}, n, inverse,
-        [&](const double* b, const double* x, const double* low, double* r) {
-          doubled_residual(exec, n, rows, b, x, low, r);
-        },
-        [&](const double* step, double* x, double* low) { add_doubled(exec, n, step, x, low); });
+    found = null_direction(OneThread(),
+                           ScaledRows<double>{rows, scale.data(), scale.data(), [&] { return scale.data(); }},
+                           n, inverse);
   });
   return found;
 }

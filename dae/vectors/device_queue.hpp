@@ -8,6 +8,9 @@ namespace mfs::dae {
 
 class DeviceQueue {
  public:
+  /// The most bytes that each block of threads leaves of a fold (loops.hpp): 256 threads keep as many each.
+  static constexpr std::size_t kMostFolded = 128;
+
   virtual ~DeviceQueue() = default;
   virtual void* stream() const = 0;
   /// Of the device, and of the host for copies to it and back. Throw OutOfMemory, std::bad_alloc.

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <type_traits>
 
 #include "dae/vectors/executor.hpp"
 #include "dae/vectors/host_loops.hpp"
@@ -45,6 +46,7 @@ void for_parts(const Executor& executor, std::size_t count, const F& f) {
 template <class Value, class F, class Combine>
 Value fold(const Executor& executor, std::size_t count, const Value& none, const F& f,
            const Combine& combine) {
+  static_assert(std::is_trivially_copyable_v<Value> && sizeof(Value) <= DeviceQueue::kMostFolded);
 #ifdef __CUDACC__
   if (executor.on_device()) return fold_on_device(queue_of(executor), count, none, f, combine);
 #endif

@@ -8,8 +8,7 @@ namespace mfs::dae {
 
 class CudaQueue final : public DeviceQueue {
  public:
-  /// Blocks of threads of a fold, and the most bytes that each of them leaves.
-  static constexpr int kFoldBlocks = 256, kMostFolded = 64;
+  static constexpr int kFoldBlocks = 256;  ///< blocks of threads of a fold
 
   ~CudaQueue() override { work.drain(); }
   void* stream() const override { return work.get(); }
@@ -27,7 +26,7 @@ class CudaQueue final : public DeviceQueue {
 
   cuda::Stream work;
   cuda::Event marked;
-  cuda::PinnedArena folded{Offset{kFoldBlocks} * kMostFolded};  ///< written by the device, read by the host
+  cuda::PinnedArena folded{Offset{kFoldBlocks * kMostFolded}};  ///< written by the device, read by the host
 };
 
 /// Of an executor on a device.

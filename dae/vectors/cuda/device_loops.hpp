@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <type_traits>
 
 #include "dae/vectors/cuda/cuda_queue.hpp"
 
@@ -56,7 +55,6 @@ __global__ void __launch_bounds__(kLoopThreads)
 template <class Value, class F, class Combine>
 Value fold_on_device(const CudaQueue& queue, std::size_t count, const Value& none, const F& f,
                      const Combine& combine) {
-  static_assert(std::is_trivially_copyable_v<Value> && sizeof(Value) <= CudaQueue::kMostFolded);
   const auto n = static_cast<std::int64_t>(count);
   const auto blocks =
       static_cast<int>(std::min<std::int64_t>(CudaQueue::kFoldBlocks, (n + kLoopThreads - 1) / kLoopThreads));

@@ -13,7 +13,6 @@
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 
-#include "solver/program/matrix_market.hpp"
 #include "test/dae/model/small_model.hpp"
 #include "test/dae/program/results.hpp"
 #include "test/program/run_program.hpp"
@@ -500,15 +499,7 @@ TEST_F(DaeProgram, ListsModesAndDrawsThem) {
 TEST_F(DaeProgram, WritesTheMatricesOfAState) {
   const ProgramRun run = run_program({"linearize", file("pendulum.json", pendulum()), "-o", path("linear")});
   EXPECT_EQ(run.code, 0) << run.err;
-  const auto dense = [&](const char* name) {
-    const auto read = mfs::io::read_matrix_market(path("linear/") + name);
-    const auto& csr = std::get<mfs::io::CsrMatrix<double>>(read.content);
-    Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(csr.rows, csr.columns);
-    for (int i = 0; i < csr.rows; ++i)
-      for (auto k = csr.offsets[i]; k < csr.offsets[i + 1]; ++k)
-        matrix(i, csr.column_indices[k]) = csr.values[k];
-    return matrix;
-  };
+  const auto dense = [&](const char* name) { return read_dense(path("linear/") + name); };
   // In the only direction that the constraints leave free: 0.96, 1.2, and 24 - m g l sin(angle).
   const Eigen::VectorXd free = Eigen::FullPivLU<Eigen::MatrixXd>(dense("Phi_q.mtx")).kernel();
   ASSERT_EQ(free.size(), 8);

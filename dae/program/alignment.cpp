@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <set>
 
@@ -23,6 +24,8 @@ constexpr double kNearly = 0.06;
 /// A joint that is farther from both its bodies, in radii of gyration, is not meant to be. A mass point on a
 /// rod is as far from its pivot, but two that are joined have their joint in one of them.
 constexpr double kFar = 300.0;
+/// The same from the nodes that a joint holds, in lengths of their mesh.
+constexpr double kFarFromMesh = 10.0;
 /// Pairs of so many directions are looked at without delay.
 constexpr std::size_t kMostDirections = 3000;
 
@@ -135,6 +138,22 @@ void add_universal_joints(const MultibodyModel& model, std::vector<std::string>&
   }
 }
 
+/// Of the mesh that has these nodes, by their mean, the largest extent along ground axes, m.
+double extent_of_mesh(const MultibodyModel& model, const Eigen::Vector3d& mean) {
+  double nearest = std::numeric_limits<double>::infinity(), extent = 0.0;
+  for (const FlexibleBody& body : model.flexible_bodies) {
+    Eigen::AlignedBox3d box;
+    for (int i = 0; i + 2 < body.range.count; i += 3)
+      box.extend(
+          Eigen::Map<const Eigen::Vector3d>(&model.q0[static_cast<std::size_t>(body.range.first + i)]));
+    if (const double distance = box.exteriorDistance(mean); distance < nearest) {
+      nearest = distance;
+      extent = box.sizes().maxCoeff();
+    }
+  }
+  return extent;
+}
+
 void add_far_joints(const MultibodyModel& model, std::vector<std::string>& notes) {
   std::map<int, double> radius;  // of gyration, by the first coordinate of a body's frame
   for (const RigidPart& body : model.rigid_bodies)
@@ -151,6 +170,16 @@ void add_far_joints(const MultibodyModel& model, std::vector<std::string>& notes
           fmt::format("joint {} is {:.3g} radii of gyration and more away from both its bodies: "
                       "lengths may be in different units",
                       joint.name, nearer));
+    for (const Attachment* side : {&joint.a, &joint.b}) {
+      if (side->frame.is_ground() || radius.count(side->frame.first) != 0) continue;
+      const Eigen::Map<const Eigen::Vector3d> mean(&model.q0[static_cast<std::size_t>(side->frame.first)]);
+      const double extent = extent_of_mesh(model, mean), distance = side->point.norm();
+      if (distance > kFarFromMesh * extent)
+        notes.push_back(
+            fmt::format("joint {} is {:.3g} m from the nodes that it holds, whose mesh is {:.3g} m long: "
+                        "lengths may be in different units",
+                        joint.name, distance, extent));
+    }
   }
 }
 

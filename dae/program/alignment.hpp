@@ -18,8 +18,8 @@ namespace mfs::dae {
 ///   - a revolute, cylindrical or translational joint whose axis is less than 3 degrees off that of another
 ///     one, or as hinge of the same two bodies beside it by less than a tenth of their distance along it,
 ///     where constraints of both are so nearly redundant that the axes alone may hold a motion;
-///   - a joint of two rigid bodies, hundreds of radii of gyration away from both: lengths may be in two
-///   units.
+///   - a joint of two rigid bodies, hundreds of radii of gyration away from both, or of nodes that are ten
+///   lengths of their mesh away: lengths may be in two units.
 ///
 /// `q`: positions at t = 0 that fulfil the constraints.
 std::vector<std::string> alignment_notes(const MultibodyModel& model, const std::vector<double>& q);

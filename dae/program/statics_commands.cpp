@@ -6,6 +6,7 @@
 #include <memory>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include <mfs/error.hpp>
@@ -290,13 +291,13 @@ ExitCode linearize_model(const Command& command) {
   return with_report(command, [&](MultibodyModel& model, Json& json) {
     std::vector<std::string> notes;
     const State state = state_of(model, command, notes);
-    write_linearization(*model.system, state, command.folder);
+    const std::vector<std::string> names = write_linearization(*model.system, state, command.folder);
     if (TurningAxes(*model.system, state).moves())
       notes.emplace_back("the mechanism moves: matrices are those of this moment, in axes of the ground");
     json["notes"] = notes;
-    json["matrices"] = {"M", "D", "K", "Phi_q", "F"};
-    tell(command, program::labelled("matrices", fmt::format("{}, {}: M, D, K, Phi_q, F in {}", model.name,
-                                                            where(command), command.folder)));
+    json["matrices"] = names;
+    tell(command, program::labelled("matrices", fmt::format("{}, {}: {} in {}", model.name, where(command),
+                                                            fmt::join(names, ", "), command.folder)));
     tell_notes(command, notes);
   });
 }

@@ -37,7 +37,8 @@ void write_rows(const ConstrainedSystem& system, const State& state, const std::
 
 }  // namespace
 
-void write_linearization(const ConstrainedSystem& system, const State& state, const std::string& folder) {
+std::vector<std::string> write_linearization(const ConstrainedSystem& system, const State& state,
+                                             const std::string& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) throw InvalidInput(folder, "cannot be made: " + error.message());
@@ -45,7 +46,9 @@ void write_linearization(const ConstrainedSystem& system, const State& state, co
   const TangentPattern& pattern = system.tangent_pattern();
   Tangent tangent = make_tangent(system);
   system.evaluate(view, tangent, BlockSet::all());
+  std::vector<std::string> names;
   const auto write = [&](const char* name, Block block, const char* what) {
+    names.emplace_back(name);
     write_block(folder + "/" + name + ".mtx", pattern[block], tangent[block],
                 fmt::format("{} at t = {} s", what, state.t));
   };
@@ -53,13 +56,18 @@ void write_linearization(const ConstrainedSystem& system, const State& state, co
   write("D", Block::force_v, "damping, dF/dv");
   write("K", Block::force_q, "stiffness, dF/dq");
   write("Phi_q", Block::position_q, "derivatives of the constraints");
+  bool rolls = false;
+  for (int row = 0; row < system.constraints(); ++row) rolls = rolls || system.is_nonholonomic(row);
+  if (rolls) write("V_q", Block::velocity_q, "derivatives of Phi_q v by q");
   Residual residual = make_residual(system);
   system.evaluate(view, residual);
   std::vector<double> rest = residual.force;
   rest.insert(rest.end(), residual.position.begin(), residual.position.end());
   const auto size = static_cast<std::int64_t>(rest.size());
   write_matrix_market(folder + "/F.mtx", rest.data(), size, 1, size, "F and Phi: 0 where the state is true");
+  names.emplace_back("F");
   write_rows(system, state, folder + "/rows.csv");
+  return names;
 }
 
 }  // namespace mfs::dae

@@ -33,22 +33,44 @@ constexpr double kWithoutInertia = 1e-10;
 /// c, in typical frequencies of the system: so small that modes are in the order of their distance from zero,
 /// so large that a free motion does not make the matrix singular.
 constexpr double kShift = 1e-4;
+/// c where something rolls, in the same: the one is taken that no growing motion has. Its response times c is
+/// less than the last.
+constexpr double kShiftsOfRolling[] = {0.37, 0.61, 0.97}, kMostResponse = 1e12;
 /// Of the eigenpairs of the operator: asked for, and in the end.
 constexpr double kTolerance = 1e-11, kAccepted = 1e-6;
 constexpr int kMostRestarts = 100, kMostRounds = 50;
+/// Of B, 1/s: less is at rest.
+constexpr double kAtRest = 1e-9;
 /// Powers of the response to inertia that are taken to tell the rate of the slowest modes.
 constexpr int kLooksAtRate = 3;
 
-/// M, D and K in a state, and Phi_q.
+/// M, D and K in a state, Phi_q, and what constraints on velocities, s A x + B x = 0, have of positions.
 class Matrices {
  public:
   Matrices(const ConstrainedSystem& system, const State& state, Damping damping)
       : pattern_(system.tangent_pattern()), tangent_(make_tangent(system)) {
     system.evaluate(StateView{state.t, state.q.data(), state.v.data(), state.a.data(), state.lambda.data()},
-                    tangent_, {Block::force_a, Block::force_v, Block::force_q, Block::position_q});
+                    tangent_,
+                    {Block::force_a, Block::force_v, Block::force_q, Block::position_q, Block::velocity_q});
     if (damping == Damping::left_out)
       std::fill(tangent_[Block::force_v].begin(), tangent_[Block::force_v].end(), 0.0);
+    for (int j = 0; j < system.constraints(); ++j)
+      (system.is_nonholonomic(j) ? rolling_ : held_).push_back(j);
   }
+  /// Of constraints on velocities: the first that has B; -1: none, so that A x = 0 is all that they ask for.
+  int first_moving() const {
+    const Pattern& p = pattern_[Block::velocity_q];
+    for (const int j : rolling_)
+      for (int k = p.row_start[j]; k < p.row_start[j + 1]; ++k)
+        if (std::abs(tangent_[Block::velocity_q][k]) > kAtRest) return j;
+    return -1;
+  }
+  /// A and B.
+  std::pair<MatrixXd, MatrixXd> rolling() const {
+    return {dense(Block::position_q, rolling_), dense(Block::velocity_q, rolling_)};
+  }
+  /// Phi_q of the others.
+  MatrixXd held() const { return dense(Block::position_q, held_); }
   const Tangent& tangent() const { return tangent_; }
   VectorXd times(Block block, const VectorXd& x) const {
     return product(pattern_[block], tangent_[block], x);
@@ -61,8 +83,6 @@ class Matrices {
     return matrix;
   }
   double shift() const { return kShift * typical_frequency(); }
-
- private:
   /// 1/s: the median over coordinates that have both a mass and a stiffness, as the stiffest and the heaviest
   /// have it where no coordinate has both; 1 where nothing is stiff.
   double typical_frequency() const {
@@ -76,16 +96,26 @@ class Matrices {
     }
     return median(std::move(all));
   }
+
+ private:
   VectorXd diagonal(Block block) const { return diagonal_sizes(pattern_[block], tangent_[block]); }
+  MatrixXd dense(Block block, const std::vector<int>& rows) const {
+    const MatrixXd whole = dense(block);
+    MatrixXd part(static_cast<Index>(rows.size()), whole.cols());
+    for (std::size_t i = 0; i < rows.size(); ++i) part.row(static_cast<Index>(i)) = whole.row(rows[i]);
+    return part;
+  }
 
   const TangentPattern& pattern_;
   Tangent tangent_;
+  std::vector<int> held_, rolling_;  // rows of constraints on positions, on velocities alone
 };
 
 /// Eigenvalues 1 / (s - c) and, as columns, the x of their vectors.
 struct Eigenpairs {
   VectorXcd theta;
   MatrixXcd x;
+  double c = 0.0;
 };
 
 /// The rate of the slowest modes, 1/s, by which s x is divided beside x: without it one of the two is next to
@@ -94,18 +124,21 @@ double rate_of_slowest(double square) {
   return square > 0 && std::isfinite(square) ? 1 / std::sqrt(square) : 1.0;
 }
 
+/// As columns, an orthonormal basis of what independent rows leave free.
+MatrixXd free_of(const MatrixXd& rows) {
+  if (rows.rows() == 0) return MatrixXd::Identity(rows.cols(), rows.cols());
+  const Eigen::HouseholderQR<MatrixXd> qr(rows.transpose());
+  return MatrixXd(qr.householderQ()).rightCols(rows.cols() - rows.rows());
+}
+
 /// All of them: with x = N y, the columns of N a basis of what the constraints leave free.
-Eigenpairs solve_reduced(const Matrices& matrices, int n, int m, double c) {
-  MatrixXd basis = MatrixXd::Identity(n, n);
-  if (m > 0) {
-    const Eigen::HouseholderQR<MatrixXd> qr(matrices.dense(Block::position_q).transpose());
-    basis = MatrixXd(qr.householderQ()).rightCols(n - m).eval();
-  }
+Eigenpairs solve_reduced(const Matrices& matrices, double c) {
+  const MatrixXd basis = free_of(matrices.dense(Block::position_q));
   const auto reduced = [&](Block block) -> MatrixXd {
     return basis.transpose() * matrices.dense(block) * basis;
   };
   const MatrixXd mass = reduced(Block::force_a), damping = reduced(Block::force_v);
-  const Index f = n - m;
+  const Index f = basis.cols();
   const Eigen::FullPivLU<MatrixXd> lu(reduced(Block::force_q) + c * damping + c * c * mass);
   if (!lu.isInvertible()) throw Error("modes: a motion has neither stiffness nor inertia");
   const MatrixXd by_inertia = lu.solve(mass);
@@ -118,7 +151,53 @@ Eigenpairs solve_reduced(const Matrices& matrices, int n, int m, double c) {
   const Eigen::EigenSolver<MatrixXd> solver(response);
   if (solver.info() != Eigen::Success)
     throw Error("modes: the eigenvalues of the reduced system are not found");
-  return {solver.eigenvalues(), basis * solver.eigenvectors().topRows(f)};
+  return {solver.eigenvalues(), basis * solver.eigenvectors().topRows(f), c};
+}
+
+/// All of them where something rolls: x = N y by the constraints on positions, and y' = G y + Z w by those on
+/// velocities, A N y' + B N y = 0, so that w alone has inertia:
+///
+///   s y = G y + Z w,   s Z^T M Z w = -Z^T ((M G + D) (G y + Z w) + K y)
+///
+/// c is a rate of the motion and not next to zero: what rolls is free to be elsewhere, to go elsewhere and to
+/// do so faster and faster, three and more motions of s = 0 that beside it would be all that counts.
+Eigenpairs solve_rolling(const Matrices& matrices) {
+  const MatrixXd basis = free_of(matrices.held());
+  const auto [rows, change] = matrices.rolling();
+  const MatrixXd by_rates = rows * basis, by_places = change * basis;
+  const MatrixXd z = free_of(by_rates);
+  const MatrixXd g = -by_rates.transpose() * (by_rates * by_rates.transpose()).ldlt().solve(by_places);
+  const auto reduced = [&](Block block) -> MatrixXd {
+    return z.transpose() * (basis.transpose() * matrices.dense(block) * basis);
+  };
+  const MatrixXd mass = reduced(Block::force_a), damping = mass * g + reduced(Block::force_v),
+                 stiffness = damping * g + reduced(Block::force_q);
+  // Of w beside y, so that neither is next to nothing.
+  const Index f = z.rows(), r = z.cols();
+  const double heaviest = mass.norm(), stiffest = stiffness.norm();
+  const double rate = heaviest > 0 && stiffest > 0 ? std::sqrt(stiffest / heaviest) : 1.0;
+  const double force = heaviest > 0 ? rate * rate * heaviest : 1.0;
+  MatrixXd left = MatrixXd::Zero(f + r, f + r), right(f + r, f + r);
+  left.topLeftCorner(f, f) = MatrixXd::Identity(f, f) / rate;
+  left.bottomRightCorner(r, r) = rate / force * mass * z;
+  right << g / rate, z, -stiffness / force, -rate / force * damping * z;
+  MatrixXd response;
+  double c = 0.0, least = kMostResponse;
+  for (const double part : kShiftsOfRolling) {
+    const double shift = part * matrices.typical_frequency();
+    const Eigen::FullPivLU<MatrixXd> lu(right - shift * left);
+    if (!lu.isInvertible()) continue;
+    MatrixXd answer = lu.solve(left);
+    if (!(answer.norm() * shift < least)) continue;
+    least = answer.norm() * shift;
+    response = std::move(answer);
+    c = shift;
+  }
+  if (c == 0.0) throw Error("modes: a motion has neither stiffness nor inertia");
+  const Eigen::EigenSolver<MatrixXd> solver(response);
+  if (solver.info() != Eigen::Success)
+    throw Error("modes: the eigenvalues of the reduced system are not found");
+  return {solver.eigenvalues(), basis * solver.eigenvectors().topRows(f), c};
 }
 
 /// The operator, on vectors (a, b / rate), less what lies in the space of those found.
@@ -246,17 +325,17 @@ Eigenpairs solve_large(const ConstrainedSystem& system, const Matrices& matrices
   for (Index i = 0; i < error.cols(); ++i)
     if (!(error.col(i).norm() <= kAccepted * std::abs(solver.eigenvalues()[i]) * y.col(i).norm()))
       throw Error("modes: the eigenvalues that have been found are not accurate");
-  return {solver.eigenvalues(), (basis * y).topRows(system.coordinates())};
+  return {solver.eigenvalues(), (basis * y).topRows(system.coordinates()), c};
 }
 
 /// One of conjugate modes, the growing one of two real ones of opposite sign, nearest to zero first.
-std::vector<Mode> modes_of(const ConstrainedSystem& system, const Eigenpairs& pairs, double c) {
+std::vector<Mode> modes_of(const ConstrainedSystem& system, const Eigenpairs& pairs) {
   std::vector<Mode> modes;
   const double largest = pairs.theta.size() > 0 ? pairs.theta.cwiseAbs().maxCoeff() : 0.0;
   for (Index i = 0; i < pairs.theta.size(); ++i) {
     if (!(std::abs(pairs.theta[i]) > kWithoutInertia * largest) || pairs.theta[i].imag() > 0) continue;
     const Complex inverse = 1.0 / pairs.theta[i];
-    Mode mode{{c + inverse.real(), std::abs(inverse.imag())}, {}};  // no negative zero
+    Mode mode{{pairs.c + inverse.real(), std::abs(inverse.imag())}, {}};  // no negative zero
     Complex most = 0.0;
     for (Index k = 0; k < pairs.x.rows(); ++k) {
       mode.x.push_back(pairs.x(k, i) / system.coordinate_scale(static_cast<int>(k)));
@@ -280,16 +359,19 @@ std::vector<Mode> modes_of(const ConstrainedSystem& system, const Eigenpairs& pa
   return kept;
 }
 
-void check_at_rest(const ConstrainedSystem& system, const State& state) {
-  Tangent tangent = make_tangent(system);
-  system.evaluate({state.t, state.q.data(), state.v.data(), state.a.data(), state.lambda.data()}, tangent,
-                  {Block::velocity_q});
-  const Pattern& pattern = system.tangent_pattern()[Block::velocity_q];
-  for (int j = 0; j < pattern.rows; ++j)
-    for (int k = pattern.row_start[j]; k < pattern.row_start[j + 1] && system.is_nonholonomic(j); ++k)
-      if (std::abs(tangent[Block::velocity_q][k]) > 1e-9)
-        throw InvalidInput(system.constraint_name(j),
-                           "modes are found about a state in which it is at rest only");
+/// Of the system, by the way that suits its size.
+Eigenpairs solve(const ConstrainedSystem& system, const Matrices& matrices, int count, int threads,
+                 Backend backend, const std::function<bool()>& go_on) {
+  const int n = system.coordinates(), m = system.constraints(), moving = matrices.first_moving();
+  if (n - m <= kDenseFreedoms && n <= kDenseCoordinates)
+    return moving < 0 ? solve_reduced(matrices, matrices.shift()) : solve_rolling(matrices);
+  if (moving >= 0)
+    throw InvalidInput(system.constraint_name(moving),
+                       "modes about a motion in which it rolls are found for mechanisms of up to " +
+                           std::to_string(kDenseFreedoms) + " degrees of freedom and " +
+                           std::to_string(kDenseCoordinates) + " coordinates, not " + std::to_string(n - m) +
+                           " and " + std::to_string(n));
+  return solve_large(system, matrices, matrices.shift(), count, threads, backend, go_on);
 }
 
 /// A singular position has several ways out of it, whose frequencies hinge on multipliers that nothing
@@ -330,22 +412,14 @@ std::vector<Mode> find_modes(const ConstrainedSystem& system, const State& state
   }
   const IndependentSystem independent(system, state.t, state.q);
   const ConstrainedSystem& own = independent.system();
-  const int n = own.coordinates(), m = own.constraints();
-  if (n == m) return {};
+  if (own.coordinates() == own.constraints()) return {};
   State at = state;
   at.lambda = independent.kept_multipliers(state.lambda);
-  check_at_rest(own, at);
   std::optional<TurnedSystem> turned;
   if (axes.moves()) turned.emplace(own, axes);
   const ConstrainedSystem& seen = turned ? *turned : own;
   const Matrices matrices(seen, at, damping);
-  const double c = matrices.shift();
-  const bool is_small = n - m <= kDenseFreedoms && n <= kDenseCoordinates;
-  std::vector<Mode> modes =
-      modes_of(own,
-               is_small ? solve_reduced(matrices, n, m, c)
-                        : solve_large(seen, matrices, c, count, threads, backend, go_on),
-               c);
+  std::vector<Mode> modes = modes_of(own, solve(seen, matrices, count, threads, backend, go_on));
   if (static_cast<int>(modes.size()) > count) modes.resize(static_cast<std::size_t>(count));
   check_regular(independent, system, state, modes);
   return modes;

@@ -7,6 +7,10 @@
 // state moves D and K are those of turning_axes.hpp. Whether these are constant steady_motion.hpp tells; else
 // modes are those of one moment.
 //
+// Constraints on velocities, A v = 0, ask for s A x + B x = 0 besides, B = d(A v)/dq, and have a part in F as
+// those on positions have: what rolls in steady motion has modes as a rotor has (Neimark and Fufaev, Dynamics
+// of Nonholonomic Systems, 1972).
+//
 // Systems of few degrees of freedom are reduced to them and solved whole. For others Arnoldi's method
 // (Spectra) finds the modes nearest to zero, of the operator that solves for the response of the state
 // (x, s x) to a disturbance:
@@ -38,9 +42,9 @@ enum class Damping { as_it_is, left_out };
 /// The `count` modes (or all that there are) nearest to s = 0 about `state`, which has t, q, v, a and lambda.
 /// Of two that are conjugate one is given, with a positive imaginary part; of two real ones of opposite sign
 /// the positive one, which grows. `go_on` is asked again and again; false ends it with those found by then.
-/// With constraints on velocities the state has to be at rest: about a motion they would need the change of A
-/// v, too. Throws InvalidInput, with the constraint's name where the position is singular, mfs::Error where
-/// Arnoldi's method does not converge, and what mfs::Solver throws.
+/// About a motion with constraints on velocities the system has to be one of few degrees of freedom. Throws
+/// InvalidInput, with the constraint's name where the position is singular, mfs::Error where Arnoldi's method
+/// does not converge, and what mfs::Solver throws.
 std::vector<Mode> find_modes(const ConstrainedSystem& system, const State& state, int count, int threads,
                              Damping damping = Damping::as_it_is, const std::function<bool()>& go_on = {},
                              Backend backend = Backend::openmp);

@@ -36,7 +36,7 @@ constexpr double kFree = 1e-3, kLeftOfFree = 0.1;
 /// Of modes without stiffness s is rounding: in parts of the largest s^2.
 constexpr double kRounding = 1e-9;
 
-/// What modes see in a state: T y of each, and its image under M, D, K and Phi_q.
+/// What modes see in a state: T y of each, and its image under M, D, K and Phi_q, or s A + B.
 struct Seen {
   MatrixXcd y;
   std::array<MatrixXcd, 3> image;
@@ -57,7 +57,7 @@ Seen look(const ConstrainedSystem& system, const TurningAxes& axes, const State&
   const TurnedSystem turned(system, axes);
   Tangent tangent = make_tangent(turned);
   turned.evaluate({state.t, state.q.data(), state.v.data(), state.a.data(), state.lambda.data()}, tangent,
-                  {Block::force_a, Block::force_v, Block::force_q, Block::position_q});
+                  {Block::force_a, Block::force_v, Block::force_q, Block::position_q, Block::velocity_q});
   if (damping == Damping::left_out)
     std::fill(tangent[Block::force_v].begin(), tangent[Block::force_v].end(), 0.0);
   const auto count = static_cast<Index>(modes.size()), n = static_cast<Index>(system.coordinates());
@@ -77,9 +77,19 @@ Seen look(const ConstrainedSystem& system, const TurningAxes& axes, const State&
     return images;
   };
   for (std::size_t b = 0; b < kForceByAVQ.size(); ++b) seen.image[b] = image(kForceByAVQ[b], seen.y);
-  seen.violation = image(Block::position_q, seen.y);
-  for (double& value : tangent[Block::position_q]) value = std::abs(value);
-  seen.terms = image(Block::position_q, seen.y.cwiseAbs().cast<Complex>()).real();
+  VectorXcd s(count);
+  for (Index k = 0; k < count; ++k) s[k] = modes[static_cast<std::size_t>(k)].s;
+  const auto violation = [&](const MatrixXcd& y, const VectorXcd& rates) {
+    MatrixXcd sum = image(Block::position_q, y);
+    const MatrixXcd change = image(Block::velocity_q, y);
+    for (int row = 0; row < system.constraints(); ++row)
+      if (system.is_nonholonomic(row)) sum.row(row) = sum.row(row) * rates.asDiagonal() + change.row(row);
+    return sum;
+  };
+  seen.violation = violation(seen.y, s);
+  for (const Block block : {Block::position_q, Block::velocity_q})
+    for (double& value : tangent[block]) value = std::abs(value);
+  seen.terms = violation(seen.y.cwiseAbs().cast<Complex>(), s.cwiseAbs().cast<Complex>()).real();
   return seen;
 }
 

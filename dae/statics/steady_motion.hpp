@@ -4,9 +4,10 @@
 //
 //   y_j^T T^T (s^2 M + s D + K) T y_k  and  Phi_q T y_k       are what they were, of all modes s, y
 //
-// where the motion is steady. Axes are tried by turns: those that turn along where all turns as one body,
-// those of the ground, those that precess. A rotor on springs that are stiffer across than up and down has
-// its modes in the ground's axes, though all of it turns as one body; in its own the springs turn.
+// (or (s A + B) T y_k of constraints on velocities) where the motion is steady. Axes are tried by turns:
+// those that turn along where all turns as one body, those of the ground, those that precess. A rotor on
+// springs that are stiffer across than up and down has its modes in the ground's axes, though all of it turns
+// as one body; in its own the springs turn.
 #pragma once
 
 #include <functional>

@@ -247,26 +247,27 @@ TurnedSystem::TurnedSystem(const ConstrainedSystem& system, const TurningAxes& a
       pattern_(system.tangent_pattern()) {
   for (std::size_t k = 0; k < parts_.size(); ++k)
     std::fill_n(number_.begin() + parts_[k].first, parts_[k].size, static_cast<int>(k));
-  const auto widen = [&](Block wide, std::initializer_list<Block> by) {
-    Pattern& pattern = pattern_.block[static_cast<std::size_t>(wide)];
-    const Pattern narrow = pattern;
-    const int n = coordinates();
-    pattern = {n, n, {0}, {}};
-    for (int i = 0; i < n; ++i) {
-      std::set<int> columns(narrow.column.begin() + narrow.row_start[i],
-                            narrow.column.begin() + narrow.row_start[i + 1]);
-      for (const Block other : by) {
-        const Pattern& p = system.tangent_pattern()[other];
-        for (int k = p.row_start[i]; k < p.row_start[i + 1]; ++k)
-          if (const TurningAxes::Part* part = part_of(p.column[k]))
-            for (int c = 0; c < part->size; ++c) columns.insert(part->first + c);
-      }
-      for (const int column : columns) pattern.column.push_back(column);
-      pattern.row_start.push_back(static_cast<int>(pattern.column.size()));
-    }
-  };
   widen(Block::force_v, {Block::force_a});
   widen(Block::force_q, {Block::force_a, Block::force_v});
+  widen(Block::velocity_q, {Block::position_q});
+}
+
+void TurnedSystem::widen(Block wide, std::initializer_list<Block> by) {
+  Pattern& pattern = pattern_.block[static_cast<std::size_t>(wide)];
+  const Pattern narrow = pattern;
+  pattern = {narrow.rows, narrow.columns, {0}, {}};
+  for (int i = 0; i < narrow.rows; ++i) {
+    std::set<int> columns(narrow.column.begin() + narrow.row_start[i],
+                          narrow.column.begin() + narrow.row_start[i + 1]);
+    for (const Block other : by) {
+      const Pattern& p = system_.tangent_pattern()[other];
+      for (int k = p.row_start[i]; k < p.row_start[i + 1]; ++k)
+        if (const TurningAxes::Part* part = part_of(p.column[k]))
+          for (int c = 0; c < part->size; ++c) columns.insert(part->first + c);
+    }
+    for (const int column : columns) pattern.column.push_back(column);
+    pattern.row_start.push_back(static_cast<int>(pattern.column.size()));
+  }
 }
 
 const TurningAxes::Part* TurnedSystem::part_of(int coordinate) const {
@@ -294,13 +295,13 @@ void TurnedSystem::evaluate(const StateView& state, Tangent& tangent, BlockSet b
   for (std::size_t b = 0; b < kBlocks; ++b) {
     const auto block = static_cast<Block>(b);
     if (!blocks.has(block)) continue;
-    if (block != Block::force_v && block != Block::force_q) {
+    if (block != Block::force_v && block != Block::force_q && block != Block::velocity_q) {
       tangent.values[b] = own.values[b];
       continue;
     }
     const Pattern &narrow = system_.tangent_pattern()[block], &wide = pattern_[block];
     std::fill(tangent.values[b].begin(), tangent.values[b].end(), 0.0);
-    for (int i = 0; i < coordinates(); ++i) {
+    for (int i = 0; i < narrow.rows; ++i) {
       auto place = wide.column.begin() + wide.row_start[i];
       for (int k = narrow.row_start[i]; k < narrow.row_start[i + 1]; ++k) {
         place = std::find(place, wide.column.end(), narrow.column[k]);
@@ -308,6 +309,10 @@ void TurnedSystem::evaluate(const StateView& state, Tangent& tangent, BlockSet b
       }
     }
   }
+  for (int row = 0; row < constraints() && blocks.has(Block::velocity_q); ++row)
+    if (is_nonholonomic(row))
+      add_row(row, Block::position_q, own[Block::position_q], 1.0, &TurningAxes::Part::w, Block::velocity_q,
+              tangent[Block::velocity_q]);
   if (!blocks.has(Block::force_q)) return;
   const std::vector<double>&mass = own[Block::force_a], &damping = own[Block::force_v];
   std::vector<double>&by_v = tangent[Block::force_v], &by_q = tangent[Block::force_q];

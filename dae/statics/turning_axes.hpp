@@ -12,10 +12,12 @@
 // With T = 1 at the time of the state, x' = y' + W y and x'' = y'' + 2 W y' + U y, W = T', U = T''. So y has
 // D + 2 M W in place of D and K + D W + M U in place of K. W and U are blocks: of the Euler parameters p of a
 // frame the change dp = (turn / 2) p is a product of quaternions, of places it is turn x r. Whether the
-// coefficients are constant then is another question (steady_motion.hpp).
+// coefficients are constant then is another question (steady_motion.hpp). Constraints on velocities, A x' + B
+// x = 0, have B + A W in place of B.
 #pragma once
 
 #include <Eigen/Core>
+#include <initializer_list>
 #include <vector>
 
 #include "dae/integrator/integrator.hpp"
@@ -72,8 +74,8 @@ class TurningAxes {
   std::vector<Part> parts_;
 };
 
-/// The system with y for x in a state that does not change: of its blocks those of F and position_q are for
-/// use.
+/// The system with y for x in a state that does not change: of its blocks those of F, position_q and the rows
+/// of velocity_q of constraints on velocities are for use.
 class TurnedSystem : public ConstrainedSystem {
  public:
   /// `system` and `axes` have to live as long.
@@ -85,7 +87,7 @@ class TurnedSystem : public ConstrainedSystem {
   void evaluate(const StateView& state, Residual& residual) const override {
     system_.evaluate(state, residual);
   }
-  /// F_a, F_v and F_q together.
+  /// F_a, F_v and F_q together, velocity_q with position_q.
   void evaluate(const StateView& state, Tangent& tangent, BlockSet blocks) const override;
   std::string coordinate_name(int i) const override { return system_.coordinate_name(i); }
   std::string constraint_name(int row) const override { return system_.constraint_name(row); }
@@ -96,6 +98,8 @@ class TurnedSystem : public ConstrainedSystem {
 
  private:
   const TurningAxes::Part* part_of(int coordinate) const;
+  /// Makes room for what `by` times W or U adds to `wide`.
+  void widen(Block wide, std::initializer_list<Block> by);
   /// Adds the row's values of `from` times W or U, `times`, to `to`.
   void add_row(int row, Block from, const std::vector<double>& values, double factor,
                Eigen::Matrix4d TurningAxes::Part::*times, Block to, std::vector<double>& sum) const;

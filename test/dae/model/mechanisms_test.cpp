@@ -9,6 +9,7 @@
 
 #include "dae/model/measure.hpp"
 #include "test/dae/integrator/ivp_test_set.hpp"
+#include "test/dae/model/linear_bicycle.hpp"
 #include "test/dae/model/mechanism.hpp"
 
 namespace mfs::dae::test {
@@ -223,26 +224,6 @@ TEST(RollingBall, OnATurntableGoesRoundWithTwoSeventhsOfItsSpeed) {
     return (result.position(state, "ball") - centre - turn * (begin - centre)).norm();
   });
 }
-
-/// Whipple's bicycle, linearized: M x'' + v C1 x' + (g K0 + v^2 K2) x = 0 for lean and steer, with the
-/// matrices of the benchmark (Meijaard et al. 2007).
-struct LinearBicycle {
-  Eigen::Matrix2d m, c, k;
-  explicit LinearBicycle(double v) {
-    m << 80.81722, 2.31941332208709, 2.31941332208709, 0.29784188199686;
-    c << 0, 33.86641391492494, -0.85035641456978, 1.68540397397560;
-    c *= v;
-    Eigen::Matrix2d k0, k2;
-    k0 << -80.95, -2.59951685249872, -2.59951685249872, -0.80329488458618;
-    k2 << 0, 76.59734589573222, 0, 2.65431523794604;
-    k = 9.81 * k0 + v * v * k2;
-  }
-  Eigen::Vector4d rate(const Eigen::Vector4d& y) const {
-    Eigen::Vector4d rate;
-    rate << y.tail<2>(), m.ldlt().solve(-c * y.tail<2>() - k * y.head<2>());
-    return rate;
-  }
-};
 
 /// Lean to the right and steer to the right.
 Eigen::Vector2d lean_and_steer(const MotionRun& result, const State& state) {

@@ -13,7 +13,6 @@
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 
-#include "solver/program/matrix_market.hpp"
 #include "test/dae/model/small_model.hpp"
 #include "test/dae/program/results.hpp"
 #include "test/program/run_program.hpp"
@@ -280,6 +279,26 @@ TEST_F(DaeProgram, NamesJointsThatAreFarFromTheirBodies) {
   EXPECT_THAT(notes(0.1, 1.1, 1e-6), Not(HasSubstr("note")));
 }
 
+// A pin in mm on a beam in m; one on an arm of some lengths is meant.
+TEST_F(DaeProgram, NamesJointsThatAreFarFromTheirMesh) {
+  ordered_json json = {{"name", "beam"}, {"end", 0.01}, {"outputs", 1}};
+  json["materials"]["rubber"] = {
+      {"law", "st_venant_kirchhoff"}, {"young", 1e7}, {"poisson", 0.3}, {"density", 1000}};
+  json["bodies"]["beam"] = {{"type", "flexible"}, {"material", "rubber"}};
+  json["bodies"]["beam"]["mesh"] = {{"generator", "box"},
+                                    {"element", "hex8"},
+                                    {"refine", 1},
+                                    {"size", {1, 0.1, 0.1}},
+                                    {"divisions", {2, 1, 1}}};
+  json["joints"]["pin"] = {{"type", "revolute"}, {"a", "ground"}, {"b", "beam:x1"}, {"axis", {0, 0, 1}}};
+  const auto notes = [&](double x) {
+    json["joints"]["pin"]["point"] = {x, 0.05, 0.05};
+    return run_program({"check", file("beam.json", json.dump())}).out;
+  };
+  EXPECT_THAT(notes(48), HasSubstr("joint pin is 47 m from the nodes that it holds, whose mesh is 1 m long"));
+  EXPECT_THAT(notes(6), Not(HasSubstr("note")));
+}
+
 // Not one of them is out of line.
 TEST_F(DaeProgram, HasNoNotesOnItsOwnModels) {
   std::istringstream list(run_program({"models"}).out);
@@ -500,15 +519,7 @@ TEST_F(DaeProgram, ListsModesAndDrawsThem) {
 TEST_F(DaeProgram, WritesTheMatricesOfAState) {
   const ProgramRun run = run_program({"linearize", file("pendulum.json", pendulum()), "-o", path("linear")});
   EXPECT_EQ(run.code, 0) << run.err;
-  const auto dense = [&](const char* name) {
-    const auto read = mfs::io::read_matrix_market(path("linear/") + name);
-    const auto& csr = std::get<mfs::io::CsrMatrix<double>>(read.content);
-    Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(csr.rows, csr.columns);
-    for (int i = 0; i < csr.rows; ++i)
-      for (auto k = csr.offsets[i]; k < csr.offsets[i + 1]; ++k)
-        matrix(i, csr.column_indices[k]) = csr.values[k];
-    return matrix;
-  };
+  const auto dense = [&](const char* name) { return read_dense(path("linear/") + name); };
   // In the only direction that the constraints leave free: 0.96, 1.2, and 24 - m g l sin(angle).
   const Eigen::VectorXd free = Eigen::FullPivLU<Eigen::MatrixXd>(dense("Phi_q.mtx")).kernel();
   ASSERT_EQ(free.size(), 8);

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 
+#include "test/dae/program/results.hpp"
 #include "test/program/run_program.hpp"
 
 namespace {
@@ -68,6 +69,37 @@ TEST_F(StaticsProgram, SaysWhatModesOfAMotionAre) {
               HasSubstr("note            all turns as one body, at 5 rad/s: modes are those seen from axes"));
   EXPECT_THAT(run_program({"linearize", turns, "--at", "0.3", "-o", folder_.path("matrices")}).out,
               HasSubstr("note            the mechanism moves: matrices are those of this moment"));
+}
+
+/// A disc of 0.5 m that rolls along -y with 2 m/s. It may as well roll in another direction: turned about z
+/// its place stays, its Euler parameters p = (c, 0, c, 0) change by z p / 2, its velocity by z x v and p' = w
+/// p / 2 by z p' / 2. That fulfils the constraints on velocities by Phi_q and V_q together alone.
+TEST_F(StaticsProgram, LinearizesWhatRolls) {
+  ordered_json json = {{"name", "disc"}, {"end", 1}, {"outputs", 1}, {"gravity", {0, 0, -9.81}}};
+  json["bodies"]["disc"] = {{"type", "rigid"},
+                            {"mass", 1},
+                            {"inertia", {0.0625, 0.0625, 0.125}},
+                            {"position", {0, 0, 0.5}},
+                            {"rotation", {{"axis", {0, 1, 0}}, {"angle", M_PI_2}}},
+                            {"velocity", {0, -2, 0}},
+                            {"angular_velocity", {4, 0, 0}}};
+  json["joints"]["road"] = {
+      {"type", "rolling_wheel"}, {"a", "ground"},       {"b", "disc"},  {"point", {0, 0, 0.5}},
+      {"axis", {0, 0, 1}},       {"axis_b", {1, 0, 0}}, {"radius", 0.5}};
+  const std::string out = folder_.path("rolls");
+  const ProgramRun run =
+      run_program({"linearize", folder_.write("disc.json", json.dump()), "--at", "0", "-o", out});
+  EXPECT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("M, D, K, Phi_q, V_q, F"));
+  const double c = std::sqrt(0.5);
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(7), rate = Eigen::VectorXd::Zero(7);
+  x.tail(4) << 0, -0.5 * c, 0, 0.5 * c;
+  rate << 2, 0, 0, -c, 0, c, 0;
+  const Eigen::VectorXd by_rates = read_dense(out + "/Phi_q.mtx") * rate,
+                        by_places = read_dense(out + "/V_q.mtx") * x;
+  ASSERT_EQ(by_rates.size(), 4);
+  EXPECT_NEAR((by_rates + by_places).norm(), 0, 1e-9);
+  EXPECT_GT(by_rates.norm(), 0.1);
 }
 
 // The torque of a controller feeds it: x'' - 0.1 x' + (3 g / 2 L) x = 0, s = 0.05 + 3.836 i.

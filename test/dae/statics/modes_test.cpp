@@ -67,13 +67,6 @@ TEST_F(Modes, OfABicycleThatStands) {
     }
   EXPECT_THAT(growth, testing::ElementsAre(testing::DoubleNear(3.13164324790656, 1e-6),
                                            testing::DoubleNear(5.53094371765393, 1e-6)));
-  json["parameters"]["speed"] = 4.6;
-  model_ = make_model(json, "", 1);
-  Integrator rolling(*model_.system, model_.integrator);
-  rolling.run(0.0, model_.q0, model_.v0, 1e-3, {0.0}, first);
-  EXPECT_THAT([&] { find_modes(*model_.system, first.taken, 10, 1); },
-              testing::Throws<InvalidInput>(
-                  testing::Property(&InvalidInput::what, testing::HasSubstr("joint road_rear"))));
 }
 
 TEST_F(Modes, OfAPendulumThatStands) {

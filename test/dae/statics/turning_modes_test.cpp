@@ -6,9 +6,13 @@
 #include <complex>
 #include <utility>
 
+#include <mfs/error.hpp>
+
 #include "dae/model/model.hpp"
+#include "dae/model/model_library.hpp"
 #include "dae/statics/modes.hpp"
 #include "dae/statics/steady_motion.hpp"
+#include "test/dae/model/linear_bicycle.hpp"
 
 namespace mfs::dae {
 namespace {
@@ -277,6 +281,132 @@ TEST_F(TurningModes, OfASwingingMassAreThoseOfLinearSprings) {
   json["forces"]["spring"]["force"] = "9 * x + 30 * x^3";
   find_in_motion(json, 0.3);
   EXPECT_FALSE(steady_);
+}
+
+/// Of lean and steer, published; what the bicycle has besides, its place and its speed, is free.
+TEST_F(TurningModes, OfABicycle) {
+  Json json = Json::parse(find_library_model("bicycle")->text);
+  for (const double speed : {2.0, 5.0, 8.0}) {
+    json["parameters"] = {{"speed", speed}, {"lean_rate", 0.0}};
+    Eigen::Matrix4d rate;
+    for (int k = 0; k < 4; ++k) rate.col(k) = test::LinearBicycle(speed).rate(Eigen::Vector4d::Unit(k));
+    const Eigen::Vector4cd published = rate.eigenvalues();
+    for (const double t : {0.0, 0.3}) {
+      find_in_motion(json, t);
+      EXPECT_TRUE(steady_);
+      EXPECT_EQ(kind_, TurningAxes::Kind::of_ground);
+      for (const Complex s : published)
+        if (s.imag() >= 0) expect_mode(s, t > 0 ? 1e-4 : 1e-8);
+      EXPECT_EQ(std::count_if(modes_.begin(), modes_.end(),
+                              [](const Mode& mode) { return std::abs(mode.s) > 0.01; }),
+                std::count_if(published.begin(), published.end(), [](Complex s) { return s.imag() >= 0; }));
+    }
+  }
+  json["parameters"] = {{"speed", 5.0}, {"lean_rate", 0.5}};
+  find_in_motion(json, 0.3);
+  EXPECT_FALSE(steady_);
+}
+
+/// A thin disc whose axle is x off the vertical; it turns by n about the axle and goes around a circle by p.
+/// With its moments of inertia A and C, B = m r^2, and the turn P = p sin x about its steepest line, moments
+/// about where it touches are
+///   (A + B) x'' = A P^2 cot x - (C + B) n P - m g r cos x,   A P' = (C n - A P cot x) x',
+///   (C + B) n' = B P x'
+/// (Routh, Advanced Rigid Dynamics, art. 244). Its centre goes around with p besides.
+class RollingDisc : public TurningModes {
+ protected:
+  static constexpr double kMass = 1.0, kRadius = 0.5, kAcross = 0.0625, kAlong = 0.125, kRolls = 0.25;
+  /// `wobble`: a rate of x, 1/s.
+  static Json disc(double x, double n, double p, double wobble = 0.0) {
+    Json json = Json::parse(R"({"name": "disc", "end": 1, "outputs": 1, "gravity": [0, 0, -9.81], "bodies": {
+      "disc": {"type": "rigid", "mass": 1, "inertia": [0.0625, 0.0625, 0.125]}}, "joints": {
+      "road": {"type": "rolling_wheel", "a": "ground", "b": "disc", "axis": [0, 0, 1], "radius": 0.5}}})");
+    const double up = std::cos(x), out = std::sin(x), spin = n - p * up;
+    Json &body = json["bodies"]["disc"], &road = json["joints"]["road"];
+    body["position"] = road["point"] = {0, 0, kRadius * out};
+    body["rotation"] = {{"axis", {0, 1, 0}}, {"angle", x}};
+    body["angular_velocity"] = {spin * out, wobble, p + spin * up};
+    body["velocity"] = {wobble * kRadius * out, -n * kRadius, wobble * kRadius * up};
+    road["axis_b"] = {out, 0, up};
+    return json;
+  }
+  static double square(double x, double n, double p) {
+    const double turn = p * std::sin(x), along = p * std::cos(x);
+    return ((2 * kAcross * along - (kAlong + kRolls) * n) * (kAlong / kAcross * n - along) - kAcross * p * p +
+            kMass * 9.81 * kRadius * std::sin(x) - kRolls * turn * turn) /
+           (kAcross + kRolls);
+  }
+};
+
+TEST_F(RollingDisc, StandsWhereItIsFastEnough) {
+  // It falls unless n^2 > g / 3 r = 2.56^2.
+  for (const double n : {1.5, 2.5, 2.6, 4.0}) {
+    EXPECT_EQ(n<2.56, square(M_PI_2, n, 0.0)> 0);
+    for (const double t : {0.0, 0.1}) {
+      find_in_motion(disc(M_PI_2, n, 0.0), t);
+      EXPECT_TRUE(steady_);
+      EXPECT_EQ(kind_, TurningAxes::Kind::of_ground);
+      expect_mode(std::sqrt(Complex(square(M_PI_2, n, 0.0))), t > 0 ? 1e-4 : 1e-8);
+    }
+  }
+}
+
+TEST_F(RollingDisc, GoesAroundACircle) {
+  for (const auto& [x, p] : {std::pair{1.2, 3.0}, {0.8, 4.0}, {1.5, -0.5}}) {
+    const double turn = p * std::sin(x);
+    const double n = (kAcross * p * turn * std::cos(x) - kMass * 9.81 * kRadius * std::cos(x)) /
+                     ((kAlong + kRolls) * turn);
+    for (const double t : {0.0, 0.4}) {
+      find_in_motion(disc(x, n, p), t);
+      EXPECT_TRUE(steady_) << x;
+      EXPECT_EQ(kind_, TurningAxes::Kind::precessing);
+      EXPECT_NEAR(rate_, std::abs(p), 1e-3 * std::abs(p));
+      expect_mode(std::sqrt(Complex(square(x, n, p))), 1e-3);
+      expect_mode({0.0, std::abs(p)}, 1e-3);
+    }
+    find_in_motion(disc(x, n, p, 1.0), 0.1);
+    EXPECT_FALSE(steady_) << x;
+  }
+}
+
+/// Its centre goes around by 2/7 of the table's turn, wherever that has begun.
+TEST_F(TurningModes, OfABallOnATurntable) {
+  const Json json =
+      Json::parse(R"({"name": "ball", "end": 1, "outputs": 1, "gravity": [0, 0, -9.81], "bodies": {
+    "table": {"type": "rigid", "mass": 1, "inertia": [1, 1, 1], "angular_velocity": [0, 0, 7]},
+    "ball": {"type": "rigid", "mass": 2, "inertia": [0.008, 0.008, 0.008], "position": [0, 0, 0.1]}},
+    "joints": {"axle": {"type": "revolute", "a": "ground", "b": "table", "point": [0, 0, 0], "axis": [0, 0, 1]},
+      "table": {"type": "rolling_ball", "a": "table", "b": "ball", "point": [0, 0, 0.1], "axis": [0, 0, 1],
+        "radius": 0.1}},
+    "motions": {"drive": {"type": "rotation", "joint": "axle", "angle": "7 * t"}}})");
+  find_in_motion(json, 0.2);
+  EXPECT_TRUE(steady_);
+  EXPECT_EQ(kind_, TurningAxes::Kind::of_ground);
+  expect_mode({0.0, 2.0}, 1e-6);
+}
+
+/// As A x = 0 is what Arnoldi's method knows.
+TEST_F(RollingDisc, IsRefusedWithALargeMesh) {
+  Json json = disc(M_PI_2, 4.0, 0.0);
+  json["materials"]["rubber"] = {
+      {"law", "st_venant_kirchhoff"}, {"young", 1e7}, {"poisson", 0.3}, {"density", 1000}};
+  json["bodies"]["box"] = {{"type", "flexible"},
+                           {"material", "rubber"},
+                           {"damping", {{"beta", 1e-3}}},
+                           {"position", {-0.05, -0.05, 0.45}},
+                           {"velocity", {0.2, -2.2, 0}},
+                           {"angular_velocity", {4, 0, 0}},
+                           {"mesh",
+                            {{"generator", "box"},
+                             {"element", "hex8"},
+                             {"refine", 1},
+                             {"size", {0.1, 0.1, 0.1}},
+                             {"divisions", {6, 6, 6}}}}};
+  json["joints"]["hub"] = {{"type", "fixed"}, {"a", "disc"}, {"b", "box:x0"}, {"point", {-0.05, 0, 0.5}}};
+  EXPECT_THAT([&] { find(json, 0.0); },
+              testing::Throws<InvalidInput>(testing::Property(
+                  &InvalidInput::what, testing::AllOf(testing::HasSubstr("joint road"),
+                                                      testing::HasSubstr("up to 150 degrees of freedom")))));
 }
 
 }  // namespace

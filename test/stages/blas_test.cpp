@@ -1,11 +1,14 @@
 // What the seam to BLAS does itself: products and triangles for one right-hand side, and the choice of
 // OpenBLAS' kernels.
 #include <gmock/gmock.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
 #include <complex>
 #include <limits>
+#include <new>
 #include <vector>
 
 #include "kernels/dense/blas.hpp"
@@ -41,7 +44,7 @@ class OneRightHandSide : public testing::Test {
 using Scalars = testing::Types<double, float, std::complex<double>, std::complex<float>>;
 TYPED_TEST_SUITE(OneRightHandSide, Scalars);
 
-constexpr Vertex kSizes[] = {0, 1, 2, 7, 8, 9, 15, 16, 17, 31, 32, 33, 65, 257};
+constexpr Vertex kSizes[] = {0, 1, 2, 7, 8, 9, 15, 16, 17, 31, 32, 33, 65, 257, 514};
 
 TYPED_TEST(OneRightHandSide, IsMultiplied) {
   for (const Vertex m : kSizes) {
@@ -88,6 +91,45 @@ TYPED_TEST(OneRightHandSide, IsSolvedForWithTriangles) {
             << n << (upper ? " U " : " L ") << i;
       }
     }
+  }
+}
+
+/// Memory that ends with a page, behind which nothing may be read.
+class EndOfPage {
+ public:
+  explicit EndOfPage(std::size_t bytes) : page_(static_cast<std::size_t>(sysconf(_SC_PAGESIZE))) {
+    whole_ = (bytes + page_ - 1) / page_ * page_;
+    at_ = static_cast<char*>(
+        mmap(nullptr, whole_ + page_, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0));
+    if (at_ == MAP_FAILED || mprotect(at_ + whole_, page_, PROT_NONE) != 0) throw std::bad_alloc();
+    begin_ = at_ + whole_ - bytes;
+  }
+  EndOfPage(const EndOfPage&) = delete;
+  EndOfPage& operator=(const EndOfPage&) = delete;
+  ~EndOfPage() { munmap(at_, whole_ + page_); }
+  void* begin() const { return begin_; }
+
+ private:
+  std::size_t page_, whole_;
+  char *at_, *begin_;
+};
+
+// As trsv of complex numbers does (OpenBLAS 0.3.21, where the rows are even and no multiple of four).
+TYPED_TEST(OneRightHandSide, IsNotReadBehindItsEnd) {
+  for (const Vertex n : {30, 129, 256, 257, 258, 259, 260, 262, 301, 514}) {
+    this->make(n, n, n);
+    const EndOfPage memory(n * sizeof(TypeParam));
+    auto* const x = static_cast<TypeParam*>(memory.begin());
+    for (const Transpose transpose : {Transpose::no, Transpose::yes}) {
+      for (const auto& solve : {blas::solve_upper<TypeParam>, blas::solve_unit_lower<TypeParam>}) {
+        std::fill_n(x, n, TypeParam(0));
+        solve(transpose, n, 1, this->a_.data(), n, x, n);
+        EXPECT_THAT(std::vector<TypeParam>(x, x + n), Each(TypeParam(0)));
+      }
+    }
+    std::fill_n(x, n, TypeParam(0));
+    blas::gemm_minus(Transpose::no, n, 1, n, this->a_.data(), n, std::vector<TypeParam>(n).data(), n, x, n);
+    EXPECT_THAT(std::vector<TypeParam>(x, x + n), Each(TypeParam(0)));
   }
 }
 

@@ -137,8 +137,8 @@ template <class Scalar>
 void solve_left(const char* uplo, const char* diag, Transpose transpose, Vertex n, Vertex columns,
                 const Scalar* t, Offset ldt, Scalar* b, Offset ldb);
 
-// One right-hand side reads the triangle once; trsm would pack it first, and trsv of complex numbers reads up
-// to three numbers behind x (OpenBLAS 0.3.21).
+// One right-hand side reads the triangle once; trsm would pack it first, and trsv of complex numbers reads
+// behind x (OpenBLAS 0.3.21, github.com/OpenMathLib/OpenBLAS/issues/4013).
 template <class Scalar>
 void solve_column_by_blocks(const char* uplo, const char* diag, Vertex n, const Scalar* t, Offset ldt,
                             Scalar* x) {

@@ -26,6 +26,7 @@
 #include "accuracy/probe.hpp"
 #include "accuracy/refinement.hpp"
 #include "accuracy/resident_refinement.hpp"
+#include "accuracy/solution_support.hpp"
 #include "kernels/runtime/arena.hpp"
 #include "kernels/stages/doubled_rows.hpp"
 #include "ordering/scaling.hpp"
@@ -61,6 +62,7 @@ class AccuracyLadder final : public Factorization<Value> {
     probed_.reset();
     probed_where_factors_lie_ = false;
     balanced_.reset();
+    support_.reset();
     divided_by_tiny_ = policy.tiny == TinyPivots::data;
     const Factored factored = factors_->factor(policy, progress);
     status_ = factored.status;
@@ -309,8 +311,23 @@ class AccuracyLadder final : public Factorization<Value> {
     };
     // Floors are of single columns.
     const RowAccess<Value> together = controls.row_floor > 0 ? RowAccess<Value>{} : matrix_rows(transposed);
-    const HostVectors vectors(exec_, plan_->n, columns, at_, together, inverse, residual, doubled);
+    const auto support = [&](const Value* b) { return support_of(b, transposed != nullptr); };
+    const HostVectors vectors(exec_, plan_->n, columns, at_, together, inverse, residual, doubled, support);
     Refinement(vectors, controls).run(outcome, begun);
+  }
+
+  // Empty: of all unknowns.
+  std::vector<char> support_of(const Value* b, bool transposed) {
+    std::vector<char> right_side(static_cast<std::size_t>(plan_->n));
+    for (std::size_t i = 0; i < right_side.size(); ++i) right_side[i] = b[i] != Value(0);
+    if (std::find(right_side.begin(), right_side.end(), false) == right_side.end()) return {};
+    if (!support_) {
+      RawVector<Cost> costs(static_cast<std::size_t>(pattern_->nnz()));
+      for (std::size_t k = 0; k < costs.size(); ++k)
+        costs[k] = matrix_.values[k] == Value(0) ? kNoEdge : Cost(0);
+      support_.emplace(*pattern_, std::move(costs));
+    }
+    return support_->of(right_side, transposed);
   }
 
   RowFloor row_floor(double part, const Value* x, bool transposed) {
@@ -490,6 +507,7 @@ class AccuracyLadder final : public Factorization<Value> {
   std::optional<Probed> probed_;
   bool probed_where_factors_lie_ = false;                   // whatever came of it
   std::optional<Scales> balanced_;                          // made when first needed
+  std::optional<SolutionSupport> support_;                  // made when first needed
   std::unique_ptr<Correction<Exec, Value>> correction_[2];  // for A, for A^T; made when first needed
   Exec exec_;
 };

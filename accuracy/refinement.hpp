@@ -7,6 +7,9 @@
 // unknowns. With residual and solution of twice the precision they go on to nothing, and the tiny unknowns
 // become right.
 //
+// Unknowns that are zero by the pattern of A and b alone (accuracy/solution_support.hpp) are set to zero, and
+// stay so, before anything else is tried.
+//
 // Refinement also stalls where pivots were perturbed (with k of them A differs from the factored matrix by a
 // matrix of rank k, so FGMRES needs about k + 1 steps), and where |A| |x| + |b| differs by many decades
 // between rows: small rows then drown in what large entries of x leave there. FGMRES therefore measures row i
@@ -47,20 +50,22 @@ constexpr double kEnough = 0.1;
 /// One block of right-hand sides and its solutions in the memory of the host, where Exec works on them. Each
 /// column is a part, as IterativeRefinement calls it. `Inverse` is called as inverse(from, to, columns),
 /// `Residual` as residual(b or null, x, r, sizes of rows or null) and returns the componentwise backward
-/// error, `DoubledResidual` as doubled(b, x, low, r) for r = b - A (x + low). `rows` are those of A; where
-/// its `offsets` is null, columns are measured one by one, by `residual`.
-template <class Exec, class Scalar, class Inverse, class Residual, class DoubledResidual>
+/// error, `DoubledResidual` as doubled(b, x, low, r) for r = b - A (x + low), `Support` as support(b) for
+/// which unknowns may differ from zero (std::vector<char>; empty: all). `rows` are those of A; where its
+/// `offsets` is null, columns are measured one by one, by `residual`.
+template <class Exec, class Scalar, class Inverse, class Residual, class DoubledResidual, class Support>
 class HostVectors {
  public:
   using Value = Scalar;
   HostVectors(const Exec& exec, Vertex n, Vertex columns, const RefinementVectors<Scalar>& vectors,
               const RowAccess<Scalar>& rows, const Inverse& inverse, const Residual& residual,
-              const DoubledResidual& doubled)
+              const DoubledResidual& doubled, const Support& support)
       : n(n),
         columns(columns),
         inverse(inverse),
         residual(residual),
         doubled(doubled),
+        support(support),
         exec_(exec),
         rows_(rows),
         at_(vectors) {}
@@ -119,6 +124,7 @@ class HostVectors {
   void add(Scalar factor, const Scalar* from, Scalar* to) const { add_vector(exec_, n, factor, from, to); }
   void add_doubled(const Scalar* d, Scalar* x, Scalar* low) const { mfs::add_doubled(exec_, n, d, x, low); }
   void drop_noise(const Scalar* d, Scalar* x) const { mfs::drop_noise(exec_, n, d, x); }
+  void keep(const std::vector<char>& kept, Scalar* x) const { keep_entries(exec_, n, kept.data(), x); }
   void scale(Scalar factor, Scalar* x) const { scale_vector(exec_, n, factor, x); }
   void weigh(const Scalar* from, Scalar* to, bool inverse) const {
     weigh_vector(exec_, n, at_.size, !inverse, from, to);
@@ -130,6 +136,7 @@ class HostVectors {
   const Inverse& inverse;
   const Residual& residual;
   const DoubledResidual& doubled;
+  const Support& support;
 
  private:
   Scalar* column(Scalar* block, Vertex j) const { return block + static_cast<Offset>(j) * n; }
@@ -181,6 +188,7 @@ class Refinement {
     refinement_.run();
     for (Vertex j = 0; j < vectors_.columns; ++j) {
       if (controls_.max_steps == 0) break;
+      if (fails(j)) refine_in_support(j);
       if (fails(j)) refine_doubled(j);
       if (fails(j)) accelerate(j);
     }
@@ -195,6 +203,35 @@ class Refinement {
   bool fails(Vertex j) { return misses(j) && std::isfinite(error(j)); }
   double& error(Vertex j) { return refinement_.error(j); }
 
+  // By entries that may differ from zero, as long as the error halves. The others are zero in each solution
+  // of a regular A; where that is not better, it may not be one.
+  void refine_in_support(Vertex j) {
+    support_ = vectors_.support(vectors_.b(j));
+    if (support_.empty()) return;
+    Scalar* const x = vectors_.x(j);
+    const std::vector<Scalar> as_it_was(x, x + vectors_.n);
+    const double before = error(j);
+    vectors_.keep(support_, x);
+    error(j) = vectors_.measure(j);
+    for (int step = 0; step < controls_.max_steps && misses(j); ++step) {
+      const double last = error(j);
+      invert(vectors_.r(j), vectors_.d(0));
+      ++further_steps_;
+      refinement_.improve(j, 0);
+      if (!(error(j) < 0.5 * last)) break;
+    }
+    if (error(j) < before) return;
+    std::copy(as_it_was.begin(), as_it_was.end(), x);
+    error(j) = before;
+    support_.clear();
+  }
+
+  // One column, in the support of its solution.
+  void invert(const Scalar* from, Scalar* to) {
+    vectors_.inverse(from, to, 1);
+    if (!support_.empty()) vectors_.keep(support_, to);
+  }
+
   // As long as each correction is less than half of the one before.
   void refine_doubled(Vertex j) {
     Scalar *const x = vectors_.x(j), *const d = vectors_.d(0), *const low = vectors_.zeros();
@@ -203,7 +240,7 @@ class Refinement {
     double last = std::numeric_limits<double>::infinity();
     for (int step = 0; step < controls_.max_steps && misses(j); ++step) {
       vectors_.doubled(vectors_.b(j), x, low, d);
-      vectors_.inverse(d, d, 1);
+      invert(d, d);
       ++further_steps_;
       const double length = vectors_.norm2(d);
       if (!(length < 0.5 * last)) {
@@ -230,7 +267,7 @@ class Refinement {
       krylov_cycle(j, basis, directions);
       for (int step = 0; step < 2 && misses(j); ++step) {
         vectors_.measure(j);
-        vectors_.inverse(vectors_.r(j), vectors_.d(0), 1);
+        invert(vectors_.r(j), vectors_.d(0));
         ++further_steps_;
         refinement_.improve(j, 0);
       }
@@ -251,7 +288,7 @@ class Refinement {
       const Offset k = static_cast<Offset>(h.size());
       Scalar *v = basis + k * vectors_.n, *z = directions + k * vectors_.n, *w = v + vectors_.n;
       vectors_.weigh(v, vectors_.d(0), true);
-      vectors_.inverse(vectors_.d(0), z, 1);
+      invert(vectors_.d(0), z);
       ++krylov_steps_;
       vectors_.residual(nullptr, z, vectors_.d(0), nullptr);  // -A z
       vectors_.weigh(vectors_.d(0), w, false);
@@ -320,6 +357,7 @@ class Refinement {
   SolveControls controls_;
   Vectors vectors_;
   IterativeRefinement<Vectors> refinement_;
+  std::vector<char> support_;  // of the solution of the column at hand; empty: all unknowns, or not asked
   int further_steps_ = 0, krylov_steps_ = 0;
 };
 

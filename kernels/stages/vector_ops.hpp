@@ -47,6 +47,14 @@ void drop_noise(const Exec& exec, Vertex n, const Scalar* d, Scalar* x) {
   });
 }
 
+/// Entries of x become zero where `kept` is false.
+template <class Exec, class Scalar>
+void keep_entries(const Exec& exec, Vertex n, const char* kept, Scalar* x) {
+  for_each_index(exec, "mfs::keep_entries", n, [=](Offset i) {
+    if (!kept[i]) x[i] = Scalar(0);
+  });
+}
+
 /// (x, low) += d, where x + low is a number of twice the precision and x that number rounded (Knuth's
 /// TwoSum).
 template <class Scalar>

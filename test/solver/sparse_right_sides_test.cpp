@@ -1,0 +1,68 @@
+// Right-hand sides with few entries, as the sources of a circuit have, and matrices that have a block
+// triangular form, by factors of the whole matrix: unknowns that are zero stand in rows that meet nothing
+// else.
+#include <cmath>
+#include <filesystem>
+#include <string>
+
+#include "test/solver/systems.hpp"
+
+namespace mfs::test {
+namespace {
+
+/// Blocks that hang together, each row of which meets an unknown of a block before; rows and columns in
+/// random orders. Some have entries over six decades.
+SparseMatrix reducible(Random& random) {
+  std::vector<Entry> entries;
+  std::int64_t n = 0;
+  for (std::int64_t blocks = random.integer(3, 40); blocks > 0; --blocks) {
+    const std::int64_t size = random.integer(1, 12), begin = n;
+    for (std::int64_t i = 0; i < size; ++i) {
+      entries.push_back({begin + i, begin + i, random.entry()});
+      entries.push_back({begin + i, begin + (i + 1) % size, random.entry()});
+      entries.push_back({begin + i, begin + random.integer(0, size), random.entry()});
+      if (begin > 0) entries.push_back({begin + i, random.integer(0, begin), random.entry()});
+    }
+    n += size;
+  }
+  const std::vector<std::int64_t> row = random.permutation(n), column = random.permutation(n);
+  const bool graded = random.chance(0.4);
+  for (Entry& e : entries)
+    e = {row[e.row], column[e.column], graded ? e.value * std::pow(10, 3 * random.entry()) : e.value};
+  return from_entries_summed(n, std::move(entries));
+}
+
+void expect_unit_vectors_are_solved_for(Backend backend, Matching matching) {
+  for (int trial = 0; trial < 40; ++trial) {
+    SCOPED_TRACE("trial " + std::to_string(trial));
+    Random random(static_cast<std::uint64_t>(trial));
+    const SparseMatrix a = reducible(random), at = transposed(a);
+    Options options;
+    options.backend = backend;
+    options.threads = 1;
+    options.analysis.matching = matching;
+    // As factors in a file are those of the whole matrix.
+    if (backend == Backend::serial) options.out_of_core_dir = std::filesystem::temp_directory_path();
+    Solver solver(options);
+    solver.factor(a.view());
+    EXPECT_EQ(solver.report().diagonal_blocks, 1);
+    for (int k = 0; k < 4; ++k) {
+      std::vector<double> b(static_cast<std::size_t>(a.n), 0.0), x(b.size());
+      b[static_cast<std::size_t>(random.integer(0, a.n))] = random.entry();
+      solver.solve(b.data(), x.data());
+      EXPECT_LE(backward_error(a, b, x), kPromised);
+      solver.solve_transpose(b.data(), x.data());
+      EXPECT_LE(backward_error(at, b, x), kPromised);
+    }
+  }
+}
+
+TEST(SparseRightSides, AreSolvedForByFactorsOfTheWhole) {
+  expect_unit_vectors_are_solved_for(Backend::serial, Matching::automatic);
+}
+TEST(SparseRightSides, AreSolvedForByKokkos) {
+  expect_unit_vectors_are_solved_for(Backend::kokkos, Matching::automatic);
+}
+
+}  // namespace
+}  // namespace mfs::test

@@ -183,6 +183,7 @@ class AccuracyLadder final : public Factorization<Value> {
     if (factors_->memory() == MemorySpace::device) return factors_->bytes();
     std::size_t extra = krylov_space_.size() * sizeof(Value);
     for (const auto& correction : correction_) extra += correction ? correction->bytes() : 0;
+    if (support_) extra += support_->bytes();
     const LadderLayout own(plan_->n, sizeof(Value), columns_);
     return factors_->bytes() + own.ends.total() + own.work.total() + static_cast<Offset>(extra);
   }

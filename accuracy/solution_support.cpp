@@ -6,7 +6,10 @@
 namespace mfs {
 
 SolutionSupport::SolutionSupport(const Pattern& pattern, RawVector<Cost> costs)
-    : pattern_(pattern), costs_(std::move(costs)), matching_(maximum_product_matching(pattern_, costs_, 1)) {}
+    : pattern_(pattern), costs_(std::move(costs)), matching_(maximum_product_matching(pattern_, costs_, 1)) {
+  matching_.row_dual = {};
+  matching_.column_dual = {};
+}
 
 std::vector<char> SolutionSupport::of(const std::vector<char>& right_side, bool transposed) {
   if (matching_.unmatched > 0) return {};
@@ -33,6 +36,13 @@ std::vector<char> SolutionSupport::of(const std::vector<char>& right_side, bool 
   }
   if (std::find(reached.begin(), reached.end(), false) == reached.end()) return {};
   return reached;
+}
+
+std::size_t SolutionSupport::bytes() const {
+  const std::size_t n = static_cast<std::size_t>(pattern_.n), entries = costs_.size();
+  const std::size_t columns =
+      columns_ ? (n + 1) * sizeof(Offset) + entries * (sizeof(Vertex) + sizeof(Offset)) : 0;
+  return entries * sizeof(Cost) + 2 * n * sizeof(Vertex) + columns;
 }
 
 }  // namespace mfs

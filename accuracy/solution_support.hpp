@@ -23,6 +23,8 @@ class SolutionSupport {
   /// from zero. Empty where all may, or the matrix is singular by its pattern. Linear time.
   std::vector<char> of(const std::vector<char>& right_side, bool transposed);
 
+  std::size_t bytes() const;
+
  private:
   const Pattern& pattern_;
   RawVector<Cost> costs_;

@@ -215,9 +215,7 @@ class Refinement {
     error(j) = vectors_.measure(j);
     for (int step = 0; step < controls_.max_steps && misses(j); ++step) {
       const double last = error(j);
-      invert(vectors_.r(j), vectors_.d(0));
-      ++further_steps_;
-      refinement_.improve(j, 0);
+      correct(j);
       if (!(error(j) < 0.5 * last)) break;
     }
     if (error(j) < before) return;
@@ -230,6 +228,12 @@ class Refinement {
   void invert(const Scalar* from, Scalar* to) {
     vectors_.inverse(from, to, 1);
     if (!support_.empty()) vectors_.keep(support_, to);
+  }
+  // A step of refinement, from the residual that was measured last.
+  void correct(Vertex j) {
+    invert(vectors_.r(j), vectors_.d(0));
+    ++further_steps_;
+    refinement_.improve(j, 0);
   }
 
   // As long as each correction is less than half of the one before.
@@ -267,9 +271,7 @@ class Refinement {
       krylov_cycle(j, basis, directions);
       for (int step = 0; step < 2 && misses(j); ++step) {
         vectors_.measure(j);
-        invert(vectors_.r(j), vectors_.d(0));
-        ++further_steps_;
-        refinement_.improve(j, 0);
+        correct(j);
       }
       if (!(error(j) < 0.5 * before)) break;
     }

@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <set>
 
@@ -138,20 +137,25 @@ void add_universal_joints(const MultibodyModel& model, std::vector<std::string>&
   }
 }
 
-/// Of the mesh that has these nodes, by their mean, the largest extent along ground axes, m.
-double extent_of_mesh(const MultibodyModel& model, const Eigen::Vector3d& mean) {
-  double nearest = std::numeric_limits<double>::infinity(), extent = 0.0;
+/// Around each mesh, along ground axes, m.
+std::vector<Eigen::AlignedBox3d> boxes_of_meshes(const MultibodyModel& model) {
+  std::vector<Eigen::AlignedBox3d> boxes;
   for (const FlexibleBody& body : model.flexible_bodies) {
-    Eigen::AlignedBox3d box;
+    Eigen::AlignedBox3d& box = boxes.emplace_back();
     for (int i = 0; i + 2 < body.range.count; i += 3)
       box.extend(
           Eigen::Map<const Eigen::Vector3d>(&model.q0[static_cast<std::size_t>(body.range.first + i)]));
-    if (const double distance = box.exteriorDistance(mean); distance < nearest) {
-      nearest = distance;
-      extent = box.sizes().maxCoeff();
-    }
   }
-  return extent;
+  return boxes;
+}
+
+/// Of the mesh that has these nodes, by their mean, the largest extent.
+double extent_of_mesh(const std::vector<Eigen::AlignedBox3d>& boxes, const Eigen::Vector3d& mean) {
+  const auto nearest = std::min_element(boxes.begin(), boxes.end(),
+                                        [&](const Eigen::AlignedBox3d& a, const Eigen::AlignedBox3d& b) {
+                                          return a.exteriorDistance(mean) < b.exteriorDistance(mean);
+                                        });
+  return nearest == boxes.end() ? 0.0 : nearest->sizes().maxCoeff();
 }
 
 void add_far_joints(const MultibodyModel& model, std::vector<std::string>& notes) {
@@ -163,6 +167,7 @@ void add_far_joints(const MultibodyModel& model, std::vector<std::string>& notes
     const auto of_body = radius.find(side.frame.first);
     return of_body == radius.end() ? 0.0 : side.point.norm() / of_body->second;
   };
+  const std::vector<Eigen::AlignedBox3d> boxes = boxes_of_meshes(model);
   for (const ModelJoint& joint : model.joints) {
     const double nearer = std::min(distance_in_radii(joint.a), distance_in_radii(joint.b));
     if (nearer > kFar)
@@ -173,7 +178,7 @@ void add_far_joints(const MultibodyModel& model, std::vector<std::string>& notes
     for (const Attachment* side : {&joint.a, &joint.b}) {
       if (side->frame.is_ground() || radius.count(side->frame.first) != 0) continue;
       const Eigen::Map<const Eigen::Vector3d> mean(&model.q0[static_cast<std::size_t>(side->frame.first)]);
-      const double extent = extent_of_mesh(model, mean), distance = side->point.norm();
+      const double extent = extent_of_mesh(boxes, mean), distance = side->point.norm();
       if (distance > kFarFromMesh * extent)
         notes.push_back(
             fmt::format("joint {} is {:.3g} m from the nodes that it holds, whose mesh is {:.3g} m long: "

@@ -10,26 +10,15 @@
 namespace mfs::test {
 namespace {
 
-/// Blocks that hang together, each row of which meets an unknown of a block before; rows and columns in
-/// random orders. Some have entries over six decades.
+/// Blocks whose diagonal is no larger than the rest; some have entries over six decades.
 SparseMatrix reducible(Random& random) {
-  std::vector<Entry> entries;
-  std::int64_t n = 0;
-  for (std::int64_t blocks = random.integer(3, 40); blocks > 0; --blocks) {
-    const std::int64_t size = random.integer(1, 12), begin = n;
-    for (std::int64_t i = 0; i < size; ++i) {
-      entries.push_back({begin + i, begin + i, random.entry()});
-      entries.push_back({begin + i, begin + (i + 1) % size, random.entry()});
-      entries.push_back({begin + i, begin + random.integer(0, size), random.entry()});
-      if (begin > 0) entries.push_back({begin + i, random.integer(0, begin), random.entry()});
-    }
-    n += size;
-  }
-  const std::vector<std::int64_t> row = random.permutation(n), column = random.permutation(n);
+  std::vector<std::int64_t> sizes(static_cast<std::size_t>(random.integer(3, 40)));
+  for (std::int64_t& size : sizes) size = random.integer(1, 12);
+  SparseMatrix a = permuted_blocks(sizes, static_cast<std::uint64_t>(random.integer(0, 1000)));
   const bool graded = random.chance(0.4);
-  for (Entry& e : entries)
-    e = {row[e.row], column[e.column], graded ? e.value * std::pow(10, 3 * random.entry()) : e.value};
-  return from_entries_summed(n, std::move(entries));
+  for (double& value : a.values)
+    value = graded ? random.entry() * std::pow(10, 3 * random.entry()) : random.entry();
+  return a;
 }
 
 void expect_unit_vectors_are_solved_for(Backend backend, Matching matching) {

@@ -374,6 +374,17 @@ Eigenpairs solve(const ConstrainedSystem& system, const Matrices& matrices, int 
   return solve_large(system, matrices, matrices.shift(), count, threads, backend, go_on);
 }
 
+/// What is less of a mode, in parts of it, than what moves with another phase is rounding, which leads along
+/// no constraint.
+constexpr double kPhase = 1e-6;
+
+template <class T>
+double largest(const std::vector<T>& x) {
+  double most = 0.0;
+  for (const T& each : x) most = std::max(most, std::abs(each));
+  return most;
+}
+
 /// A singular position has several ways out of it, whose frequencies hinge on multipliers that nothing
 /// determines there.
 void check_regular(const IndependentSystem& independent, const ConstrainedSystem& system, const State& state,
@@ -383,6 +394,7 @@ void check_regular(const IndependentSystem& independent, const ConstrainedSystem
     for (const bool real : {true, false}) {
       std::vector<double> way;
       for (const Complex& x : mode.x) way.push_back(real ? x.real() : x.imag());
+      if (!(largest(way) > kPhase * largest(mode.x))) continue;
       if (const auto row = independent.singular_row(state.t, state.q, way))
         throw InvalidInput(system.constraint_name(*row),
                            "about this position there are no modes: it is singular, as here this constraint "

@@ -204,6 +204,43 @@ TEST_F(Modes, AreGivenUpWhereThatIsAskedFor) {
   EXPECT_EQ(asked, 5);
 }
 
+/// Of cranks of 0.3 m and a coupler of 1 m, rods of 1 kg, in a plane that is oblique to all axes. Three
+/// constraints are redundant wherever it is; what of the mode moves with another phase is rounding, which
+/// would lead to where they are not.
+TEST_F(Modes, OfAParallelogramInAnObliquePlane) {
+  const double r = 0.3, base = 1.0, g = 9.81;
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(2.3, Eigen::Vector3d(-1.1, 0.6, -1.3).normalized()));
+  const auto turned = [&](double x, double y, double z) {
+    const Eigen::Vector3d there = turn * Eigen::Vector3d(x, y, z);
+    return Json{there[0], there[1], there[2]};
+  };
+  const auto rod = [&](double x, double y, double length, double angle) {
+    const Eigen::AngleAxisd rotation(turn * Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()));
+    const double across = length * length / 12;
+    return Json{{"type", "rigid"},
+                {"mass", 1},
+                {"inertia", {1e-3 * across, across, across}},
+                {"position", turned(x, y, 0)},
+                {"rotation",
+                 {{"axis", {rotation.axis()[0], rotation.axis()[1], rotation.axis()[2]}},
+                  {"angle", rotation.angle()}}}};
+  };
+  const auto hinge = [&](const char* a, const char* b, double x, double y) {
+    return Json{
+        {"type", "revolute"}, {"a", a}, {"b", b}, {"point", turned(x, y, 0)}, {"axis", turned(0, 0, 1)}};
+  };
+  Json json{{"name", "parallelogram"}, {"end", 1}, {"outputs", 1}, {"gravity", turned(0, -g, 0)}};
+  json["bodies"] = {{"left", rod(0, -r / 2, r, kPi / 2)},
+                    {"right", rod(base, -r / 2, r, kPi / 2)},
+                    {"coupler", rod(base / 2, -r, base, 0)}};
+  json["joints"] = {{"A", hinge("ground", "left", 0, 0)},
+                    {"B", hinge("left", "coupler", 0, -r)},
+                    {"C", hinge("coupler", "right", base, -r)},
+                    {"D", hinge("right", "ground", base, 0)}};
+  find(json, 1);
+  expect_frequency(0, std::sqrt(2 * g * r / (r * r * (1 + 2.0 / 3))) / (2 * kPi), 1e-9);
+}
+
 // Arms that hang straight down may swing alike or against each other, and what holds the collar decides the
 // frequencies of both; nothing determines it.
 TEST_F(Modes, AboutASingularPositionAreRefused) {

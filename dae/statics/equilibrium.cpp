@@ -25,6 +25,10 @@ constexpr int kMostSteps = 300, kMostOfEach = 12;
 /// The longest step, in ranges of coordinates (Euler parameters: a third of a turn at most), and the one that
 /// s is chosen for.
 constexpr double kLongest = 0.3, kAim = 0.24;
+/// They are so much shorter after a search that ended where what is left out does not hold, as longer steps
+/// may lead to another solution of the constraints that are kept; so many times.
+constexpr double kShorter = 0.25;
+constexpr int kMostShorter = 2;
 /// Steps that are still so many times as long after s has grown do not depend on it.
 constexpr double kUnchanged = 0.7;
 /// Of the last step; steps converge quadratically in the end.
@@ -70,10 +74,13 @@ double largest(const std::vector<double>& values) {
 
 class Search {
  public:
+  /// `part`: of the longest steps, what they are at most.
   Search(const ConstrainedSystem& system, const IntegratorOptions& options, State& state,
-         EquilibriumReport& report)
+         EquilibriumReport& report, double part)
       : system_(system),
         options_(options),
+        longest_(part * kLongest),
+        aim_(part * kAim),
         n_(system.coordinates()),
         m_(system.constraints()),
         state_(state),
@@ -136,12 +143,12 @@ class Search {
         return true;
       }
       if (!step()) {
-        s_ *= std::clamp(1.5 * reach_ / kAim, kSlower, kMuchSlower);
+        s_ *= std::clamp(1.5 * reach_ / aim_, kSlower, kMuchSlower);
         if (s_ > kMost * std::max(1.0, per_square_)) return false;
         continue;
       }
       const bool slow = s_ > least_;
-      s_ = std::max({least_, reach_ / kAim * s_, s_ / kMuchSlower});
+      s_ = std::max({least_, reach_ / aim_ * s_, s_ / kMuchSlower});
       const bool at_rounding = report_.last_step < kRounding && report_.last_step > 0.5 * before_;
       before_ = report_.last_step;
       if (!slow && (report_.last_step < kConverged || at_rounding)) {
@@ -254,14 +261,14 @@ class Search {
     if (!all_finite(change)) return false;
     find_largest(change);
     double reach = reach_of(change);
-    if (reach > kLongest) {
+    if (reach > longest_) {
       // What mends the constraints does not become shorter with a larger s, so a part of it is taken.
       if (!(reach > kUnchanged * std::exchange(too_long_, reach))) {
         reach_ = reach;
         return false;
       }
-      for (double& each : change) each *= kAim / reach;
-      reach = kAim;
+      for (double& each : change) each *= aim_ / reach;
+      reach = aim_;
     }
     too_long_ = HUGE_VAL;
     State trial{state_.t, state_.q, {}, {}, state_.lambda};
@@ -335,6 +342,7 @@ class Search {
 
   const ConstrainedSystem& system_;
   const IntegratorOptions& options_;
+  const double longest_, aim_;
   const int n_, m_;
   State& state_;
   EquilibriumReport& report_;
@@ -359,14 +367,18 @@ class SearchByRank {
  public:
   SearchByRank(const ConstrainedSystem& system, const IntegratorOptions& options, State& state,
                EquilibriumReport& report)
-      : independent_(system, state.t, state.q), options_(options), state_(state), report_(report) {
+      : independent_(system, state.t, state.q),
+        options_(options),
+        begun_(state),
+        state_(state),
+        report_(report) {
     at_rest_.constraint_velocity = at_rest_.constraint_acceleration = HUGE_VAL;  // those of no motion
   }
 
   State run(const std::function<bool()>& go_on) {
     for (int left = kMostRanks;; --left) {
       state_.lambda.assign(static_cast<std::size_t>(independent_.system().constraints()), 0.0);
-      Search search(independent_.system(), options_, state_, report_);
+      Search search(independent_.system(), options_, state_, report_, part_);
       if (!search.run(go_on)) {
         if (left == 0 || !leave_out_more()) throw Error(search.why_not());
         continue;
@@ -386,8 +398,8 @@ class SearchByRank {
     return true;
   }
 
-  /// Whether what is left out does; false: less is left out from now on. Throws InvalidInput where it does
-  /// not and cannot, or where `is_last`.
+  /// Whether what is left out does; false: less is left out from now on, or the search begins again with
+  /// shorter steps. Throws InvalidInput where it does not and cannot, or where `is_last`.
   bool holds(bool is_last) {
     const std::vector<double> none(state_.q.size(), 0.0);
     const StateView there{state_.t, state_.q.data(), none.data(), none.data(), state_.lambda.data()};
@@ -396,7 +408,15 @@ class SearchByRank {
       return true;
     } catch (const InvalidInput&) {
       Dependencies found = independent_.find(state_.t, state_.q);
-      if (is_last || found.redundant().size() >= independent_.redundant().size()) throw;
+      if (is_last) throw;
+      if (found.redundant().size() >= independent_.redundant().size()) {
+        if (shortened_++ == kMostShorter) throw;
+        part_ *= kShorter;
+        state_ = begun_;
+        is_singular_ = false;
+        independent_.leave_out(independent_.find(state_.t, state_.q));
+        return false;
+      }
       is_singular_ = false;
       independent_.leave_out(std::move(found));
       return false;
@@ -405,6 +425,9 @@ class SearchByRank {
 
   IndependentSystem independent_;
   const IntegratorOptions& options_;
+  const State begun_;
+  double part_ = 1.0;  // of the longest steps
+  int shortened_ = 0;
   IntegratorOptions at_rest_ = options_;
   State& state_;
   EquilibriumReport& report_;

@@ -284,5 +284,25 @@ TEST_F(Equilibrium, OfThePrincetonBeam) {
   }
 }
 
+// A load that a universal and a cylindrical joint lock to the arm of a pendulum, two of their constraints
+// redundant: without these it may be locked in another place, where long steps would end.
+TEST_F(Equilibrium, OfALockedLoadIsInThePlaceInWhichItIsGiven) {
+  const Json json = Json::parse(R"({
+    "name": "locked", "end": 1, "outputs": 1, "gravity": [0, 0, -10],
+    "bodies": {
+      "arm": {"type": "rigid", "mass": 1, "inertia": [0.1, 0.1, 0.1], "position": [0.2, 0.2, 0.9]},
+      "load": {"type": "rigid", "mass": 1, "inertia": [0.1, 0.1, 0.1], "position": [0.6, 0.6, -0.9]}},
+    "joints": {
+      "hinge": {"type": "revolute", "a": "ground", "b": "arm", "point": [0, 0, 0], "axis": [0, 1, 0]},
+      "cross": {"type": "universal", "a": "arm", "b": "load", "point": [-0.3, -0.8, -0.6],
+                "axis": [0.1, 0.8, -0.6], "axis_b": [0.3, -0.51, -0.63]},
+      "rod": {"type": "cylindrical", "a": "load", "b": "arm", "point": [-0.6, 0.7, -0.7], "axis": [-0.4, 0, 0.7]}}
+  })");
+  find(json);
+  EXPECT_NEAR(q("arm.x") + q("load.x"), 0.0, 1e-8);  // the centre hangs below the hinge
+  EXPECT_NEAR(q("arm.z") + q("load.z"), -0.8, 1e-8);
+  EXPECT_NEAR(std::hypot(q("arm.x") - q("load.x"), q("arm.z") - q("load.z")), std::hypot(0.4, 1.8), 1e-8);
+}
+
 }  // namespace
 }  // namespace mfs::dae

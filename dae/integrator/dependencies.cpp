@@ -352,20 +352,22 @@ void Dependencies::make_basic(std::vector<double>& lambda) const {
   }
 }
 
-// lambda less its projection to the span of the combinations N: N^T (N N^T)^-1 N lambda.
-void Dependencies::make_least(std::vector<double>& lambda, const std::vector<char>& normalizes) const {
+// lambda less its projection to the span of the combinations N: N^T (N N^T)^-1 N lambda, all in these units.
+void Dependencies::make_least(std::vector<double>& lambda, const std::vector<double>& units) const {
   if (redundant_.empty()) return;
   using Matrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;
   const auto d = static_cast<Eigen::Index>(redundant_.size());
   std::vector<Eigen::Triplet<double>> entries;
   for (Eigen::Index k = 0; k < d; ++k)
     for (const auto& [row, share] : combination_[static_cast<std::size_t>(k)])
-      if (normalizes[row] == 0) entries.emplace_back(static_cast<int>(k), row, share);
+      if (units[row] != 0.0) entries.emplace_back(static_cast<int>(k), row, units[row] * share);
   Matrix n(d, static_cast<Eigen::Index>(lambda.size()));
   n.setFromTriplets(entries.begin(), entries.end());
   const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> squares(n * n.transpose());
-  const Eigen::VectorXd part = squares.solve(
-      n * Eigen::Map<const Eigen::VectorXd>(lambda.data(), static_cast<Eigen::Index>(lambda.size())));
+  const auto rows = static_cast<Eigen::Index>(lambda.size());
+  const Eigen::VectorXd in_units = Eigen::Map<const Eigen::VectorXd>(lambda.data(), rows)
+                                       .cwiseProduct(Eigen::Map<const Eigen::VectorXd>(units.data(), rows));
+  const Eigen::VectorXd part = squares.solve(n * in_units);
   for (Eigen::Index k = 0; k < d; ++k)
     for (const auto& [row, share] : combination_[static_cast<std::size_t>(k)]) lambda[row] -= part[k] * share;
 }

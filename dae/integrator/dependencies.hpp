@@ -47,8 +47,9 @@ class Dependencies {
 
   /// Changes multipliers (of all rows) of the same forces so that those of the redundant rows are zero.
   void make_basic(std::vector<double>& lambda) const;
-  /// Changes them so that the sum of their squares, those of normalizations left out, is least.
-  void make_least(std::vector<double>& lambda, const std::vector<char>& normalizes) const;
+  /// Changes them so that the sum of the squares of what they are in `units` (of all rows; 0: of one that
+  /// does not count, as a normalization) is least.
+  void make_least(std::vector<double>& lambda, const std::vector<double>& units) const;
 
  private:
   std::vector<int> redundant_;

@@ -374,7 +374,11 @@ std::vector<double> Redundancy::kept_multipliers(std::vector<double> all) const 
 State Redundancy::whole(State state) const {
   if (redundant().empty()) return state;
   state.lambda = all_multipliers(state.lambda);
-  find(state.t, state.q).make_least(state.lambda, normalizes_);
+  // Least are the forces of the model, of which multipliers are multiples where it is seen in other units.
+  std::vector<double> units;
+  for (int row = 0; row < given_.constraints(); ++row)
+    units.push_back(normalizes_[row] != 0 ? 0.0 : 1.0 / given_.constraint_unit(row));
+  find(state.t, state.q).make_least(state.lambda, units);
   return state;
 }
 

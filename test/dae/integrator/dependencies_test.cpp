@@ -133,7 +133,7 @@ TEST(Dependencies, MultipliersOfLeastSquares) {
   ASSERT_EQ(found.redundant().size(), 3U);
   const VectorXd given = random.make(7, 1);
   std::vector<double> least(given.data(), given.data() + 7), basic = least;
-  found.make_least(least, std::vector<char>(7, 0));
+  found.make_least(least, std::vector<double>(7, 1.0));
   const VectorXd forces = rows.transpose() * given;
   const VectorXd expected =
       MatrixXd(rows.transpose()).completeOrthogonalDecomposition().solve(forces);  // of least norm
@@ -141,6 +141,17 @@ TEST(Dependencies, MultipliersOfLeastSquares) {
   found.make_basic(basic);
   EXPECT_LT((rows.transpose() * Eigen::Map<const VectorXd>(basic.data(), 7) - forces).norm(), 1e-12);
   for (const int row : found.redundant()) EXPECT_EQ(basic[static_cast<std::size_t>(row)], 0.0);
+}
+
+TEST(Dependencies, LeastSquaresAreThoseOfOtherUnits) {
+  MatrixXd rows(2, 1);
+  rows << 1, 1;
+  const Dependencies found = find(rows, {0, 0}, VectorXd::Ones(1));
+  ASSERT_EQ(found.redundant().size(), 1U);
+  std::vector<double> lambda{5.0, 0.0};
+  found.make_least(lambda, {1.0, 2.0});
+  EXPECT_NEAR(lambda[0], 4.0, 1e-13);  // x^2 + 4 (5 - x)^2 is least
+  EXPECT_NEAR(lambda[1], 1.0, 1e-13);
 }
 
 // A normalization's multiplier costs nothing.
@@ -152,7 +163,7 @@ TEST(Dependencies, LeastSquaresLeaveNormalizationsOut) {
   const Dependencies found = find(rows, {1, 0, 0}, VectorXd::Ones(2));
   ASSERT_EQ(found.redundant().size(), 1U);
   std::vector<double> lambda{0.0, 5.0, 0.0};
-  found.make_least(lambda, {1, 0, 0});
+  found.make_least(lambda, {0, 1, 1});
   EXPECT_NEAR(lambda[0], 12.0, 1e-13);  // 15 - 3
   EXPECT_NEAR(lambda[1], 1.0, 1e-13);   // of the shares (1, 2) of 5 in the second coordinate
   EXPECT_NEAR(lambda[2], 2.0, 1e-13);

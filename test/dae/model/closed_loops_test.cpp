@@ -304,6 +304,33 @@ TEST(Door, OnTwoHingesTurnsAndHangsOnBoth) {
   }
 }
 
+// The same with the lower hinge at the height of the centre: 0.8 H + 2 M = g / 2, and H less what turns the
+// door below. In slow motion the integrator has a unit of time and multipliers in units of their own.
+TEST(Door, SharesItsWeightAlikeInSlowMotion) {
+  const double force = (1 + 0.4 * 9.81) / 4.64;
+  for (const double rate : {1.0, 1e-3}) {
+    const double square = rate * rate;
+    Json json = of_library("door");
+    json["end"] = 2 / rate;
+    json["gravity"] = {0, -9.81 * square, 0};
+    json["bodies"]["door"]["velocity"] = {0, 0, -0.5 * rate};
+    json["bodies"]["door"]["angular_velocity"] = {0, rate, 0};
+    json["joints"]["low"]["point"] = {0, 1, 0};
+    json["integrator"]["rtol"] = 1e-7;
+    const MotionRun result = run(json);
+    for (const State& state : result.outputs) {
+      const Vector3d out(std::cos(rate * state.t), 0, -std::sin(rate * state.t));
+      for (const auto& [hinge, along] : {std::pair("joint high", -force), {"joint low", force - 0.5}}) {
+        const Vector3d on_door =
+            -Vector3d(result.multiplier(state, hinge, 0), result.multiplier(state, hinge, 1),
+                      result.multiplier(state, hinge, 2));
+        const Vector3d expected = Vector3d(0, 9.81 / 2, 0) + along * out;
+        EXPECT_LT((on_door / square - expected).norm(), 1e-4) << hinge << ", " << rate << " at " << state.t;
+      }
+    }
+  }
+}
+
 // As where a step of 1e-14 s leaves rounding of velocities in all accelerations.
 TEST(Redundant, IsAsExactAsWhatItFollowsFrom) {
   Json json = mechanism(0.1, 1, kDown);

@@ -31,11 +31,14 @@ SortedFronts sort_fronts(const SymbolicPlan& plan, Vertex step, const DeviceLimi
   return fronts;
 }
 
-/// Fronts of like size share a launch, so that shared memory fits them.
-void list_small(const SymbolicPlan& plan, const std::vector<Vertex>& small, Vertex step, DevicePlan& made,
-                DepthLaunches& depth) {
+/// Fronts of like size share a launch, so that shared memory fits them; all do where each has a
+/// multiprocessor of its own, and the largest decides how long it takes.
+void list_small(const SymbolicPlan& plan, const std::vector<Vertex>& small, const DeviceLimits& limits,
+                DevicePlan& made, DepthLaunches& depth) {
   Vertex largest = 0;
   for (const Vertex f : small) largest = std::max(largest, plan.rows(f));
+  const bool few = static_cast<Vertex>(small.size()) <= limits.multiprocessors;
+  const Vertex step = few ? std::max(largest, Vertex(1)) : limits.small_step;
   for (Vertex most = step; most < largest + step; most += step) {
     SmallLaunch launch;
     launch.fronts.begin = static_cast<Offset>(made.small_fronts.size());
@@ -70,7 +73,7 @@ DevicePlan make_device_plan(const SymbolicPlan& plan, const DeviceLimits& limits
   for (Vertex step = 0; step < plan.num_depths; ++step) {
     DepthLaunches& depth = made.depths[step];
     const SortedFronts fronts = sort_fronts(plan, step, limits);
-    list_small(plan, fronts.small, limits.small_step, made, depth);
+    list_small(plan, fronts.small, limits, made, depth);
     assembly.add_depth(fronts.large, depth);
     steps.add_depth(fronts.large, depth);
   }

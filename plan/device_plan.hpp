@@ -133,6 +133,9 @@ struct DepthLaunches {
   Range exchange;  // block rows left of later panels
   std::vector<Launch> update;
   Range inverses;  // of DevicePlan::wide_tiles, where each segment makes its own
+
+  /// Whether one kernel does all.
+  bool is_one_small_launch() const { return small.size() == 1 && assemble.count() == 0 && factor.empty(); }
 };
 
 /// A launch of the solve in one direction: tiles and parts of tiles, depth after depth, each of which waits

@@ -192,7 +192,8 @@ class DeviceStages {
   DeviceStatus* status_;
   std::vector<int> states_;  // of fronts, on their way
   Vertex most_columns_ = 1;
-  bool short_products_ = false;  // a block may have too little shared memory for NarrowShape
+  bool small_begin_early_ = false;  // kernels of small fronts can
+  bool short_products_ = false;     // a block may have too little shared memory for NarrowShape
 };
 
 }  // namespace mfs::cuda

@@ -148,6 +148,7 @@ void DeviceStages<S, V>::find_places_on_host() {
 
 template <class S, class V>
 void DeviceStages<S, V>::set_kernel_attributes() {
+  small_begin_early_ = begins_early(reinterpret_cast<const void*>(&factor_small_fronts<32, 28, S, V>));
   constexpr int kWide = kTile<S>, kNarrow = kNarrowTile<S>;
   constexpr std::size_t kUnasked = 48 * 1024, kMiddle = small_front_bytes<S>(64);  // what needs no attribute
   set_shared_memory(reinterpret_cast<const void*>(&factor_small_fronts<256, 2, S, V>),
@@ -264,19 +265,9 @@ void DeviceStages<S, V>::launch_small_fronts(const std::vector<SmallLaunch>& lau
   if (launches.empty()) return;
   fork_.record(stream_);
   for (std::size_t i = 0; i < launches.size(); ++i) {
-    const SmallLaunch& launch = launches[i];
-    const Stream& stream = side_[i];
-    stream.wait_for(fork_);
-    const unsigned fronts = static_cast<unsigned>(launch.fronts.count());
-    const std::size_t bytes = small_front_bytes<S>(launch.rows);
-    if (launch.rows <= 32) {
-      factor_small_fronts<32, 28><<<fronts, 32, bytes, stream.get()>>>(store_, launch.fronts.begin);
-    } else if (launch.rows <= 64) {
-      factor_small_fronts<128, 4><<<fronts, 128, bytes, stream.get()>>>(store_, launch.fronts.begin);
-    } else {
-      factor_small_fronts<256, 2><<<fronts, 256, bytes, stream.get()>>>(store_, launch.fronts.begin);
-    }
-    joined_[i].record(stream);
+    side_[i].wait_for(fork_);
+    launch_small(store_, launches[i], side_[i], false);
+    joined_[i].record(side_[i]);
   }
 }
 
@@ -312,7 +303,16 @@ void DeviceStages<S, V>::launch_stages(const PivotPolicy& policy, PivotSearch se
         <<<reducing_blocks(static_cast<Offset>(plan_.n) * lanes()), kVectorThreads, 0, stream_.get()>>>(
             store_.fronts, &status_->largest);
   });
-  for (const DepthLaunches& depth : lists_.depths) {
+  bool after_small = true;  // the stream's last launch is one of small fronts, or of all entries
+  for (; step < static_cast<Vertex>(lists_.depths.size()); ++step) {
+    const DepthLaunches& depth = lists_.depths[step];
+    if (!copies_ && depth.is_one_small_launch()) {
+      next(Kernel::small_fronts);
+      launch_small(store_, depth.small.front(), stream_, after_small && !mark && small_begin_early_);
+      after_small = true;
+      continue;
+    }
+    after_small = false;
     if (look_ahead && early_) assemble_early(step);
     if (copies_) copies_->begin_factor(step, stream_);
     next(Kernel::small_fronts);
@@ -346,7 +346,6 @@ void DeviceStages<S, V>::launch_stages(const PivotPolicy& policy, PivotSearch se
       invert(depth.inverses);
       copies_->end_factor(step, stream_, store_.fronts.storage);
     }
-    ++step;
   }
   --step;  // all fronts, told as the last step's
   next(Kernel::inverses);

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <string>
 
+#include "test/solver/on_device.hpp"
 #include "test/solver/systems.hpp"
 
 namespace mfs::test {
@@ -21,7 +22,7 @@ SparseMatrix reducible(Random& random) {
   return a;
 }
 
-void expect_unit_vectors_are_solved_for(Backend backend, Matching matching) {
+void expect_unit_vectors_are_solved_for(Backend backend) {
   for (int trial = 0; trial < 40; ++trial) {
     SCOPED_TRACE("trial " + std::to_string(trial));
     Random random(static_cast<std::uint64_t>(trial));
@@ -29,7 +30,6 @@ void expect_unit_vectors_are_solved_for(Backend backend, Matching matching) {
     Options options;
     options.backend = backend;
     options.threads = 1;
-    options.analysis.matching = matching;
     // As factors in a file are those of the whole matrix.
     if (backend == Backend::serial) options.out_of_core_dir = std::filesystem::temp_directory_path();
     Solver solver(options);
@@ -47,10 +47,14 @@ void expect_unit_vectors_are_solved_for(Backend backend, Matching matching) {
 }
 
 TEST(SparseRightSides, AreSolvedForByFactorsOfTheWhole) {
-  expect_unit_vectors_are_solved_for(Backend::serial, Matching::automatic);
+  expect_unit_vectors_are_solved_for(Backend::serial);
 }
 TEST(SparseRightSides, AreSolvedForByKokkos) {
-  expect_unit_vectors_are_solved_for(Backend::kokkos, Matching::automatic);
+  expect_unit_vectors_are_solved_for(Backend::kokkos);
+}
+class SparseRightSidesOnDevice : public OnDevice {};
+TEST_F(SparseRightSidesOnDevice, AreSolvedFor) {
+  expect_unit_vectors_are_solved_for(Backend::cuda);
 }
 
 }  // namespace

@@ -67,6 +67,7 @@ std::vector<Sizes> all_sizes(int threads) {
   narrow.limits.small_part = 0;
   if (T::Dense::kSearchesAll) narrow.limits.ahead_tiles = 0;
   narrow.limits.small_step = 8;
+  narrow.limits.multiprocessors = 1;  // fronts of different sizes have launches of their own
   narrow.limits.strip = 24;
   if (!T::Dense::kSearchesAll) narrow.limits.panelled = 48;
   narrow.limits.panelled_rows = 0;

@@ -99,8 +99,8 @@ __global__ void __launch_bounds__(Threads) factor_diagonal_tiles(DeviceStore<S, 
   const Offset ld = front.lower_ld;
   S* const diagonal = front.lower + k + k * ld;
   TileWork<S>& work = *reinterpret_cast<TileWork<S>*>(memory);
-  PivotWork<S>* pivot_work = reinterpret_cast<PivotWork<S>*>(memory + sizeof(TileWork<S>));
-  S* a = reinterpret_cast<S*>(pivot_work + 1);
+  PivotWork<S>& pivot_work = *reinterpret_cast<PivotWork<S>*>(memory + sizeof(TileWork<S>));
+  S* a = reinterpret_cast<S*>(&pivot_work + 1);
   const Tile<S> tile{a, tile_ld(Pivots), s, s};
   constexpr int entries = block_lu_entries<S>(Pivots);
   S* column_work = a + entries;

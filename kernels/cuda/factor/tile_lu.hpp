@@ -14,6 +14,9 @@
 
 namespace mfs::cuda {
 
+/// Most panels of fronts with few pivots have no more columns.
+constexpr int kHalfPanel = kPanelColumns / 2;
+
 /// Where pivot row i of the tile lies while the panel from `first` on is under way.
 struct PivotPlaces {
   int first;
@@ -110,26 +113,33 @@ struct BorderBelow {
 };
 
 // The inverse of the unit lower triangle of a panel in its place, by one warp: a lane makes a column. Row i
-// of the triangle lies at row place(i). What a narrow panel lacks is computed too, and not used, from entries
-// of the panel: those right of it are being moved by other warps.
-template <class S, class Place>
+// of the triangle lies at row place(i). What a panel of less than Columns lacks is computed too, and not
+// used, from entries of the panel: those right of it are being moved by other warps.
+template <int Columns, class S, class Place>
 __device__ void invert_unit_lower(S* panel, int ld, int width, const Place& place) {
   const int lane = threadIdx.x % kWarp;
-  S x[kPanelColumns];
+  S x[Columns];
 #pragma unroll
-  for (int i = 0; i < kPanelColumns; ++i) x[i] = S(i == lane ? 1 : 0);
+  for (int i = 0; i < Columns; ++i) x[i] = S(i == lane ? 1 : 0);
 #pragma unroll
-  for (int i = 1; i < kPanelColumns; ++i) {
+  for (int i = 1; i < Columns; ++i) {
     const S* const row = panel + place(min(i, width - 1));
 #pragma unroll
     for (int k = 0; k < i; ++k) x[i] -= row[min(k, width - 1) * ld] * x[k];
   }
   __syncwarp();
 #pragma unroll
-  for (int i = 1; i < kPanelColumns; ++i) {
+  for (int i = 1; i < Columns; ++i) {
     if (i < width && lane < i) panel[place(i) + lane * ld] = x[i];
   }
   __syncwarp();
+}
+template <class S, class Place>
+__device__ void invert_unit_lower(S* panel, int ld, int width, const Place& place) {
+  if (width <= kHalfPanel)
+    invert_unit_lower<kHalfPanel>(panel, ld, width, place);
+  else
+    invert_unit_lower<kPanelColumns>(panel, ld, width, place);
 }
 
 // What becomes of an offered pivot that is suspect, or no number.
@@ -226,7 +236,8 @@ template <class S, class Border>
 __device__ void factor_tile_panel(const Tile<S>& tile, int first, int width, const PivotRule& rule,
                                   const Border& further_border, S* shift, FactorStatus* status,
                                   TileWork<S>& work) {
-  const int t = threadIdx.x, next = first + width, middle = min(first + kPanelColumns / 2, next);
+  const int t = threadIdx.x, next = first + width;
+  const int middle = width > kHalfPanel ? first + kHalfPanel : first;
   bool waiting = t >= first && t < tile.rows;
   S row[kPanelColumns];  // what is left of this thread's row: row[0] is of the column that is under way
 #pragma unroll
@@ -235,8 +246,8 @@ __device__ void factor_tile_panel(const Tile<S>& tile, int first, int width, con
   }
   eliminate_columns<kPanelColumns>(tile, first, first, middle, next, rule, further_border, row, waiting,
                                    shift, status, work);
-  eliminate_columns<kPanelColumns / 2>(tile, first, middle, next, next, rule, further_border, row, waiting,
-                                       shift, status, work);
+  eliminate_columns<kHalfPanel>(tile, first, middle, next, next, rule, further_border, row, waiting, shift,
+                                status, work);
 }
 
 // What brings the pivot rows of a panel to its first rows: row `to` becomes row `from`, one in each lane,
@@ -314,15 +325,15 @@ __device__ void update_tile(const Tile<S>& tile, int first, int width) {
 
 /// Factors the tile. row_at (in shared memory, set to the identity by the caller) follows the row exchanges;
 /// shift[j] (global memory, zero before) becomes what was added to pivot j. In place of the unit lower
-/// triangle of each panel comes its inverse. All threads of the block call it, at least `rows` of them; a
-/// lone warp searches every panel and needs no work for the pivots. With `searches` all panels
-/// are searched, as where tiny pivots are divided by: what a sweep of pairs divides by and what it leaves as
-/// U differ by rounding of the entries that cancel in them.
+/// triangle of each panel comes its inverse. All threads of the block call it, at least `rows` of them and
+/// two warps. With `searches` all panels are searched, as where tiny pivots are divided by: what a sweep of
+/// pairs divides by and what it leaves as U differ by rounding of the entries that cancel in them.
 template <int Threads, class S, class Border>
 __device__ void tile_lu(const Tile<S>& tile, const PivotRule& rule, bool searches,
                         const Border& further_border, int* row_at, S* shift, FactorStatus* status,
-                        TileWork<S>& work, PivotWork<S>* pivot_work) {
+                        TileWork<S>& work, PivotWork<S>& pivot_work) {
   constexpr int warps = Threads / kWarp;
+  static_assert(warps > 1);  // one of them has the pivots' rows, while the others exchange
   const int t = threadIdx.x, warp = t / kWarp;
   const int rows = tile.rows, pivots = tile.pivots, ld = tile.ld;
   S* const a = tile.a;
@@ -330,11 +341,7 @@ __device__ void tile_lu(const Tile<S>& tile, const PivotRule& rule, bool searche
   for (int first = 0; first < pivots; first += kPanelColumns) {
     const int width = min(kPanelColumns, pivots - first), next = first + width;
     __syncthreads();
-    bool factored = false;
-    if constexpr (warps > 1) {
-      if (!searches) factored = DiagonalPanel<Threads, S>(tile, first, rule.bound, *pivot_work).factor();
-    }
-    if (!factored) {
+    if (searches || !DiagonalPanel<Threads, S>(tile, first, rule.bound, pivot_work).factor()) {
       factor_tile_panel(tile, first, width, rule, further_border, shift, status, work);
       __syncthreads();
       const RowMoves moves(work.chosen, first, width);
@@ -342,11 +349,9 @@ __device__ void tile_lu(const Tile<S>& tile, const PivotRule& rule, bool searche
         invert_unit_lower(a + first * ld, ld, width, [&](int i) { return work.chosen[i]; });
         moves.apply(a, ld, first, next, 1);
         moves.apply(row_at, 0, 0, 1, 1);
-      }
-      if (warp < warps - 1 || warps == 1) {
-        const int step = max(warps - 1, 1);
-        moves.apply(a, ld, warp, first, step);
-        moves.apply(a, ld, next + warp, rows, step);
+      } else {
+        moves.apply(a, ld, warp, first, warps - 1);
+        moves.apply(a, ld, next + warp, rows, warps - 1);
       }
       __syncthreads();
       solve_right(tile, first, width, a + first + first * ld, ld);
@@ -358,17 +363,17 @@ __device__ void tile_lu(const Tile<S>& tile, const PivotRule& rule, bool searche
   __syncthreads();
 }
 
-// Inverses of the upper triangles of two 16 x 16 blocks on the diagonal, in place, by one warp: a lane makes
-// a row of X U = I.
-template <class S>
+// Inverses of the upper triangles of two 16 x 16 blocks on the diagonal, of which each has at most Columns,
+// in place, by one warp: a lane makes a row of X U = I.
+template <int Columns, class S>
 __device__ void invert_upper_blocks(S* m, int ld, int size) {
   const int lane = threadIdx.x % kWarp, r = lane % kPanelColumns, begin = lane - r;
   const int count = min(kPanelColumns, size - begin);
   S* const block = m + begin + begin * ld;
   const S own = r < count ? reciprocal_of(block[r + r * ld]) : S(0);
-  S x[kPanelColumns];
+  S x[Columns];
 #pragma unroll
-  for (int c = 0; c < kPanelColumns; ++c) {
+  for (int c = 0; c < Columns; ++c) {
     S sum = S(r == c ? -1 : 0);
 #pragma unroll
     for (int k = 0; k < c; ++k) {
@@ -378,7 +383,7 @@ __device__ void invert_upper_blocks(S* m, int ld, int size) {
   }
   __syncwarp();
 #pragma unroll
-  for (int c = 0; c < kPanelColumns; ++c) {
+  for (int c = 0; c < Columns; ++c) {
     if (r <= c && c < count) block[r + c * ld] = x[c];
   }
   __syncwarp();
@@ -430,7 +435,10 @@ __device__ void invert_diagonal_blocks(const Tile<S>& tile, bool keeps_upper) {
     if (task % 2 == 0) {
       join_inverses<false>(m, tile.ld, size);
     } else if (!keeps_upper) {
-      invert_upper_blocks(m, tile.ld, size);
+      if (size <= kHalfPanel)
+        invert_upper_blocks<kHalfPanel>(m, tile.ld, size);
+      else
+        invert_upper_blocks<kPanelColumns>(m, tile.ld, size);
       join_inverses<true>(m, tile.ld, size);
     }
   }

@@ -143,6 +143,14 @@ int code_of(const void* kernel) {
   return attributes.ptxVersion;
 }
 
+bool begins_early(const void* kernel) {
+  constexpr int kLeastCode = 90, kLeastVersion = 12030;
+  int driver = 0, runtime = 0;
+  checked("cudaDriverGetVersion", [&] { return cudaDriverGetVersion(&driver); });
+  checked("cudaRuntimeGetVersion", [&] { return cudaRuntimeGetVersion(&runtime); });
+  return std::min(driver, runtime) >= kLeastVersion && code_of(kernel) >= kLeastCode;
+}
+
 void set_shared_memory(const void* kernel, std::size_t bytes) {
   checked("cudaFuncSetAttribute", [&] {
     return cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize, static_cast<int>(bytes));

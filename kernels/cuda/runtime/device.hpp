@@ -50,6 +50,9 @@ class OnDevice {
 };
 /// Compute capability that a kernel was compiled for, of the code that the current device runs.
 int code_of(const void* kernel);
+/// Whether a kernel's code can wait for the one ahead of it in its stream (runtime/early_launch.hpp), and
+/// graphs of this runtime and driver can tell so.
+bool begins_early(const void* kernel);
 void set_shared_memory(const void* kernel, std::size_t bytes);
 
 /// Device memory of one arena. Throws OutOfMemory(device).

@@ -57,6 +57,8 @@ constexpr double kLeastRestart = 1.0 / 16;
 constexpr double kSeen = 1.0;
 /// Times that a step is made shorter as it passes over something.
 constexpr int kMostPassedOver = 8;
+/// It is not made shorter than so many of the shortest, in which changes of rates are rounding.
+constexpr double kTooShortToPass = 1e4;
 /// How far ahead of a step that became too small its cause may be, in shortest steps.
 constexpr double kMoment = 64.0;
 
@@ -326,6 +328,7 @@ class Integrator::Impl {
     return 16.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(state_.t), std::abs(t_end_));
   }
   double smallest_step() const { return std::max(options_.min_step, resolved_step()); }
+  double shortest_to_pass() const { return std::max(options_.min_step, kTooShortToPass * resolved_step()); }
 
   /// One accepted step on the way to `target`.
   void step(double target, Observer& observer) {
@@ -343,14 +346,14 @@ class Integrator::Impl {
       relation_.t = last ? target : state_.t + h;
       const NewtonOutcome outcome = search(h);
       line.newton_iterations += outcome.iterations;
-      if (outcome.converged) look_ = changes_.look(*executor_, next_, formula_->order());
+      if (outcome.converged) look_ = changes_.look(*executor_, next_);
       if (outcome.converged && !redundant_hold(next_, h)) {
         ++report_.newton_rejections;
         for (double* each : {&h, &wanted}) *each = std::min(*each, kStretch * step_);  // less if begun anew
       } else if (outcome.converged) {
         const double error = formula_->local_error(next_, weights_, filter_);
         const bool good = options_.fixed_step > 0.0 || error <= 1.0;
-        if (good && (look_.part == 1.0 || passed_over == kMostPassedOver)) {
+        if (good && (look_.part == 1.0 || passed_over == kMostPassedOver || h <= shortest_to_pass())) {
           outcome.tell(line, report_);
           break;
         }
@@ -358,7 +361,7 @@ class Integrator::Impl {
         if (good) {
           ++passed_over;
           ++line.rejections;
-          h = std::max(smallest_step(), h * look_.part);
+          h = std::max(shortest_to_pass(), h * look_.part);
           continue;
         }
         h = wanted = formula_->reject(++error_rejections);

@@ -188,9 +188,9 @@ class ScaledSystem::Watch final : public ChangeWatch {
     const State there = unscaled(t, q, v);
     given_->go_on(there.t, there.q.data(), there.v.data());
   }
-  Verdict look(double t, const double* q, const double* v, bool tells_rates) override {
+  Verdict look(double t, const double* q, const double* v) override {
     const State there = unscaled(t, q, v);
-    return given_->look(there.t, there.q.data(), there.v.data(), tells_rates);
+    return given_->look(there.t, there.q.data(), there.v.data());
   }
 
  private:

@@ -16,10 +16,8 @@ class ChangeWatch {
     /// Whether a comparison is another one at its end, so that forces there are other functions.
     bool turned = false;
   };
-  /// On a step from there to this state, between which coordinates follow the cubic by their rates, and rates
-  /// are as far from their line as that says. `tells_rates`: false after a step of order 1, whose positions
-  /// are off by as much as would bend rates by half of their change; then they are on the line.
-  virtual Verdict look(double t, const double* q, const double* v, bool tells_rates) = 0;
+  /// On a step from there to this state, between which coordinates follow the cubic by their rates.
+  virtual Verdict look(double t, const double* q, const double* v) = 0;
 };
 
 }  // namespace mfs::dae

@@ -45,8 +45,7 @@ struct Part {
 /// Results of an expression along a step of which parts 0 to 1 are asked for.
 class StateChanges::Along {
  public:
-  explicit Along(const Watched& watched, bool tells_rates = true)
-      : watched_(watched), tells_rates_(tells_rates) {}
+  explicit Along(const Watched& watched) : watched_(watched) {}
 
   const std::vector<Interval>& between(double begin, double end) {
     const End &from = watched_.from, &to = watched_.to;
@@ -69,8 +68,7 @@ class StateChanges::Along {
       const double off = (end - begin) * (end - begin) / 8 * std::max(bend(begin), bend(end));
       q_[i] = widened(hull(cubic(begin), cubic(end)), off);
       const double beside = way - 0.5 * (leaving + arriving);
-      const bool bends = tells_rates_ && std::abs(beside) > kResolved * std::abs(q);
-      const double bow = bends ? 6 * beside / h : 0.0;
+      const double bow = std::abs(beside) > kResolved * std::abs(q) ? 6 * beside / h : 0.0;
       const auto rate = [&](double s) { return line(v, v_to, s) + bow * s * (1 - s); };
       v_[i] = widened(hull(rate(begin), rate(end)), 0.25 * std::abs(bow) * (end - begin) * (end - begin));
     }
@@ -122,7 +120,6 @@ class StateChanges::Along {
   }
 
   const Watched& watched_;
-  const bool tells_rates_;
   std::vector<Interval> q_, v_, results_;
 };
 
@@ -148,11 +145,11 @@ void StateChanges::go_on(double t, const double* q, const double* v) {
   }
 }
 
-ChangeWatch::Verdict StateChanges::look(double t, const double* q, const double* v, bool tells_rates) {
+ChangeWatch::Verdict StateChanges::look(double t, const double* q, const double* v) {
   Verdict verdict;
   for (Watched& watched : watched_) {
     watched.to = {t, watched.function->arguments(q, v)};
-    Along along(watched, tells_rates);
+    Along along(watched);
     const std::vector<Interval> after = along.between(1.0, 1.0), between = along.between(0.0, 1.0);
     for (Operation& operation : watched.operations) {
       const int k = operation.number;

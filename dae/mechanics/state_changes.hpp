@@ -18,7 +18,7 @@ class StateChanges final : public ChangeWatch {
   bool empty() const { return watched_.empty(); }
 
   void go_on(double t, const double* q, const double* v) override;
-  Verdict look(double t, const double* q, const double* v, bool tells_rates) override;
+  Verdict look(double t, const double* q, const double* v) override;
 
  private:
   /// An operation that is looked at.

@@ -378,28 +378,22 @@ Eigenpairs solve(const ConstrainedSystem& system, const Matrices& matrices, int 
 /// no constraint.
 constexpr double kPhase = 1e-6;
 
-template <class T>
-double largest(const std::vector<T>& x) {
-  double most = 0.0;
-  for (const T& each : x) most = std::max(most, std::abs(each));
-  return most;
-}
-
 /// A singular position has several ways out of it, whose frequencies hinge on multipliers that nothing
 /// determines there.
 void check_regular(const IndependentSystem& independent, const ConstrainedSystem& system, const State& state,
                    const std::vector<Mode>& modes) {
   if (!independent.filters()) return;
-  for (const Mode& mode : modes)
-    for (const bool real : {true, false}) {
-      std::vector<double> way;
-      for (const Complex& x : mode.x) way.push_back(real ? x.real() : x.imag());
-      if (!(largest(way) > kPhase * largest(mode.x))) continue;
+  for (const Mode& mode : modes) {
+    const Eigen::Map<const Eigen::VectorXcd> x(mode.x.data(), static_cast<Eigen::Index>(mode.x.size()));
+    for (const Eigen::VectorXd& part : {Eigen::VectorXd(x.real()), Eigen::VectorXd(x.imag())}) {
+      if (!(part.lpNorm<Eigen::Infinity>() > kPhase * x.lpNorm<Eigen::Infinity>())) continue;
+      const std::vector<double> way(part.data(), part.data() + part.size());
       if (const auto row = independent.singular_row(state.t, state.q, way))
         throw InvalidInput(system.constraint_name(*row),
                            "about this position there are no modes: it is singular, as here this constraint "
                            "follows from others, and beside it it does not");
     }
+  }
 }
 
 }  // namespace

@@ -489,7 +489,7 @@ void MatrixFactors<Scalar>::delay_later_pivots() {
   dear_solves_ = 0;
   forget_tiny_pivots();
   factor_values(kMostDelayed);
-  if (report_.perturbed_pivots == 0) factor_values(pivots_.threshold_policy());
+  if (report_.perturbed_pivots == 0) factor_values(pivots_.small_pivot_policy());
   const double solve_flops = backend_.info().flops_per_entry * static_cast<double>(report_.nnz_factor);
   if (delay_while_pivots_fail(usual_flops_ + solve_flops)) {
     divide_if_more_fail_than(kMostCorrected);

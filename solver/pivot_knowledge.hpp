@@ -29,6 +29,9 @@ struct PivotKnowledge {
 
   /// Every pivot is compared with its border, as threshold pivoting does (tolerance 1: the largest entry).
   PivotPolicy threshold_policy() const { return {1.0, tiny, kBorderThreshold}; }
+  /// Those are compared that can be too small beside a border in which nothing has grown. They are few, while
+  /// to compare all takes a device as long as 30 factorizations.
+  PivotPolicy small_pivot_policy() const { return {kBorderThreshold, tiny, kBorderThreshold}; }
 };
 
 }  // namespace mfs

@@ -66,15 +66,13 @@ void Augmentation::for_rows(const Visit& visit) const {
 }
 
 void Augmentation::compute(const std::vector<double>& gradient) {
-  const int count = static_cast<int>(rows_.size());
   // The rows of frames, side by side, have many times more products than the others.
-#pragma omp parallel for num_threads(threads_) schedule(dynamic, 16)
-  for (int r = 0; r < count; ++r) {
+  parallel_for_shares(product_start_, threads_, [&](std::size_t r) {
     const int row = rows_[r];
     std::fill(values_.begin() + pattern_.row_start[row], values_.begin() + pattern_.row_start[row + 1], 0.0);
     const int* place = place_.data() + product_start_[r];
     for_each_product(row, [&](int t, int k) { values_[*place++] += gradient[t] * gradient[k]; });
-  }
+  });
 }
 
 }  // namespace mfs::dae

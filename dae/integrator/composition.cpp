@@ -66,6 +66,7 @@ Composition::Composition(int size, std::vector<Term> terms, int threads)
   make_pattern();
   make_targets();
   find_own();
+  list_rows();
 }
 
 void Composition::make_groups() {
@@ -198,22 +199,36 @@ void Composition::find_own() {
                    [&](std::size_t k) { target_[t][k] = number[target_[t][k]]; });
 }
 
-void Composition::compose(const std::vector<Values>& values, double* own) const {
-  for (const Group& group : groups_) {
-#pragma omp parallel for num_threads(threads_) schedule(static)
-    for (int row = 0; row < group.rows; ++row) {
-      std::fill(own + own_start_[group.first_row + row], own + own_start_[group.first_row + row + 1], 0.0);
-      for (const std::size_t t : group.terms) {
-        if (terms_[t].elsewhere) continue;
-        const Pattern& block = *terms_[t].block;
-        const int* const source = terms_[t].source;
-        const int* const target = target_[t].data();
-        const Values& from = values[t];
-        for (int k = block.row_start[row]; k < block.row_start[row + 1]; ++k)
-          own[target[k]] += from.factor * from.block[source != nullptr ? source[k] : k];
-      }
+/// Rows with entries that are composed here, and how many terms these have.
+void Composition::list_rows() {
+  for (std::size_t g = 0; g < groups_.size(); ++g)
+    for (int row = 0; row < groups_[g].rows; ++row) {
+      std::size_t work = 0;
+      for (const std::size_t t : groups_[g].terms)
+        if (!terms_[t].elsewhere)
+          work +=
+              static_cast<std::size_t>(terms_[t].block->row_start[row + 1] - terms_[t].block->row_start[row]);
+      if (work == 0) continue;
+      rows_.push_back({static_cast<int>(g), row});
+      work_start_.push_back(work_start_.back() + work);
     }
-  }
+}
+
+void Composition::compose(const std::vector<Values>& values, double* own) const {
+  parallel_for_shares(work_start_, threads_, [&](std::size_t i) {
+    const Group& group = groups_[rows_[i].group];
+    const int row = rows_[i].row;
+    std::fill(own + own_start_[group.first_row + row], own + own_start_[group.first_row + row + 1], 0.0);
+    for (const std::size_t t : group.terms) {
+      if (terms_[t].elsewhere) continue;
+      const Pattern& block = *terms_[t].block;
+      const int* const source = terms_[t].source;
+      const int* const target = target_[t].data();
+      const Values& from = values[t];
+      for (int k = block.row_start[row]; k < block.row_start[row + 1]; ++k)
+        own[target[k]] += from.factor * from.block[source != nullptr ? source[k] : k];
+    }
+  });
 }
 
 }  // namespace mfs::dae

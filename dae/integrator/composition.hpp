@@ -78,7 +78,11 @@ class Composition {
   void for_merged_rows(const Visit& visit) const;
   void make_targets();
   void find_own();
+  void list_rows();
 
+  struct Row {
+    int group, row;  ///< of the group
+  };
   int threads_;
   std::vector<Term> terms_;
   std::vector<Group> groups_;
@@ -86,7 +90,9 @@ class Composition {
       target_;  ///< per term: where its entries go, among the own ones if it is added here
   Pattern pattern_;
   std::vector<int> own_;
-  std::vector<int> own_start_;  ///< per row: the first of own_ in it
+  std::vector<int> own_start_;              ///< per row: the first of own_ in it
+  std::vector<Row> rows_;                   ///< in which values are composed
+  std::vector<std::size_t> work_start_{0};  ///< of each of them: the terms of those before
 };
 
 }  // namespace mfs::dae

@@ -325,7 +325,15 @@ void StepEquations::add_relations(std::vector<Composition::Term>& terms) {
   if (related_.empty()) return;
   std::vector<int> place;
   std::tie(directions_, place) = take_rows(projection_.directions, related_);
-  for (const int k : place) direction_source_.push_back(projection_.source[k]);
+  const std::vector<int>& start = system_.tangent_pattern()[Block::position_q].row_start;
+  for (const int k : place) {
+    const int entry = projection_.source[k];
+    direction_source_.push_back(entry);
+    const auto after = std::upper_bound(start.begin(), start.end(), entry);
+    direction_rows_.push_back(static_cast<int>(after - start.begin()) - 1);
+  }
+  std::sort(direction_rows_.begin(), direction_rows_.end());
+  direction_rows_.erase(std::unique(direction_rows_.begin(), direction_rows_.end()), direction_rows_.end());
   direction_values_.resize(place.size());
   int row = n_ + kLevels * m_;
   const auto add = [&](Kind upper, Kind lower, std::size_t first_multiplier) {
@@ -371,8 +379,8 @@ void StepEquations::set_directions(const StateView& state) const {
   if (direction_values_.empty()) return;
   const StateView there{state.t, state.q, state.v, state.a, no_multipliers_.data()};
   std::vector<double>& gradient = direction_tangent_[Block::position_q];
-  system_.evaluate(remote_ != nullptr ? remote_->bring(there) : there, direction_tangent_,
-                   {Block::position_q});
+  system_.evaluate_gradient(remote_ != nullptr ? remote_->bring(there) : there, direction_rows_,
+                            direction_tangent_);
   for (std::size_t k = 0; k < direction_values_.size(); ++k) {
     direction_values_[k] = gradient[direction_source_[k]];
     if (!std::isfinite(direction_values_[k]))
@@ -471,11 +479,12 @@ double StepEquations::typical_diagonal(const StepRelation& relation) const {
 /// Of the last Jacobian.
 void StepEquations::find_ringing() const {
   const std::size_t n = diagonals_[0].size();
-  std::vector<double> ringing(n);
+  std::vector<double>& ringing = ringing_here_;
+  ringing.resize(n);
   parallel_for(n, executor_.threads(), [&](std::size_t i) {
     const double elastic = std::abs(diagonals_[0][i] * diagonals_[2][i]);
-    const double viscous = diagonals_[1][i] * diagonals_[1][i];
-    ringing[i] = viscous > elastic ? std::pow(elastic / viscous, 2) : 1.0;
+    const double viscous = diagonals_[1][i] * diagonals_[1][i], share = elastic / viscous;
+    ringing[i] = viscous > elastic ? share * share : 1.0;
   });
   inertia_.assign(executor_, diagonals_[0]);
   ringing_.assign(executor_, ringing);

@@ -164,6 +164,7 @@ class StepEquations {
   Pattern selection_;                  ///< a row with one entry for each of the related coordinates
   Pattern directions_;                 ///< their rows of B
   std::vector<int> direction_source_;  ///< of an entry of these: that of Phi_q
+  std::vector<int> direction_rows_;    ///< of Phi_q, that have these entries
   mutable std::vector<double> direction_values_;
   std::vector<double> ones_, minus_ones_;  ///< as many as rows of relations, or of nonholonomic_
   mutable Residual residual_;
@@ -192,6 +193,7 @@ class StepEquations {
   mutable Array<double> no_multipliers_;
   mutable Array<double> changed_a_;
   mutable Array<double> inertia_, ringing_;
+  mutable std::vector<double> ringing_here_;
   Array<double> followed_;
   Array<int> gradient_start_, gradient_column_;  ///< of Phi_q's entries: the column of x
   mutable Array<double> gradient_;               ///< Phi_q of the last Jacobian

@@ -189,6 +189,11 @@ class ConstrainedSystem {
   /// Overwrites the values of these blocks in `tangent`, whose vectors have the sizes of the patterns, and
   /// leaves the others alone.
   virtual void evaluate(const StateView& state, Tangent& tangent, BlockSet blocks) const = 0;
+  /// The same for some rows of Phi_q; others are overwritten or left alone.
+  virtual void evaluate_gradient(const StateView& state, const std::vector<int>& /*rows*/,
+                                 Tangent& tangent) const {
+    evaluate(state, tangent, {Block::position_q});
+  }
   /// What has to be added to the blocks and is evaluated by its own functions. They live as long as the
   /// system.
   virtual std::vector<RemoteTangent*> remote_tangents() const { return {}; }

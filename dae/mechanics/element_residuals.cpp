@@ -6,10 +6,11 @@
 namespace mfs::dae {
 
 ElementResiduals::ElementResiduals(const Groups& groups, const Colouring& colouring,
-                                   std::vector<int> constraint_start, int coordinates, int threads,
-                                   const std::vector<int>& place)
+                                   const std::vector<int>& whole, std::vector<int> constraint_start,
+                                   int coordinates, int threads, const std::vector<int>& place)
     : groups_(groups),
       colouring_(colouring),
+      whole_(whole),
       constraint_start_(std::move(constraint_start)),
       threads_(threads) {
   std::size_t nq = 0, nc = 0;
@@ -21,7 +22,10 @@ ElementResiduals::ElementResiduals(const Groups& groups, const Colouring& colour
   for (int thread = 0; thread < threads; ++thread) workspaces_.emplace_back(nq, nc);
   if (!place.empty()) {
     placed_.resize(groups.size());
-    for (const ElementId id : colouring.order) {
+    std::vector<ElementId> here = colouring.order;
+    for (const int g : whole)
+      for (int e = 0; e < groups[g]->size(); ++e) here.push_back({g, e});
+    for (const ElementId id : here) {
       const int count = groups[id.group]->local_coordinates();
       std::vector<int>& placed = placed_[id.group];
       placed.resize(static_cast<std::size_t>(groups[id.group]->size() * count));
@@ -49,12 +53,19 @@ void ElementResiduals::add(const StateView& state, const ResidualView& residual)
                         residual.force[coordinates[k]] += work.force[k];
                     });
   add_shared(state, residual);
+  add_whole(state, residual);
+}
+
+void ElementResiduals::add_whole(const StateView& state, const ResidualView& residual) const {
+  for (const int g : whole_)
+    dynamic_cast<const WholeGroup&>(*groups_[g])
+        .residual_of_all(state, coordinates_of({g, 0}), constraint_start_[g], residual);
 }
 
 void ElementResiduals::add_shared(const StateView& state, const ResidualView& residual) const {
   FirstFailure failure;
   const std::size_t first = colouring_.colour_start.back(), count = shared_forces_.elements();
-#pragma omp parallel for num_threads(threads_) schedule(static) if (count > kWorthThreads)
+#pragma omp parallel for num_threads(threads_) schedule(static) if (shared_forces_.are_worth_threads())
   for (std::size_t k = 0; k < count; ++k)
     failure.watch(k, [&] {
       const ElementId id = colouring_.order[first + k];

@@ -25,6 +25,9 @@ constexpr LocalStructure kNothing{Kind::zero, Kind::zero, Kind::zero, false, fal
 
 /// Elements without a colour that are computed together.
 constexpr std::size_t kMostWaiting = 512;
+/// Derivatives of F, of all these elements, that are worth waking threads: those of 80 joints of two bodies,
+/// of 5 elements of 20 nodes.
+constexpr std::size_t kEntriesWorthThreads = 16384;
 /// Elements that are longer have not been pressed so far that a message tells of it.
 constexpr double kPressed = 0.7;
 
@@ -56,15 +59,19 @@ Multibody::Multibody(Groups groups, std::vector<BodyCoordinates> bodies, double 
       threads_(threads) {
   const bool device = backend_info(backend).memory == MemorySpace::device;
   const std::set<int> on_device = device ? make_device_forces() : std::set<int>{};
-  for (std::size_t g = 0; g < groups_.size(); ++g) {
-    structure_.push_back(on_device.count(static_cast<int>(g)) > 0 ? kNothing : groups_[g]->structure());
+  std::set<int> elsewhere = on_device;
+  for (int g = 0; g < static_cast<int>(groups_.size()); ++g) {
+    structure_.push_back(on_device.count(g) > 0 ? kNothing : groups_[g]->structure());
     blocks_.push_back(blocks_of(*groups_[g], structure_.back()));
+    if (dynamic_cast<const WholeGroup*>(groups_[g].get()) == nullptr) continue;
+    whole_.push_back(g);
+    elsewhere.insert(g);
   }
   number_constraints();
   force_blocks_ = find_force_blocks(groups_, structure_, n_, threads_, pattern_);
   find_constraint_blocks();
-  colouring_ = colour_elements(groups_, n_, on_device);
-  residuals_.emplace(groups_, colouring_, constraint_start_, n_, threads_);
+  colouring_ = colour_elements(groups_, n_, elsewhere);
+  residuals_.emplace(groups_, colouring_, whole_, constraint_start_, n_, threads_);
   find_constant_shares();
   make_workspaces();
 }
@@ -95,7 +102,14 @@ void Multibody::make_workspaces() {
   std::set<int> all, uncoloured;
   for (std::size_t g = 0; g < groups_.size(); ++g) all.insert(static_cast<int>(g));
   const std::size_t first = colouring_.colour_start.back(), end = colouring_.order.size();
-  for (std::size_t k = first; k < end; ++k) uncoloured.insert(colouring_.order[k].group);
+  std::size_t entries = 0;
+  for (std::size_t k = first; k < end; ++k) {
+    const int g = colouring_.order[k].group;
+    const auto nq = static_cast<std::size_t>(groups_[g]->local_coordinates());
+    uncoloured.insert(g);
+    entries += nq * nq;
+  }
+  uncoloured_are_worth_threads_ = entries > kEntriesWorthThreads;
   fill(workspaces_, static_cast<std::size_t>(threads_), all);
   fill(waiting_, std::min(kMostWaiting, end - first), uncoloured);
 }
@@ -163,7 +177,7 @@ void Multibody::for_each_uncoloured(const std::vector<char>& group_takes_part, c
   };
   for (std::size_t first = colouring_.colour_start.back(); first < order.size(); first += waiting_.size()) {
     const std::size_t end = std::min(order.size(), first + waiting_.size());
-#pragma omp parallel for num_threads(threads_) schedule(static) if (end - first > kWorthThreads)
+#pragma omp parallel for num_threads(threads_) schedule(static) if (uncoloured_are_worth_threads_)
     for (std::size_t k = first; k < end; ++k)
       visit(k, [&](ElementId id) { compute(id, waiting_[k - first]); });
     for (std::size_t k = first; k < end; ++k) visit(k, [&](ElementId id) { add(id, waiting_[k - first]); });
@@ -199,10 +213,13 @@ void Multibody::evaluate(const StateView& state, Residual& residual) const {
 
 std::vector<int> Multibody::host_coordinates() const {
   std::vector<char> is_seen(static_cast<std::size_t>(n_), 0);
-  for (const ElementId id : colouring_.order) {
+  const auto see = [&](ElementId id) {
     const int* coordinates = groups_[id.group]->coordinates(id.element);
     for (int k = 0; k < groups_[id.group]->local_coordinates(); ++k) is_seen[coordinates[k]] = 1;
-  }
+  };
+  for (const ElementId id : colouring_.order) see(id);
+  for (const int g : whole_)
+    for (int e = 0; e < groups_[g]->size(); ++e) see({g, e});
   std::vector<int> seen;
   for (int i = 0; i < n_; ++i)
     if (is_seen[i] != 0) seen.push_back(i);
@@ -212,7 +229,8 @@ std::vector<int> Multibody::host_coordinates() const {
 ElementResiduals Multibody::host_residuals(const std::vector<int>& coordinates) const {
   std::vector<int> place(static_cast<std::size_t>(n_), -1);
   for (std::size_t k = 0; k < coordinates.size(); ++k) place[coordinates[k]] = static_cast<int>(k);
-  return {groups_, colouring_, constraint_start_, static_cast<int>(coordinates.size()), threads_, place};
+  return {groups_,  colouring_, whole_, constraint_start_, static_cast<int>(coordinates.size()),
+          threads_, place};
 }
 
 std::unique_ptr<RemoteResidual> Multibody::remote_residual(const Executor& executor) const {
@@ -225,6 +243,15 @@ void Multibody::evaluate(const StateView& state, Tangent& tangent, BlockSet bloc
     if (blocks.has(block)) begin_with(constant_share(block, state), tangent[block], threads_);
   std::vector<BlockSet> of_groups = blocks_;
   for (BlockSet& of_group : of_groups) of_group = of_group & blocks;
+  add_elements(state, of_groups, tangent);
+}
+
+/// Of the groups that have these rows: a rigid interface, whose thousands of rows mostly are not asked for,
+/// takes more time than all joints.
+void Multibody::evaluate_gradient(const StateView& state, const std::vector<int>& rows,
+                                  Tangent& tangent) const {
+  std::vector<BlockSet> of_groups(groups_.size());
+  for (const int row : rows) of_groups[group_of(row)].insert(Block::position_q);
   add_elements(state, of_groups, tangent);
 }
 
@@ -259,6 +286,28 @@ void Multibody::add_elements(const StateView& state, const std::vector<BlockSet>
     add(id, work);
   });
   for_each_uncoloured(has_some, compute, add);
+  add_whole_groups(state, blocks, tangent);
+}
+
+void Multibody::add_whole_groups(const StateView& state, const std::vector<BlockSet>& blocks,
+                                 Tangent& tangent) const {
+  Workspace& work = workspaces_.front();
+  for (const int g : whole_) {
+    if (blocks[g].empty()) continue;
+    const auto& group = dynamic_cast<const WholeGroup&>(*groups_[g]);
+    const auto nq = static_cast<std::size_t>(group.local_coordinates());
+    const auto force = [&](Block b) {
+      return blocks[g].has(b) ? work.array(b, nq * nq, blocks[g]) : nullptr;
+    };
+    const auto rows = [&](Block b) {
+      return blocks[g].has(b) ? tangent[b].data() + pattern_[b].row_start[constraint_start_[g]] : nullptr;
+    };
+    group.tangent_of_all(state, constraint_start_[g],
+                         {force(Block::force_q), force(Block::force_v), force(Block::force_a),
+                          rows(Block::position_q), rows(Block::velocity_q), rows(Block::acceleration_q),
+                          rows(Block::acceleration_v), column_rank_[g].data()});
+    add_force_blocks({g, 0}, blocks[g], tangent, work);
+  }
 }
 
 /// The blocks of F to `work`, those of constraints, whose rows are the element's own, to where they belong.
@@ -402,10 +451,14 @@ std::string Multibody::coordinate_name(int coordinate) const {
   return body.name + "[" + std::to_string(local / components) + "]." + component;
 }
 
+std::size_t Multibody::group_of(int constraint) const {
+  const auto after = std::upper_bound(constraint_start_.begin(), constraint_start_.end(), constraint);
+  return static_cast<std::size_t>(after - constraint_start_.begin() - 1);
+}
+
 /// The group, element and local row that a constraint is of.
 Multibody::ConstraintPlace Multibody::place_of(int constraint) const {
-  const auto after = std::upper_bound(constraint_start_.begin(), constraint_start_.end(), constraint);
-  const auto g = static_cast<std::size_t>(after - constraint_start_.begin() - 1);
+  const std::size_t g = group_of(constraint);
   const int nc = groups_[g]->local_constraints(), local = constraint - constraint_start_[g];
   return {*groups_[g], local / nc, local % nc};
 }

@@ -32,6 +32,8 @@ class Multibody final : public ConstrainedSystem, public TurningBodies {
   const TangentPattern& tangent_pattern() const override { return pattern_; }
   void evaluate(const StateView& state, Residual& residual) const override;
   void evaluate(const StateView& state, Tangent& tangent, BlockSet blocks) const override;
+  void evaluate_gradient(const StateView& state, const std::vector<int>& rows,
+                         Tangent& tangent) const override;
   std::unique_ptr<RemoteResidual> remote_residual(const Executor& executor) const override;
   /// Puts what devices evaluate between what `executor` has begun and what it begins from now on; see
   /// DeviceForce::write.
@@ -69,6 +71,7 @@ class Multibody final : public ConstrainedSystem, public TurningBodies {
     const ElementGroup& group;
     int element, row;
   };
+  std::size_t group_of(int constraint) const;
   ConstraintPlace place_of(int constraint) const;
   int first_constraint(int g, int e) const {
     return constraint_start_[g] + e * groups_[g]->local_constraints();
@@ -77,6 +80,7 @@ class Multibody final : public ConstrainedSystem, public TurningBodies {
   void find_constant_shares();
   const std::vector<double>& constant_share(Block block, const StateView& state) const;
   void add_elements(const StateView& state, const std::vector<BlockSet>& blocks, Tangent& tangent) const;
+  void add_whole_groups(const StateView& state, const std::vector<BlockSet>& blocks, Tangent& tangent) const;
   void make_workspaces();
   template <class Compute, class Add>
   void for_each_uncoloured(const std::vector<char>& group_takes_part, const Compute& compute,
@@ -100,12 +104,14 @@ class Multibody final : public ConstrainedSystem, public TurningBodies {
   TangentPattern pattern_;
   std::array<ForceBlock, 3> force_blocks_;  // as kForceBlocks
   std::vector<std::vector<int>>
-      column_rank_;      // of each group with constraints: where each coordinate is in its rows
-  Colouring colouring_;  // of the groups that no device has
-  std::optional<ElementResiduals> residuals_;  // of those
+      column_rank_;         // of each group with constraints: where each coordinate is in its rows
+  std::vector<int> whole_;  // groups that are evaluated so, and not on a device
+  Colouring colouring_;     // of the others that no device has
+  std::optional<ElementResiduals> residuals_;  // of both
   std::vector<std::unique_ptr<DeviceForce>> device_forces_;
   mutable std::vector<Workspace> workspaces_;  // of each thread
   mutable std::vector<Workspace> waiting_;     // of elements without a colour, until their turn
+  bool uncoloured_are_worth_threads_ = false;
 };
 
 }  // namespace mfs::dae

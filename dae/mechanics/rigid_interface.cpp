@@ -8,6 +8,7 @@
 #include <mfs/error.hpp>
 
 #include "dae/mechanics/rotation.hpp"
+#include "dae/mechanics/whole_group.hpp"
 
 namespace mfs::dae {
 namespace {
@@ -24,19 +25,40 @@ Eigen::Matrix<double, 3, 4> half_derivative(const Parameters& p, const Eigen::Ve
   return d;
 }
 
-/// Q with p^T Q u = lambda^T D(p) u.
-Eigen::Matrix4d contracted(const Eigen::Vector3d& lambda, const Eigen::Vector3d& s) {
+/// Q with p^T Q u = lambda^T D(p) u, of m = lambda s^T, in which it is linear.
+Eigen::Matrix4d contracted(const Eigen::Matrix3d& m) {
+  const Eigen::Vector3d turn(m(2, 1) - m(1, 2), m(0, 2) - m(2, 0), m(1, 0) - m(0, 1));  // s x lambda
   Eigen::Matrix4d q;
-  q(0, 0) = lambda.dot(s);
-  q.topRightCorner<1, 3>() = s.cross(lambda).transpose();
-  q.bottomLeftCorner<3, 1>() = s.cross(lambda);
-  q.bottomRightCorner<3, 3>() = s * lambda.transpose() + lambda * s.transpose();
-  q.bottomRightCorner<3, 3>().diagonal().array() -= lambda.dot(s);
+  q(0, 0) = m.trace();
+  q.topRightCorner<1, 3>() = turn.transpose();
+  q.bottomLeftCorner<3, 1>() = turn;
+  q.bottomRightCorner<3, 3>() = m + m.transpose();
+  q.bottomRightCorner<3, 3>().diagonal().array() -= m.trace();
   return q;
 }
 
+/// M with M s = D(p) u, of half_derivative.
+Eigen::Matrix3d product(const Parameters& p, const Parameters& u) {
+  Eigen::Matrix3d m;
+  for (int k = 0; k < 3; ++k) m.col(k) = half_derivative(p, Eigen::Vector3d::Unit(k)) * u;
+  return m;
+}
+
+/// What a frame has in a vector of a system: 3 of its origin, 4 parameters.
+class FrameValues {
+ public:
+  FrameValues(const double* x, const int* place) {
+    for (int k = 0; k < 7; ++k) values_[k] = x[place[k]];
+  }
+  double operator[](int k) const { return values_[k]; }
+  Parameters parameters() const { return Parameters(values_ + 3); }
+
+ private:
+  double values_[7];
+};
+
 /// One element for each node: its 3 coordinates and the frame's 7.
-class RigidInterface final : public ElementGroup {
+class RigidInterface final : public WholeGroup {
  public:
   RigidInterface(std::string name, const std::vector<int>& node_coordinates, int frame,
                  std::vector<Eigen::Vector3d> arms)
@@ -75,32 +97,75 @@ class RigidInterface final : public ElementGroup {
     Eigen::Map<Eigen::Vector4d>(residual.force + kP) = -2 * d.transpose() * lambda;
   }
 
-  void tangent(int e, const LocalState& state, LocalTangent& tangent) const override {
-    const Eigen::Vector3d& s = arms_[e];
-    const Eigen::Map<const Eigen::Vector3d> lambda(state.lambda);
-    for (int i = 0; i < 3; ++i) {
-      tangent.position_q[i * kCoordinates + i] = 1;
-      tangent.position_q[i * kCoordinates + 3 + i] = -1;
-    }
-    const auto by_p = half_derivative(Parameters(state.q + kP), s);
-    const auto by_rate = half_derivative(Parameters(state.v + kP), s);
-    const auto by_second = half_derivative(Parameters(state.a + kP), s);
-    const auto force_by_p = contracted(lambda, s);
-    for (int k = 0; k < 4; ++k) {
+  // Of the frame's share every link needs the same: A(p) and its derivatives by time, and forces and moments
+  // of all together.
+  void residual_of_all(const StateView& state, const int* coordinates, int row,
+                       const ResidualView& residual) const override {
+    const int* const frame = coordinates + kFrame;
+    const FrameValues q(state.q, frame), v(state.v, frame), a(state.a, frame);
+    const Eigen::Matrix3d at = product(q.parameters(), q.parameters()),
+                          turning = 2 * product(q.parameters(), v.parameters()),
+                          second_turning = 2 * (product(v.parameters(), v.parameters()) +
+                                                product(q.parameters(), a.parameters()));
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (std::size_t e = 0; e < arms_.size(); ++e) {
+      const Eigen::Vector3d& s = arms_[e];
+      const int* const node = coordinates + kCoordinates * e;
+      const Eigen::Vector3d arm = at * s, arm_rate = turning * s, arm_second = second_turning * s;
       for (int i = 0; i < 3; ++i) {
-        const int entry = i * kCoordinates + kP + k;
-        tangent.position_q[entry] = -2 * by_p(i, k);
-        tangent.velocity_q[entry] = -2 * by_rate(i, k);
-        tangent.acceleration_q[entry] = -2 * by_second(i, k);
-        tangent.acceleration_v[entry] = -4 * by_rate(i, k);
+        const auto at_row = static_cast<std::size_t>(row + i) + 3 * e;
+        residual.position[at_row] = state.q[node[i]] - q[i] - arm[i];
+        residual.velocity[at_row] = state.v[node[i]] - v[i] - arm_rate[i];
+        residual.acceleration[at_row] = state.a[node[i]] - a[i] - arm_second[i];
+        residual.force[node[i]] += state.lambda[at_row];
+        sum[i] += state.lambda[at_row];
       }
-      for (int j = 0; j < 4; ++j) tangent.force_q[(kP + k) * kCoordinates + kP + j] = -2 * force_by_p(k, j);
     }
+    const Eigen::Vector4d turn = 2 * contracted(moments(state.lambda + row)) * q.parameters();
+    for (int i = 0; i < 3; ++i) residual.force[frame[i]] -= sum[i];
+    for (int i = 0; i < 4; ++i) residual.force[frame[3 + i]] -= turn[i];
+  }
+
+  void tangent_of_all(const StateView& state, int row, const TangentOfAll& tangent) const override {
+    const int* const frame = coordinates(0) + kFrame;
+    const FrameValues q(state.q, frame), v(state.v, frame), a(state.a, frame);
+    const auto set = [&](double* values, double of_node, double factor, const FrameValues& of_frame) {
+      if (values == nullptr) return;
+      const int* rank = tangent.rank;
+      for (const Eigen::Vector3d& s : arms_) {
+        const Eigen::Matrix<double, 3, 4> by_p = factor * half_derivative(of_frame.parameters(), s);
+        for (int i = 0; i < 3; ++i, values += kCoordinates) {
+          std::fill_n(values, kCoordinates, 0.0);
+          values[rank[i]] = of_node;
+          values[rank[kFrame + i]] = -of_node;
+          for (int k = 0; k < 4; ++k) values[rank[kP + k]] = by_p(i, k);
+        }
+        rank += kCoordinates;
+      }
+    };
+    set(tangent.position_q, 1, -2, q);
+    set(tangent.velocity_q, 0, -2, v);
+    set(tangent.acceleration_q, 0, -2, a);
+    set(tangent.acceleration_v, 0, -4, v);
+    if (tangent.force_q == nullptr) return;
+    const Eigen::Matrix4d by_p = -2 * contracted(moments(state.lambda + row));
+    for (int k = 0; k < 4; ++k)
+      for (int j = 0; j < 4; ++j) tangent.force_q[(kP + k) * kCoordinates + kP + j] = by_p(k, j);
   }
 
  private:
-  static constexpr int kP = 6,
-                       kCoordinates = 10;  // where the Euler parameters begin; node, origin, parameters
+  // Where the frame and its Euler parameters begin; node, origin, parameters.
+  static constexpr int kFrame = 3, kP = 6, kCoordinates = 10;
+
+  /// Of lambda s^T, over all links.
+  Eigen::Matrix3d moments(const double* lambda) const {
+    Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+    for (const Eigen::Vector3d& s : arms_) {
+      sum += Eigen::Map<const Eigen::Vector3d>(lambda) * s.transpose();
+      lambda += 3;
+    }
+    return sum;
+  }
 
   std::string name_;
   std::vector<Eigen::Vector3d> arms_;  // s

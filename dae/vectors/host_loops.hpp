@@ -29,6 +29,25 @@ void parallel_for(std::size_t count, int threads, const F& f, std::size_t work =
   for (std::int64_t i = 0; i < n; ++i) f(static_cast<std::size_t>(i));
 }
 
+/// f(i) for all i in 0 ... start.size() - 2, which take start[i + 1] - start[i] operations: each thread gets
+/// consecutive ones with as many operations as the others have.
+template <class F>
+void parallel_for_shares(const std::vector<std::size_t>& start, int threads, const F& f) {
+  const std::size_t count = start.size() - 1, work = start.back();
+#pragma omp parallel num_threads(team_size(threads)) if (work > static_cast <std::size_t>(2 * kBlockLength))
+  {
+    const auto team = static_cast<std::size_t>(omp_get_num_threads());
+    const auto own = static_cast<std::size_t>(omp_get_thread_num());
+    const auto first = [&](std::size_t part) {
+      if (part == team) return count;
+      const auto end = start.begin() + static_cast<std::ptrdiff_t>(count);
+      return static_cast<std::size_t>(std::lower_bound(start.begin(), end, work / team * part) -
+                                      start.begin());
+    };
+    for (std::size_t i = first(own), end = first(own + 1); i < end; ++i) f(i);
+  }
+}
+
 /// All f(i), combined; `none` is that of nothing. In each block four values at a time, so that no operation
 /// has to wait for the one before it.
 template <class Value, class F, class Combine>

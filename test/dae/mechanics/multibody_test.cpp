@@ -182,6 +182,27 @@ TEST(Multibody, OverwritesTheBlocksThatAreAskedForAndNoOthers) {
   }
 }
 
+TEST(Multibody, GivesRowsOfTheGradientAlone) {
+  const Parts parts = random_parts(7, 45);
+  const auto system = parts.builder.build(2);
+  const Pattern& pattern = system->tangent_pattern()[Block::position_q];
+  Tangent all = make_tangent(*system);
+  system->evaluate(parts.state(), all, BlockSet::all());
+  for (int row = 0; row < system->constraints(); ++row) {
+    Tangent some = make_tangent(*system);
+    for (auto& values : some.values) std::fill(values.begin(), values.end(), 7.0);
+    const Tangent before = some;
+    system->evaluate_gradient(parts.state(), {row, system->constraints() - 1 - row}, some);
+    for (const int asked : {row, system->constraints() - 1 - row})
+      for (int k = pattern.row_start[asked]; k < pattern.row_start[asked + 1]; ++k)
+        EXPECT_EQ(some[Block::position_q][k], all[Block::position_q][k]) << "row " << asked;
+    for (int b = 0; b < kBlocks; ++b) {
+      if (static_cast<Block>(b) == Block::position_q) continue;
+      EXPECT_EQ(some.values[b], before.values[b]) << "block " << b;
+    }
+  }
+}
+
 /// A chain of elements that share coordinates, and many that share one coordinate.
 constexpr int kNodes = 700;
 MultibodyBuilder chain_and_star() {

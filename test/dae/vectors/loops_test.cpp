@@ -36,6 +36,31 @@ TEST(VectorLoops, AreSharedWhereTheWorkIsWorthIt) {
   EXPECT_EQ(team(100, 10000), std::vector<int>(100, 3));
 }
 
+TEST(VectorLoops, SharesOfWorkAreVisitedOnceByEachThreadAsMuch) {
+  mfs::test::Random random(12);
+  for (const int threads : {1, 2, 3, 7})
+    for (const std::size_t length : kLengths) {
+      std::vector<std::size_t> start{0};
+      for (std::size_t i = 0; i < length; ++i) {
+        const bool heavy = i > length / 2 && i < length / 2 + 8;  // side by side, as the rows of a frame
+        const auto work = static_cast<std::size_t>(random.integer(0, 3));
+        start.push_back(start.back() + (heavy ? 3000 : work));
+      }
+      std::vector<int> visits(length, 0), by(length, 0);
+      parallel_for_shares(start, threads, [&](std::size_t i) {
+        ++visits[i];
+        by[i] = omp_get_thread_num();
+      });
+      EXPECT_EQ(visits, std::vector<int>(length, 1));
+      if (length < 100) continue;
+      std::vector<std::size_t> work(static_cast<std::size_t>(threads));
+      for (std::size_t i = 0; i < length; ++i)
+        work[static_cast<std::size_t>(by[i])] += start[i + 1] - start[i];
+      const std::size_t fair = start.back() / static_cast<std::size_t>(threads);
+      for (const std::size_t of_thread : work) EXPECT_LE(of_thread, fair + 3001);
+    }
+}
+
 TEST(VectorLoops, FoldEveryValueOnce) {
   for (const std::size_t length : kLengths) {
     const auto number = [](std::size_t i) { return static_cast<double>(i + 1); };

@@ -294,7 +294,7 @@ class Newton::Impl {
                       StepState& state) {
     relation_ = &relation;
     model_->set_relation(relation);
-    solves_.right_side = [this](const double* h, double* b) { equations_.scale_rows(h, b); };
+    solves_.right_side = [this](const double* h, double* b) { equations_.scale_rows(*relation_, h, b); };
     NewtonOutcome outcome;
     if (!set_directions(outcome)) return outcome;
     const bool fresh = choose_matrix();

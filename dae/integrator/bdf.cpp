@@ -268,7 +268,9 @@ bool Bdf::leave_unstable_orders() {
     return false;
   }
   watch_.add(sizes_[0], sizes_[1], sizes_[2], sizes_[3]);
-  if (!watch_.unstable()) return false;
+  // Nor is it where it may not be longer anyway: what grows there will make it shorter first.
+  const bool bounded = max_step_ > 0.0 && step_ >= (1.0 - 1e-9) * max_step_;
+  if (bounded || !watch_.unstable()) return false;
   watch_.forget();
   hold_.begin(step_, order_ == kMostOrder);
   return true;

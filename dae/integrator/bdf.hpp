@@ -46,9 +46,10 @@ class Bdf {
   static constexpr int kMostOrder = 5;
 
   /// `fixed`: the order rises to `max_order` and stays, whatever the error; steps may grow slowly. All
-  /// vectors are those of `executor`, which has to live as long.
-  Bdf(int max_order, bool fixed, const Executor& executor)
-      : max_order_(max_order), fixed_(fixed), executor_(executor) {}
+  /// vectors are those of `executor`, which has to live as long. `max_step`: the longest that is going to be
+  /// tried; 0: not bounded.
+  Bdf(int max_order, bool fixed, const Executor& executor, double max_step = 0.0)
+      : max_order_(max_order), fixed_(fixed), max_step_(max_step), executor_(executor) {}
 
   /// Forgets the past, takes y and `dy` = y'; `h`: the step that is going to be tried. Where its error is far
   /// below what is allowed, the next ones become long at once, up to `longest`.
@@ -124,6 +125,7 @@ class Bdf {
 
   int max_order_;
   bool fixed_;
+  double max_step_;
   const Executor& executor_;
   int order_ = 1;
   bool rising_ = true;     ///< the first steps: order and step grow at each

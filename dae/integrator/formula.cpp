@@ -51,7 +51,7 @@ struct Correction {
 class BdfFormula : public Formula {
  public:
   BdfFormula(const IntegratorOptions& options, const Executor& executor)
-      : bdf_(options.max_order, options.fixed_step > 0.0, executor), executor_(executor) {}
+      : bdf_(options.max_order, options.fixed_step > 0.0, executor, options.max_step), executor_(executor) {}
 
   void start(const StepState& state, double h, double longest) override {
     const std::size_t n = state.q.size();

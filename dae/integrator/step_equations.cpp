@@ -414,13 +414,15 @@ double StepEquations::Scales::of(Row row, Kind column) const {
          (row != kPosition && column == kQ ? q_by_v : 1.0);
 }
 
-void StepEquations::scale_rows(const double* h, double* b) const {
-  const double of_position = scales_.s / scales_.q_by_a(), of_velocity = scales_.s / scales_.v_by_a;
+void StepEquations::scale_rows(const StepRelation& relation, const double* h, double* b) const {
+  const double r = ratio(relation), of_acceleration = scales_.s * (1.0 + r) / (2.0 * r);  // 1 / shared there
+  const double of_position = of_acceleration / relation.q_by_a(),
+               of_velocity = of_acceleration / relation.v_by_a;
   ScaleGroups scale{h, b, {}, {}};
   scale.add(n_, 1.0);
   scale.add(m_, of_position);
   scale.add(m_, of_velocity);
-  scale.add(m_, scales_.s);
+  scale.add(m_, of_acceleration);
   if (!related_.empty()) {
     scale.add(selection_.rows, of_velocity);
     scale.add(selection_.rows, of_position);

@@ -103,8 +103,9 @@ class StepEquations {
   double ratio(const StepRelation& relation) const {
     return relation.q_by_a() == scales_.q_by_a() ? 1.0 : scales_.q_by_a() / relation.q_by_a();
   }
-  /// b = R h, with R of the last Jacobian.
-  void scale_rows(const double* h, double* b) const;
+  /// b = R h, with R of the last Jacobian, but for constraints and relations such that correct() makes of a
+  /// solution what they ask for: they say how far q, v and a have to go, whatever step the Jacobian is of.
+  void scale_rows(const StepRelation& relation, const double* h, double* b) const;
   /// Makes a correction x in the step of `relation` of a solution of a system with the last Jacobian: C times
   /// that, and where that is of another step, scaled. Where inertia dominates, corrections of q by such a
   /// matrix are too large by the ratio, where stiffness does they are right; this shares the error out.

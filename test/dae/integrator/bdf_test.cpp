@@ -43,15 +43,14 @@ struct Taken {
 };
 
 /// Steps through (cos t, sin t), each of which the formula is told, with an error of `allowed`. `taken_of`
-/// makes the step that is taken of the one that suits and its order.
+/// makes the step that is taken of the one that suits and its order; `max_step` is what the formula is told.
 std::vector<Taken> go_round(
     double allowed, std::size_t count, double first_step = 0.01, double longest_at_start = 0.01,
-    const std::function<double(double, int)>& taken_of = [](double suited, int /*order*/) {
-      return suited;
-    }) {
+    const std::function<double(double, int)>& taken_of = [](double suited, int /*order*/) { return suited; },
+    double max_step = 0.0) {
   const Executor host(Executor::Place::host, 1);
   const auto array = [&](double x, double y) { return make_array<double>(host, {x, y}); };
-  Bdf bdf(5, false, host);
+  Bdf bdf(5, false, host, max_step);
   bdf.start(array(1.0, 0.0), array(0.0, 1.0), first_step, longest_at_start);
   const Array<double> weights = array(allowed, allowed);
   std::vector<Taken> taken;
@@ -84,6 +83,18 @@ TEST(Bdf, HighOrdersComeBackAfterAFalseAlarm) {
   const auto low = [](const Taken& s) { return s.order <= 2; };
   EXPECT_LE(std::count_if(first, taken.end(), low), 20);
   EXPECT_EQ(taken.back().order, 5);
+}
+
+// A step that may not be longer anyway is not limited by what oscillates.
+TEST(Bdf, HighOrdersStayWhereStepsAreAsLongAsTheyMayBe) {
+  const double longest = 0.7;
+  const auto low_orders = [&](double told) {
+    const std::vector<Taken> taken = go_round(
+        0.1, 200, 0.01, 0.01, [&](double suited, int /*order*/) { return std::min(suited, longest); }, told);
+    return std::count_if(taken.begin() + 20, taken.end(), [](const Taken& s) { return s.order <= 2; });
+  };
+  EXPECT_GT(low_orders(0.0), 100);
+  EXPECT_EQ(low_orders(longest), 0);
 }
 
 // An alarm after which order 2 takes longer steps is none.

@@ -213,7 +213,7 @@ TEST(Jacobian, OneCorrectionSolvesLinearEquationsAndThatOfAnotherStepKeepsConstr
 
       const Eigen::MatrixXd matrix = jacobian(equations, state, old);
       EXPECT_NEAR(equations.ratio(now), factor * factor, 1e-12);
-      equations.scale_rows(h.data(), b.data());
+      equations.scale_rows(now, h.data(), b.data());
       const Eigen::VectorXd solution = matrix.lu().solve(b);
       Eigen::VectorXd correction(n);
       equations.correct(now, solution.data(), correction.data());
@@ -224,6 +224,35 @@ TEST(Jacobian, OneCorrectionSolvesLinearEquationsAndThatOfAnotherStepKeepsConstr
       equations.residual(x.data(), state, now, h.data());
       EXPECT_LT(h.head(3).norm(), (factor == 1.0 ? 1e-9 : 0.5) * before);  // F gets smaller,
       EXPECT_LT(h.tail(n - 3).norm(), 1e-9);                               // and all else stays fulfilled
+    }
+}
+
+TEST(Jacobian, OneCorrectionByThatOfAnotherStepMeetsConstraintsThatWereOff) {
+  const DenseSystem<Linear> system;
+  const auto relation = [](double rate) {
+    return relation_at(rate, {1.0, -3.0, 2.5}, {-5.0, 2.0, 3.7}, {100.0, 30.0, -90.0});
+  };
+  for (const Unknowns unknowns : {Unknowns::full, Unknowns::reduced})
+    for (const double factor : {0.8, 1.0, 1.25}) {
+      const StepEquations equations(system, unknowns, last_is_tied(), host());
+      const auto n = static_cast<Eigen::Index>(equations.size());
+      const StepRelation old = relation(20.0), now = relation(20.0 * factor);
+      Eigen::VectorXd x(n), h(n), b(n), correction(n);
+      StepState state;
+      const double lambda = 0.7;
+      equations.pack(now, &lambda, x.data());
+      equations.unpack(x.data(), now, state);
+      equations.residual(x.data(), state, now, h.data());
+      EXPECT_GT(h.segment(equations.first_constraint(), StepEquations::kLevels).cwiseAbs().minCoeff(), 0.4);
+
+      const Eigen::MatrixXd matrix = jacobian(equations, state, old);
+      equations.scale_rows(now, h.data(), b.data());
+      const Eigen::VectorXd solution = matrix.lu().solve(b);
+      equations.correct(now, solution.data(), correction.data());
+      x -= correction;
+      equations.unpack(x.data(), now, state);
+      equations.residual(x.data(), state, now, h.data());
+      EXPECT_LT(h.tail(n - 3).norm(), 1e-9) << factor;
     }
 }
 

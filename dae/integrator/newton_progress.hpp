@@ -7,16 +7,13 @@
 // own tolerances, or, in a search that would fail otherwise, to what rounding leaves of them. Forces that may
 // be friction (followed_forces.hpp) have to shrink besides, and where bodies are rigid all that is left:
 // friction that is as steep as the tolerance makes corrections small while a body is stuck, though it may not
-// hold it any more. What the first correction by a new Jacobian leaves goes with its square, so that where
-// bodies are not rigid it may end the search by what was seen of earlier ones, if the residual has become
-// less by as much. When corrections shrink too slowly a new Jacobian is asked for; when they do not shrink,
+// hold it any more. When corrections shrink too slowly a new Jacobian is asked for; when they do not shrink,
 // although the first Jacobian was new, one for each further correction (what turns a body that is next to a
 // point, as one hung by a sphere, changes altogether by a
 // correction). When they do not shrink then, the search has failed.
 #pragma once
 
 #include <array>
-#include <limits>
 
 #include "dae/integrator/formula.hpp"
 #include "dae/integrator/integrator.hpp"
@@ -55,8 +52,6 @@ class NewtonProgress {
 
  private:
   bool rate_is_good();
-  bool is_first_by_new() const { return new_ && since_jacobian_ == 1 && by_newest_ < 0; }
-  double left_over() const;
   bool has_converged(const std::array<double, 3>& bounds) const;
   bool vibration_is_small() const;
   bool forces_follow() const;
@@ -75,8 +70,6 @@ class NewtonProgress {
   double tolerance_ = 0.0;  ///< what may be left of the correction, in units of the local error allowed
   double last_correction_ = 0.0, first_residual_ = 0.0, last_residual_ = 0.0, first_followed_ = 0.0,
          last_followed_ = 0.0, rate_ = 0.0, kept_rate_ = 0.0, left_over_ = kUnknownRate;
-  /// What the first correction by a new Jacobian has left, over its square.
-  double left_by_square_ = std::numeric_limits<double>::max();
   /// What constraints may be left at: no more than the local error may be, or it would be lost in this noise.
   std::array<double, 3> bounds_{};
 

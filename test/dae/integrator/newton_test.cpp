@@ -41,12 +41,11 @@ IntegrationReport turn(const TurningPoint& point, double rtol) {
   return integrator.report();
 }
 
-// A kept Jacobian is no good after some 0.1 rad, and a new one leaves next to nothing. Where searches began
-// with kept ones they took 3.1 corrections a step, and 2.5 where the first one by a new Jacobian was never
-// enough.
-TEST(Newton, OneCorrectionByANewJacobianIsEnoughWhereKeptOnesAgeFast) {
+// A kept Jacobian is no good after some 0.1 rad. Where searches began with it all the same they took 3.8
+// corrections a step.
+TEST(Newton, SearchesDoNotBeginWithAJacobianThatIsTooOld) {
   const IntegrationReport report = turn({30.0, 1e8, 1e5}, 1e-6);
-  EXPECT_LT(report.newton_iterations, 2.1 * report.steps);
+  EXPECT_LT(report.newton_iterations, 2.8 * report.steps);
   EXPECT_LT(report.jacobians, report.steps);
 }
 

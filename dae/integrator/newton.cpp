@@ -38,9 +38,6 @@ using Evaluator = Thyra::ModelEvaluatorBase;
 
 /// A correction, in units of the local error allowed, that may be rounding.
 constexpr double kRounding = 1e-4;
-/// A rate that is expected of a kept matrix becomes less by this each time that a new one is taken because
-/// of it, until one is kept again and shows what it is.
-constexpr double kForgotten = 0.7;
 /// q_by_a of the kept matrix / q_by_a: between these its factors still are a preconditioner.
 constexpr double kRelatedRates[] = {0.25, 4.0};
 
@@ -101,7 +98,6 @@ class StepModel : public Thyra::StateFuncModelEvaluatorBase<double> {
   }
   void evaluate_jacobian(const StepState& state, const StepRelation& relation) const {
     equations_.jacobian(state, relation, matrix_values());
-    jacobian_time_ = state.t;
     solves_.new_matrix = true;
     ++report_.jacobians;
   }
@@ -110,8 +106,6 @@ class StepModel : public Thyra::StateFuncModelEvaluatorBase<double> {
     equations_.initial_jacobian(matrix_values());
     solves_.new_matrix = true;
   }
-  /// Of the last Jacobian.
-  double jacobian_time() const { return jacobian_time_; }
   /// Of the matrix that NOX and the solver know.
   double* matrix_values() const { return matrix_->getLocalMatrixHost().values.data(); }
   /// Where H was evaluated last: once NOX has given an iterate to be tested, that iterate.
@@ -191,7 +185,6 @@ class StepModel : public Thyra::StateFuncModelEvaluatorBase<double> {
   // Evaluation is const for Thyra.
   mutable StepState state_;
   mutable bool wanted_ = true;
-  mutable double jacobian_time_ = 0.0;
 };
 
 /// Ends the search, or asks for a new Jacobian.
@@ -224,7 +217,7 @@ class NewtonTest : public NOX::StatusTest::Generic {
   NOX::StatusTest::StatusType getStatus() const override { return status_; }
   std::ostream& print(std::ostream& stream, int /*indent*/) const override { return stream; }
 
-  const NewtonProgress& progress() const { return progress_; }
+  const NewtonNorms& norms() const { return progress_.norms(); }
 
  private:
   const StepEquations& equations_;
@@ -305,10 +298,7 @@ class Newton::Impl {
     NewtonOutcome outcome;
     if (!set_directions(outcome)) return outcome;
     const bool fresh = choose_matrix();
-    const double age = age_of_jacobian();
     bool converged = search(lambda, weights, fresh, outcome);
-    if (const double rate = std::min(test_->progress().kept_rate(), 1.0); rate > 0.0 && age > 0.0)
-      ageing_ = std::max(rate - expected_rate_, 0.0) / age;
     if (!converged && !(fresh && solves_.factor_next)) {
       model_->want_jacobian();
       solves_.factor_next = true;
@@ -355,25 +345,18 @@ class Newton::Impl {
     return outcome.thrown == nullptr;
   }
 
-  /// Whether the search begins with a new Jacobian; says what may be done with it. Where mechanisms turn a
-  /// kept one gets worse with time, and a search that has to renew it on the way has made two corrections in
-  /// vain.
+  /// Whether the search begins with a new Jacobian; says what may be done with it.
   bool choose_matrix() {
     const double ratio = equations_.ratio(*relation_);
     // Where nothing is integrated the local error does not tell how exact multipliers are.
     const bool known = solves_.factored && options_.keep_factors && !equations_.all_prescribed();
     solves_.factor_next =
         !known || options_.krylov_steps == 0 || ratio < kRelatedRates[0] || ratio > kRelatedRates[1];
+    const bool fresh = !known || ratio < kKeptRates[0] || ratio > kKeptRates[1];
     expected_rate_ = std::abs(ratio - 1.0) / (ratio + 1.0);
-    const bool too_old = ageing_ * age_of_jacobian() > kSlow;
-    if (too_old) ageing_ *= kForgotten;
-    const bool fresh = !known || too_old || ratio < kKeptRates[0] || ratio > kKeptRates[1];
     if (fresh) model_->want_jacobian();
     return fresh;
   }
-
-  /// A step that is tried again ends before the Jacobian of the last attempt.
-  double age_of_jacobian() const { return std::abs(relation_->t - model_->jacobian_time()); }
 
   bool search(const Array<double>& lambda, const Array<double>& weights, bool fresh, NewtonOutcome& outcome) {
     solves_.failure = nullptr;
@@ -387,8 +370,8 @@ class Newton::Impl {
     const auto status = solver_->solve();
     outcome.iterations += solver_->getNumIterations();
     outcome.thrown = solves_.failure;
-    outcome.residual = test_->progress().norms().residual;
-    outcome.violation = test_->progress().norms().violation;
+    outcome.residual = test_->norms().residual;
+    outcome.violation = test_->norms().violation;
     return status == NOX::StatusTest::Converged && solves_.failure == nullptr;
   }
 
@@ -413,7 +396,6 @@ class Newton::Impl {
   const StepRelation* relation_ = nullptr;
   LinearSolves solves_, accounted_;
   double expected_rate_ = 0.0;  ///< at which corrections by a kept matrix shrink, because of the step alone
-  double ageing_ = 0.0;         ///< what its age adds to that, per time
   RCP<StepModel> model_;
   RCP<NewtonTest> test_;
   RCP<NOX::Solver::Generic> solver_;

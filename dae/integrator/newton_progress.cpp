@@ -11,6 +11,8 @@ namespace {
 
 /// Corrections have to shrink at least by this factor each, or the search ends without success (DASSL's 0.9).
 constexpr double kDivergence = 0.9;
+/// Above this factor a new Jacobian is worth its price.
+constexpr double kSlow = 0.3;
 /// What may be left of the correction, in units of the local error allowed.
 constexpr double kTolerance = 0.1;
 /// The tolerances (the default ones) of the largest local error of which that is taken. What is left of a
@@ -24,10 +26,6 @@ constexpr double kVibration = 0.5;
 /// A correction that forces have to follow, in units of the local error allowed, and what it may leave of
 /// them, in parts of what they were before it and at first: less may be rounding.
 constexpr double kFollowed = 1e-4, kLeftByOne = 0.5, kLeftByAll = 1e-2;
-/// By how much more than expected may be left by the first correction by a new Jacobian, which no second one
-/// shows. With 1 a point that turns on a stiff spring (error_filter_test.cpp) had three times the error at
-/// rtol 1e-4, and with 100 the error that it has where a second one is always made.
-constexpr double kNotSeen = 100.0;
 /// The least that is assumed to be left by a kept matrix after the first correction.
 constexpr double kLeastLeftOver = 0.1;
 /// What rounding may leave of a constraint, in roundings of the norm of what it is made of.
@@ -48,7 +46,6 @@ void NewtonProgress::start(const StepRelation& relation, bool fresh, double rate
   since_jacobian_ = 0;
   new_ = fresh;
   slow_when_new_ = false;
-  kept_rate_ = 0.0;
   began_fresh_ = fresh;
   by_newest_ = -1;
 }
@@ -72,10 +69,7 @@ NewtonProgress::Verdict NewtonProgress::judge(const NewtonNorms& norms, int corr
     if (by_newest_ >= 0 || !began_fresh_) return Verdict::failed;
     by_newest_ = 0;
   }
-  if (has_converged(bounds_)) {
-    if (is_first_by_new()) left_by_square_ *= 2.0;  // it gets older
-    return Verdict::converged;
-  }
+  if (has_converged(bounds_)) return Verdict::converged;
   if (corrections >= options_.newton_iterations)
     return has_converged(bounds_of_rounding()) ? Verdict::converged : Verdict::failed;
   const bool slow = since_jacobian_ > 1 && (rate_ > kSlow || !forces_follow());
@@ -91,20 +85,10 @@ NewtonProgress::Verdict NewtonProgress::judge(const NewtonNorms& norms, int corr
 bool NewtonProgress::rate_is_good() {
   rate_ = 0.0;
   if ((since_jacobian_ < 2 && by_newest_ < 2) || last_correction_ == 0.0) return true;
-  if (new_ && since_jacobian_ == 2) left_by_square_ = norms_.correction / std::pow(last_correction_, 2);
   if (norms_.correction < small_) return true;
   rate_ = norms_.correction / last_correction_;
-  if (!new_) kept_rate_ = rate_;
   left_over_ = rate_ < kDivergence ? rate_ / (1.0 - rate_) : kUnknownRate;
   return rate_ < kDivergence;
-}
-
-/// What is left, over the last correction. Rigid bodies are always asked for a second one by a new Jacobian:
-/// their friction may be steep, and their corrections cost little.
-double NewtonProgress::left_over() const {
-  if (rigid_ || !is_first_by_new() || last_residual_ == 0.0) return left_over_;
-  const double expected = std::max(left_by_square_ * norms_.correction, norms_.residual / last_residual_);
-  return std::min(left_over_, kNotSeen * expected);
 }
 
 /// Whether the forces that are left, in what they push away, are too little for a vibration that the control
@@ -129,7 +113,7 @@ bool NewtonProgress::forces_follow() const {
 bool NewtonProgress::has_converged(const std::array<double, 3>& bounds) const {
   for (std::size_t level = 0; level < bounds.size(); ++level)
     if (norms_.violation[level] > bounds[level]) return false;
-  return left_over() * norms_.correction <= tolerance_ && vibration_is_small() && forces_follow();
+  return left_over_ * norms_.correction <= tolerance_ && vibration_is_small() && forces_follow();
 }
 
 /// Bounds that are not less than rounding: with v in m/h 1e-4 m/h^2 is less than 1e-16 of what v and the step

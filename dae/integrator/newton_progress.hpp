@@ -7,16 +7,13 @@
 // own tolerances, or, in a search that would fail otherwise, to what rounding leaves of them. Forces that may
 // be friction (followed_forces.hpp) have to shrink besides, and where bodies are rigid all that is left:
 // friction that is as steep as the tolerance makes corrections small while a body is stuck, though it may not
-// hold it any more. What the first correction by a new Jacobian leaves goes with its square, so that where
-// bodies are not rigid it may end the search by what was seen of earlier ones, if the residual has become
-// less by as much. When corrections shrink too slowly a new Jacobian is asked for; when they do not shrink,
+// hold it any more. When corrections shrink too slowly a new Jacobian is asked for; when they do not shrink,
 // although the first Jacobian was new, one for each further correction (what turns a body that is next to a
 // point, as one hung by a sphere, changes altogether by a
 // correction). When they do not shrink then, the search has failed.
 #pragma once
 
 #include <array>
-#include <limits>
 
 #include "dae/integrator/formula.hpp"
 #include "dae/integrator/integrator.hpp"
@@ -26,8 +23,6 @@ namespace mfs::dae {
 
 /// q_by_a of a kept matrix / q_by_a: between these it is kept.
 constexpr double kKeptRates[] = {0.6, 1.7};
-/// The rate of corrections above which a new Jacobian is worth its price.
-constexpr double kSlow = 0.3;
 
 class NewtonProgress {
  public:
@@ -48,15 +43,11 @@ class NewtonProgress {
   bool wants_jacobian() const { return wants_jacobian_; }
   /// Whether corrections by a new Jacobian have shrunk slowly in this search.
   bool was_slow_when_new() const { return slow_when_new_; }
-  /// At which corrections by a kept Jacobian have shrunk last in this search; 0: none were seen to.
-  double kept_rate() const { return kept_rate_; }
   /// Of the last judge().
   const NewtonNorms& norms() const { return norms_; }
 
  private:
   bool rate_is_good();
-  bool is_first_by_new() const { return new_ && since_jacobian_ == 1 && by_newest_ < 0; }
-  double left_over() const;
   bool has_converged(const std::array<double, 3>& bounds) const;
   bool vibration_is_small() const;
   bool forces_follow() const;
@@ -74,9 +65,7 @@ class NewtonProgress {
   bool wants_jacobian_ = false, new_ = false, slow_when_new_ = false;
   double tolerance_ = 0.0;  ///< what may be left of the correction, in units of the local error allowed
   double last_correction_ = 0.0, first_residual_ = 0.0, last_residual_ = 0.0, first_followed_ = 0.0,
-         last_followed_ = 0.0, rate_ = 0.0, kept_rate_ = 0.0, left_over_ = kUnknownRate;
-  /// What the first correction by a new Jacobian has left, over its square.
-  double left_by_square_ = std::numeric_limits<double>::max();
+         last_followed_ = 0.0, rate_ = 0.0, left_over_ = kUnknownRate;
   /// What constraints may be left at: no more than the local error may be, or it would be lost in this noise.
   std::array<double, 3> bounds_{};
 

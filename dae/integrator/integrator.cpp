@@ -472,7 +472,7 @@ class Integrator::Impl {
       interpolate(*executor_, bodies_, t, state_, past_, last_order_, between_);
     else
       find_consistent(t);
-    return whole_ = redundancy_->whole(on_host(*executor_, between_));
+    return whole_ = redundancy_->whole(host_states_.take(*executor_, between_, std::move(whole_)));
   }
 
   void find_consistent(double t) {
@@ -501,7 +501,9 @@ class Integrator::Impl {
   }
 
   /// The state with multipliers of all constraints.
-  const State& whole_state() { return whole_ = redundancy_->whole(on_host(*executor_, state_)); }
+  const State& whole_state() {
+    return whole_ = redundancy_->whole(host_states_.take(*executor_, state_, std::move(whole_)));
+  }
 
   template <class Call>
   void tell(const Call& call) {
@@ -536,15 +538,15 @@ class Integrator::Impl {
   std::int64_t condensed_failures_ = 0;
   std::unique_ptr<Formula> formula_;
 
-  StepState state_;
+  StepState state_, next_;  ///< now, and what a step arrives at
   State whole_;
+  HostStates host_states_;
   StepState between_;                             ///< an output within a step
   std::unique_ptr<CondensedNewton> for_outputs_;  ///< of its own: steps are as they would be without outputs
   IntegrationReport not_reported_;
   /// How states between the ends of a step are found (dense_output.hpp).
   enum class BetweenEnds { nothing, consistent, interpolated } between_ends_ = BetweenEnds::nothing;
   std::vector<PointRange> bodies_;
-  StepState next_;  ///< what a step arrives at
   PastStates past_;
   int most_past_ = 1;
   std::optional<StepWatch> watch_;

@@ -24,6 +24,7 @@
 #include "dae/integrator/kept_factors.hpp"
 #include "dae/integrator/newton_norms.hpp"
 #include "dae/integrator/newton_progress.hpp"
+#include "dae/mechanics/turning_bodies.hpp"
 #include "dae/vectors/host_loops.hpp"
 #include "ordering/stopwatch.hpp"
 
@@ -38,6 +39,9 @@ using Evaluator = Thyra::ModelEvaluatorBase;
 
 /// A correction, in units of the local error allowed, that may be rounding.
 constexpr double kRounding = 1e-4;
+/// A rate that is expected of a kept matrix becomes less by this each time that a new one is taken because
+/// of it, until one is kept again and shows what it is.
+constexpr double kForgotten = 0.7;
 /// q_by_a of the kept matrix / q_by_a: between these its factors still are a preconditioner.
 constexpr double kRelatedRates[] = {0.25, 4.0};
 
@@ -98,6 +102,7 @@ class StepModel : public Thyra::StateFuncModelEvaluatorBase<double> {
   }
   void evaluate_jacobian(const StepState& state, const StepRelation& relation) const {
     equations_.jacobian(state, relation, matrix_values());
+    jacobian_time_ = state.t;
     solves_.new_matrix = true;
     ++report_.jacobians;
   }
@@ -106,6 +111,8 @@ class StepModel : public Thyra::StateFuncModelEvaluatorBase<double> {
     equations_.initial_jacobian(matrix_values());
     solves_.new_matrix = true;
   }
+  /// Of the last Jacobian.
+  double jacobian_time() const { return jacobian_time_; }
   /// Of the matrix that NOX and the solver know.
   double* matrix_values() const { return matrix_->getLocalMatrixHost().values.data(); }
   /// Where H was evaluated last: once NOX has given an iterate to be tested, that iterate.
@@ -185,6 +192,7 @@ class StepModel : public Thyra::StateFuncModelEvaluatorBase<double> {
   // Evaluation is const for Thyra.
   mutable StepState state_;
   mutable bool wanted_ = true;
+  mutable double jacobian_time_ = 0.0;
 };
 
 /// Ends the search, or asks for a new Jacobian.
@@ -217,7 +225,7 @@ class NewtonTest : public NOX::StatusTest::Generic {
   NOX::StatusTest::StatusType getStatus() const override { return status_; }
   std::ostream& print(std::ostream& stream, int /*indent*/) const override { return stream; }
 
-  const NewtonNorms& norms() const { return progress_.norms(); }
+  const NewtonProgress& progress() const { return progress_; }
 
  private:
   const StepEquations& equations_;
@@ -228,6 +236,11 @@ class NewtonTest : public NOX::StatusTest::Generic {
   NOX::StatusTest::StatusType status_ = NOX::StatusTest::Unevaluated;
   NewtonProgress progress_;
 };
+
+bool turns_meshes(const ConstrainedSystem& system) {
+  const auto* const turning = dynamic_cast<const TurningBodies*>(&system);
+  return turning != nullptr && !turning->turning_bodies().empty();
+}
 
 RCP<Teuchos::ParameterList> newton_parameters() {
   const auto parameters = Teuchos::parameterList();
@@ -252,6 +265,7 @@ class Newton::Impl {
       : equations_(equations),
         options_(options),
         report_(report),
+        has_meshes_(turns_meshes(equations.system())),
         model_(rcp(new StepModel(equations, make_kept_factors(options, executor, solves_), solves_, report,
                                  executor))),
         test_(rcp(new NewtonTest(equations, *model_, options, executor))) {
@@ -298,7 +312,10 @@ class Newton::Impl {
     NewtonOutcome outcome;
     if (!set_directions(outcome)) return outcome;
     const bool fresh = choose_matrix();
+    const double age = age_of_jacobian();
     bool converged = search(lambda, weights, fresh, outcome);
+    if (const double rate = std::min(test_->progress().kept_rate(), 1.0); rate > 0.0 && age > 0.0)
+      ageing_ = std::max(rate - expected_rate_, 0.0) / age;
     if (!converged && !(fresh && solves_.factor_next)) {
       model_->want_jacobian();
       solves_.factor_next = true;
@@ -345,18 +362,25 @@ class Newton::Impl {
     return outcome.thrown == nullptr;
   }
 
-  /// Whether the search begins with a new Jacobian; says what may be done with it.
+  /// Whether the search begins with a new Jacobian; says what may be done with it. Where mechanisms turn a
+  /// kept one gets worse with time, and a search that has to renew it on the way has made two corrections in
+  /// vain. Without meshes these cost next to nothing.
   bool choose_matrix() {
     const double ratio = equations_.ratio(*relation_);
     // Where nothing is integrated the local error does not tell how exact multipliers are.
     const bool known = solves_.factored && options_.keep_factors && !equations_.all_prescribed();
     solves_.factor_next =
         !known || options_.krylov_steps == 0 || ratio < kRelatedRates[0] || ratio > kRelatedRates[1];
-    const bool fresh = !known || ratio < kKeptRates[0] || ratio > kKeptRates[1];
     expected_rate_ = std::abs(ratio - 1.0) / (ratio + 1.0);
+    const bool too_old = has_meshes_ && ageing_ * age_of_jacobian() > kSlow;
+    if (too_old) ageing_ *= kForgotten;
+    const bool fresh = !known || too_old || ratio < kKeptRates[0] || ratio > kKeptRates[1];
     if (fresh) model_->want_jacobian();
     return fresh;
   }
+
+  /// A step that is tried again ends before the Jacobian of the last attempt.
+  double age_of_jacobian() const { return std::abs(relation_->t - model_->jacobian_time()); }
 
   bool search(const Array<double>& lambda, const Array<double>& weights, bool fresh, NewtonOutcome& outcome) {
     solves_.failure = nullptr;
@@ -370,8 +394,8 @@ class Newton::Impl {
     const auto status = solver_->solve();
     outcome.iterations += solver_->getNumIterations();
     outcome.thrown = solves_.failure;
-    outcome.residual = test_->norms().residual;
-    outcome.violation = test_->norms().violation;
+    outcome.residual = test_->progress().norms().residual;
+    outcome.violation = test_->progress().norms().violation;
     return status == NOX::StatusTest::Converged && solves_.failure == nullptr;
   }
 
@@ -396,6 +420,8 @@ class Newton::Impl {
   const StepRelation* relation_ = nullptr;
   LinearSolves solves_, accounted_;
   double expected_rate_ = 0.0;  ///< at which corrections by a kept matrix shrink, because of the step alone
+  double ageing_ = 0.0;         ///< what its age adds to that, per time
+  bool has_meshes_;
   RCP<StepModel> model_;
   RCP<NewtonTest> test_;
   RCP<NOX::Solver::Generic> solver_;

@@ -1,8 +1,10 @@
 // Newton's method for the equations of a step: NOX, with MFS for its linear systems.
 //
-// When a search ends is said by newton_progress.hpp. When corrections do not shrink, or anything throws, it
-// starts again from the prediction with a fresh factorization; if that was one already, it has failed and the
-// step has to be shorter.
+// When a search ends is said by newton_progress.hpp. It begins with the factors at hand, unless the step has
+// changed too much or, as where flexible bodies turn, corrections by so old a Jacobian are expected to shrink
+// so slowly that they would be made in vain until it is renewed. When corrections do not shrink, or anything
+// throws, it starts again from the prediction with a fresh factorization; if that was one already, it has
+// failed and the step has to be shorter.
 #pragma once
 
 #include <array>

@@ -11,8 +11,6 @@ namespace {
 
 /// Corrections have to shrink at least by this factor each, or the search ends without success (DASSL's 0.9).
 constexpr double kDivergence = 0.9;
-/// Above this factor a new Jacobian is worth its price.
-constexpr double kSlow = 0.3;
 /// What may be left of the correction, in units of the local error allowed.
 constexpr double kTolerance = 0.1;
 /// The tolerances (the default ones) of the largest local error of which that is taken. What is left of a
@@ -46,6 +44,7 @@ void NewtonProgress::start(const StepRelation& relation, bool fresh, double rate
   since_jacobian_ = 0;
   new_ = fresh;
   slow_when_new_ = false;
+  kept_rate_ = 0.0;
   began_fresh_ = fresh;
   by_newest_ = -1;
 }
@@ -87,6 +86,7 @@ bool NewtonProgress::rate_is_good() {
   if ((since_jacobian_ < 2 && by_newest_ < 2) || last_correction_ == 0.0) return true;
   if (norms_.correction < small_) return true;
   rate_ = norms_.correction / last_correction_;
+  if (!new_) kept_rate_ = rate_;
   left_over_ = rate_ < kDivergence ? rate_ / (1.0 - rate_) : kUnknownRate;
   return rate_ < kDivergence;
 }

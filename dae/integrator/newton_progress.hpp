@@ -23,6 +23,8 @@ namespace mfs::dae {
 
 /// q_by_a of a kept matrix / q_by_a: between these it is kept.
 constexpr double kKeptRates[] = {0.6, 1.7};
+/// The rate of corrections above which a new Jacobian is worth its price.
+constexpr double kSlow = 0.3;
 
 class NewtonProgress {
  public:
@@ -43,6 +45,8 @@ class NewtonProgress {
   bool wants_jacobian() const { return wants_jacobian_; }
   /// Whether corrections by a new Jacobian have shrunk slowly in this search.
   bool was_slow_when_new() const { return slow_when_new_; }
+  /// At which corrections by a kept Jacobian have shrunk last in this search; 0: none were seen to.
+  double kept_rate() const { return kept_rate_; }
   /// Of the last judge().
   const NewtonNorms& norms() const { return norms_; }
 
@@ -65,7 +69,7 @@ class NewtonProgress {
   bool wants_jacobian_ = false, new_ = false, slow_when_new_ = false;
   double tolerance_ = 0.0;  ///< what may be left of the correction, in units of the local error allowed
   double last_correction_ = 0.0, first_residual_ = 0.0, last_residual_ = 0.0, first_followed_ = 0.0,
-         last_followed_ = 0.0, rate_ = 0.0, left_over_ = kUnknownRate;
+         last_followed_ = 0.0, rate_ = 0.0, kept_rate_ = 0.0, left_over_ = kUnknownRate;
   /// What constraints may be left at: no more than the local error may be, or it would be lost in this noise.
   std::array<double, 3> bounds_{};
 

@@ -435,10 +435,10 @@ void StepEquations::correct(const StepRelation& relation, const double* solution
   const double shared = 2.0 * ratio(relation) / (1.0 + ratio(relation)) / scales_.s;
   // Where v and q are eliminated the matrix took them for a over its own rates.
   for_each(executor_, static_cast<std::size_t>(size_),
-           Correct{gradient_start_.data(), gradient_column_.data(), gradient_.data(), solution, x,
+           Correct{gradient_start_.data(), gradient_column_.data(), gradient_.array().data(), solution, x,
                    first_acceleration(), first_velocity(), first_position(), first_kappa(), first_mu(),
                    shared, shared * relation.v_by_a, shared * relation.q_by_a()},
-           static_cast<std::size_t>(size_) + gradient_.size());
+           static_cast<std::size_t>(size_) + gradient_.array().size());
 }
 
 /// F and the constraints.
@@ -481,15 +481,23 @@ double StepEquations::typical_diagonal(const StepRelation& relation) const {
 /// Of the last Jacobian.
 void StepEquations::find_ringing() const {
   const std::size_t n = diagonals_[0].size();
-  std::vector<double>& ringing = ringing_here_;
-  ringing.resize(n);
+  double* const inertia = inertia_.room(executor_, n);
+  double* const ringing = ringing_.room(executor_, n);
   parallel_for(n, executor_.threads(), [&](std::size_t i) {
     const double elastic = std::abs(diagonals_[0][i] * diagonals_[2][i]);
     const double viscous = diagonals_[1][i] * diagonals_[1][i], share = elastic / viscous;
+    inertia[i] = diagonals_[0][i];
     ringing[i] = viscous > elastic ? share * share : 1.0;
   });
-  inertia_.assign(executor_, diagonals_[0]);
-  ringing_.assign(executor_, ringing);
+  inertia_.send(executor_);
+  ringing_.send(executor_);
+}
+
+void StepEquations::send_gradient() const {
+  const std::vector<double>& values = tangent_[Block::position_q];
+  double* const gradient = gradient_.room(executor_, values.size());
+  parallel_for(values.size(), executor_.threads(), [&](std::size_t k) { gradient[k] = values[k]; });
+  gradient_.send(executor_);
 }
 
 void StepEquations::find_diagonals() const {
@@ -513,7 +521,7 @@ void StepEquations::jacobian(const StepState& state, const StepRelation& relatio
   system_.evaluate(here, tangent_, due_);
   due_.erase(constant_);
   compose(relation, values);
-  gradient_.assign(executor_, tangent_[Block::position_q]);  // late: it waits for the derivatives
+  send_gradient();
 }
 
 void StepEquations::initial_jacobian(double* values) const {

@@ -62,12 +62,12 @@ class StepEquations {
   /// Phi_q of the last Jacobian.
   const std::vector<double>& constraint_gradient() const { return tangent_[Block::position_q]; }
   /// M_i of every coordinate (n), by the last Jacobian.
-  const Array<double>& inertia() const { return inertia_; }
+  const Array<double>& inertia() const { return inertia_.array(); }
   /// The share of a coordinate's elastic energy that becomes motion once steps are short (n), by the last
   /// Jacobian: 1 where damping is small, (K_i M_i / D_i^2)^2 where the coordinate alone would creep. Creeping
   /// takes K M / D^2 of the energy, for a part of a step; that this counts for as much again was measured
   /// (docs/experiments/integrator-rotation.md).
-  const Array<double>& ringing() const { return ringing_; }
+  const Array<double>& ringing() const { return ringing_.array(); }
   /// As followed_forces().
   const Array<double>& followed() const { return followed_; }
   /// Sets B to what it is at q of `state`, whose multipliers do not matter. Throws InvalidInput where it is
@@ -145,6 +145,7 @@ class StepEquations {
   double typical_diagonal(const StepRelation& relation) const;
   void find_diagonals() const;
   void find_ringing() const;
+  void send_gradient() const;
   void compose(const StepRelation& relation, double* values) const;
 
   const ConstrainedSystem& system_;
@@ -193,11 +194,10 @@ class StepEquations {
   mutable Tangent direction_tangent_;              ///< Phi_q alone
   mutable Array<double> no_multipliers_;
   mutable Array<double> changed_a_;
-  mutable Array<double> inertia_, ringing_;
-  mutable std::vector<double> ringing_here_;
+  mutable SentArray<double> inertia_, ringing_;
   Array<double> followed_;
   Array<int> gradient_start_, gradient_column_;  ///< of Phi_q's entries: the column of x
-  mutable Array<double> gradient_;               ///< Phi_q of the last Jacobian
+  mutable SentArray<double> gradient_;           ///< Phi_q of the last Jacobian
 };
 
 }  // namespace mfs::dae

@@ -1,9 +1,16 @@
 // The state of a step, in an executor's memory.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
+#include <memory>
+#include <utility>
+#include <vector>
+
 #include "dae/integrator/integrator.hpp"
 #include "dae/mechanics/constrained_system.hpp"
 #include "dae/vectors/executor.hpp"
+#include "dae/vectors/host_loops.hpp"
 
 namespace mfs::dae {
 
@@ -26,5 +33,39 @@ inline State on_host(const Executor& executor, const StepState& state) {
   return {state.t, state.q.on_host(executor), state.v.on_host(executor), state.a.on_host(executor),
           state.lambda.on_host(executor)};
 }
+
+/// on_host() for one state after another: from a device by staging memory, into vectors that are used again.
+/// New ones would take several times as long as the copies.
+class HostStates {
+ public:
+  State take(const Executor& executor, const StepState& state, State used) {
+    if (!executor.on_device()) return on_host(executor, state);
+    const std::pair<const Array<double>*, std::vector<double>*> parts[] = {
+        {&state.q, &used.q}, {&state.v, &used.v}, {&state.a, &used.a}, {&state.lambda, &used.lambda}};
+    std::size_t size = 0;
+    for (const auto& [from, to] : parts) size += from->size();
+    if (size > size_) staging_ = executor.allocate_staging(size * sizeof(double));
+    size_ = std::max(size, size_);
+    auto* staged = static_cast<double*>(staging_.get());
+    for (const auto& [from, to] : parts) {
+      executor.begin_to_host(staged, from->data(), from->size() * sizeof(double));
+      staged += from->size();
+    }
+    executor.synchronize();
+    const auto* next = static_cast<const double*>(staging_.get());
+    for (const auto& [from, to] : parts) {
+      to->resize(from->size());
+      double* const numbers = to->data();
+      parallel_for(to->size(), executor.threads(), [&](std::size_t i) { numbers[i] = next[i]; });
+      next += from->size();
+    }
+    used.t = state.t;
+    return used;
+  }
+
+ private:
+  std::shared_ptr<void> staging_;
+  std::size_t size_ = 0;  // numbers that it has room for
+};
 
 }  // namespace mfs::dae

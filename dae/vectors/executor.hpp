@@ -88,6 +88,30 @@ class Array {
   std::size_t size_ = 0;
 };
 
+/// An array whose numbers the host makes again and again, and whose copies it does not wait for.
+template <class T>
+class SentArray {
+ public:
+  /// Room of the host for so many numbers, once those that were sent before have arrived.
+  T* room(const Executor& executor, std::size_t size) {
+    executor.synchronize();
+    if (size != array_.size()) {
+      array_.resize(executor, size);
+      staging_ = executor.allocate_staging(size * sizeof(T));
+    }
+    return static_cast<T*>(staging_.get());
+  }
+  /// What is in the room, for all that the executor begins from now on.
+  void send(const Executor& executor) {
+    executor.begin_from_host(array_.data(), staging_.get(), array_.size() * sizeof(T));
+  }
+  const Array<T>& array() const { return array_; }
+
+ private:
+  Array<T> array_;
+  std::shared_ptr<void> staging_;
+};
+
 template <class T>
 Array<T> make_array(const Executor& executor, const std::vector<T>& values) {
   Array<T> array;

@@ -151,7 +151,7 @@ class RemoteTangent {
   /// Begins to evaluate the derivatives; `state`, whose multipliers do not matter, has been read when this
   /// returns.
   virtual void begin_tangent(const StateView& state) = 0;
-  /// The same for a state in the memory of `executor`, a device: read behind what it has begun and before
+  /// The same for a state in the memory of `executor`, a device: read behind what it marked last and before
   /// what it begins from now on.
   virtual void begin_tangent(const Executor& executor, const StateView& state) = 0;
   /// Adds the diagonal entries of factor[0] dF/da + factor[1] dF/dv + factor[2] dF/dq, in the state that was
@@ -172,7 +172,7 @@ class RemoteResidual {
   /// on.
   virtual void evaluate(const StateView& state, int levels, double* h) = 0;
   /// A state on the host, for the blocks of derivatives: only the coordinates that they depend on have their
-  /// numbers. Until the next one is brought or evaluated.
+  /// numbers. Until the next one is brought or evaluated. The executor has marked what it began before.
   virtual StateView bring(const StateView& state) = 0;
 };
 

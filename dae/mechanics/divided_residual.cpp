@@ -57,8 +57,8 @@ DividedResidual::DividedResidual(const Multibody& system, const Executor& execut
 }
 
 void DividedResidual::evaluate(const StateView& state, int levels, double* h) {
-  begin_gather(state);
   fill(executor_, n_, 0.0, h);
+  begin_gather(state);
   system_.write_device_forces(executor_, state, h);
   executor_.wait_for_mark();
   // Here, while the device evaluates forces. It has copied what was scattered before: what has been gathered

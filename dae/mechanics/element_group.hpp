@@ -82,7 +82,8 @@ class DeviceForce : public RemoteTangent {
   /// Waits for what was begun and adds it to `force` (n).
   virtual void add_to(std::vector<double>& force) = 0;
   /// Writes it to `force`, for the coordinates of these elements, where that is zero: `state` and `force` (n)
-  /// are in the memory of `executor`, the device. Between what that has begun and what it begins from now on.
+  /// are in the memory of `executor`, the device. Between what that marked last and what it begins from now
+  /// on.
   virtual void write(const Executor& executor, const StateView& state, double* force) = 0;
 };
 

@@ -35,7 +35,7 @@ class Multibody final : public ConstrainedSystem, public TurningBodies {
   void evaluate_gradient(const StateView& state, const std::vector<int>& rows,
                          Tangent& tangent) const override;
   std::unique_ptr<RemoteResidual> remote_residual(const Executor& executor) const override;
-  /// Puts what devices evaluate between what `executor` has begun and what it begins from now on; see
+  /// Puts what devices evaluate between what `executor` marked last and what it begins from now on; see
   /// DeviceForce::write.
   void write_device_forces(const Executor& executor, const StateView& state, double* force) const {
     for (const auto& device : device_forces_) device->write(executor, state, force);

@@ -125,8 +125,8 @@ class CudaForce final : public DeviceForce {
   void launch(const DeviceBody& body) const;
   /// The body with a state and a place for its forces elsewhere on the device.
   DeviceBody body_in(const StateView& state, double* force) const;
-  /// What `work` puts into the stream comes between what the executor has begun and what it begins from now
-  /// on.
+  /// What `work` puts into the stream comes between what the executor marked last and what it begins from now
+  /// on. So bodies do not wait for each other.
   template <class Work>
   void between(const Executor& executor, const Work& work);
   void make_undeformed(const Mesh& mesh);
@@ -137,7 +137,7 @@ class CudaForce final : public DeviceForce {
   const Places places_;
   const Slots slots_;
   cuda::Stream stream_;
-  cuda::Event begun_, done_;
+  cuda::Event done_;
   const cuda::DeviceArena device_;
   const cuda::PinnedArena host_;  // q, v and a; force
   DeviceTangent<kind> tangent_;
@@ -259,8 +259,7 @@ template <ElementKind kind>
 template <class Work>
 void CudaForce<kind>::between(const Executor& executor, const Work& work) {
   const cuda::Stream& others = queue_of(executor).work;
-  begun_.record(others);
-  stream_.wait_for(begun_);
+  stream_.wait_for(queue_of(executor).marked);
   work();
   done_.record(stream_);
   others.wait_for(done_);

@@ -396,8 +396,9 @@ class DeviceTangent {
   static Factors factors(const ByAVQ& factor) { return {{factor[0], factor[1], factor[2]}}; }
 
   static constexpr int kThreads = 256;
-  /// Elements share a block only where each multiprocessor has so many blocks then, as many as it can run.
+  /// As many blocks as a multiprocessor can run.
   static constexpr int kBlocksEach = 4;
+  int elements_of_block(int count) const;
   const int multiprocessors_ = cuda::multiprocessors();
   const int first_, threads_, nodes_;
   const bool viscous_;
@@ -473,6 +474,21 @@ void DeviceTangent<kind>::place(const std::array<const int*, 3>& target, RemoteM
   }
 }
 
+/// Of `count`: so many that the rounds of blocks take the least time. A block takes one element after the
+/// other, after the points of all together, which take about as long as an element.
+template <ElementKind kind>
+int DeviceTangent<kind>::elements_of_block(int count) const {
+  const int at_once = kBlocksEach * multiprocessors_;
+  const auto time = [&](int elements) {
+    const int blocks = (count + elements - 1) / elements;
+    return (blocks + at_once - 1) / at_once * (elements + 1);
+  };
+  int best = 1;
+  for (int elements = 2; elements <= TangentThreads<kind>::elements; ++elements)
+    if (time(elements) < time(best)) best = elements;
+  return best;
+}
+
 template <ElementKind kind>
 void DeviceTangent<kind>::begin(const DeviceBody& body, const DeviceUndeformed<kind>& undeformed,
                                 const cuda::Stream& stream) const {
@@ -485,7 +501,7 @@ void DeviceTangent<kind>::begin(const DeviceBody& body, const DeviceUndeformed<k
   if (viscous_) stream.clear(to.force_v, bytes_of(pattern_.entries()));
   for (std::size_t c = 0; c + 1 < colours_.start.size(); ++c) {
     const int first = colours_.start[c], count = colours_.start[c + 1] - first;
-    const int of_block = std::clamp(count / (kBlocksEach * multiprocessors_), 1, Threads::elements);
+    const int of_block = elements_of_block(count);
     kernel<<<(count + of_block - 1) / of_block, Threads::count, 0, stream.get()>>>(
         body, undeformed, device_.at<int>(places_.element) + first, count, of_block, to);
     cuda::check_launch("element_tangents");

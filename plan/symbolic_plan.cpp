@@ -319,13 +319,20 @@ class PlanBuilder {
     }
   }
 
-  // `work(f)` for independent fronts; omp_get_thread_num() tells the thread.
+  // `work(f)` for independent fronts; omp_get_thread_num() tells the thread. The last ones, which mostly are
+  // the largest, come first and one by one.
   template <class Work>
   void for_fronts(Vertex first, Vertex last, const Work& work) const {
-    constexpr int kChunk = 16;
+    constexpr Vertex kChunk = 16, kOneByOne = 32 * kChunk;
+    const Vertex middle = std::max(first, last - kOneByOne);
     FirstError error;
-#pragma omp parallel for num_threads(threads_) schedule(dynamic, kChunk) if (last - first > kChunk)
-    for (Vertex f = first; f < last; ++f) error.attempt([&] { work(f); });
+#pragma omp parallel num_threads(threads_) if (last - first > 1)
+    {
+#pragma omp for schedule(dynamic, 1) nowait
+      for (Vertex f = last - 1; f >= middle; --f) error.attempt([&] { work(f); });
+#pragma omp for schedule(dynamic, kChunk)
+      for (Vertex f = first; f < middle; ++f) error.attempt([&] { work(f); });
+    }
     error.rethrow();
   }
   template <class Work>

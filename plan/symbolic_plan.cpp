@@ -323,10 +323,12 @@ class PlanBuilder {
   // the largest, come first and one by one.
   template <class Work>
   void for_fronts(Vertex first, Vertex last, const Work& work) const {
-    constexpr Vertex kChunk = 16, kOneByOne = 32 * kChunk;
+    constexpr Vertex kChunk = 16, kOneByOne = 32 * kChunk, kWorthThreads = 1024;  // pivots
     const Vertex middle = std::max(first, last - kOneByOne);
+    const bool shared =
+        last - first > kChunk || plan_.pivot_begin[last] - plan_.pivot_begin[first] > kWorthThreads;
     FirstError error;
-#pragma omp parallel num_threads(threads_) if (last - first > 1)
+#pragma omp parallel num_threads(threads_) if (shared)
     {
 #pragma omp for schedule(dynamic, 1) nowait
       for (Vertex f = last - 1; f >= middle; --f) error.attempt([&] { work(f); });

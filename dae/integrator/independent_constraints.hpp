@@ -6,10 +6,11 @@
 #include <vector>
 
 #include "dae/mechanics/constrained_system.hpp"
+#include "dae/mechanics/turning_bodies.hpp"
 
 namespace mfs::dae {
 
-class IndependentConstraints : public ConstrainedSystem {
+class IndependentConstraints : public ConstrainedSystem, public TurningBodies {
  public:
   /// `redundant`: rows of Phi to leave out, ascending. `system` has to live as long.
   IndependentConstraints(const ConstrainedSystem& system, const std::vector<int>& redundant);
@@ -31,6 +32,7 @@ class IndependentConstraints : public ConstrainedSystem {
   double constraint_unit(int row) const override { return system_.constraint_unit(kept_[row]); }
   double force_unit(int i) const override { return system_.force_unit(i); }
   bool is_measure(int i) const override { return system_.is_measure(i); }
+  std::vector<PointRange> turning_bodies() const override { return turning_bodies_of(system_); }
 
  private:
   StateView with_all_multipliers(const StateView& state) const;

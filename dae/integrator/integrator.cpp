@@ -84,8 +84,7 @@ class Integrator::Impl {
     watch_.emplace(t0, t_end);
     t_end_ = t_end;
     marks_ = Marks(options_.fixed_step > 0.0 ? std::vector<double>() : given_.marks({t0, t_end}));
-    const auto* turning = dynamic_cast<const TurningBodies*>(&given_);
-    bodies_ = turning != nullptr ? turning->turning_bodies() : std::vector<PointRange>();
+    bodies_ = turning_bodies_of(given_);
     most_past_ = outputs.empty() || bodies_.empty() ? 1 : kMostPast;
     start({t0, std::move(q0), std::move(v0), {}, {}});
 

@@ -237,11 +237,6 @@ class NewtonTest : public NOX::StatusTest::Generic {
   NewtonProgress progress_;
 };
 
-bool turns_meshes(const ConstrainedSystem& system) {
-  const auto* const turning = dynamic_cast<const TurningBodies*>(&system);
-  return turning != nullptr && !turning->turning_bodies().empty();
-}
-
 RCP<Teuchos::ParameterList> newton_parameters() {
   const auto parameters = Teuchos::parameterList();
   parameters->set("Nonlinear Solver", "Line Search Based");
@@ -265,7 +260,7 @@ class Newton::Impl {
       : equations_(equations),
         options_(options),
         report_(report),
-        has_meshes_(turns_meshes(equations.system())),
+        has_meshes_(!turning_bodies_of(equations.system()).empty()),
         model_(rcp(new StepModel(equations, make_kept_factors(options, executor, solves_), solves_, report,
                                  executor))),
         test_(rcp(new NewtonTest(equations, *model_, options, executor))) {

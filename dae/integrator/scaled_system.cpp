@@ -215,8 +215,7 @@ std::vector<double> ScaledSystem::marks(const TimeSpan& span) const {
 }
 
 std::vector<PointRange> ScaledSystem::turning_bodies() const {
-  const auto* turning = dynamic_cast<const TurningBodies*>(&system_);
-  return turning != nullptr ? turning->turning_bodies() : std::vector<PointRange>();
+  return turning_bodies_of(system_);
 }
 
 }  // namespace mfs::dae

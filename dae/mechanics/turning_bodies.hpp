@@ -18,4 +18,11 @@ class TurningBodies {
   virtual std::vector<PointRange> turning_bodies() const = 0;
 };
 
+/// Those of a system, if it knows of any.
+template <class System>
+std::vector<PointRange> turning_bodies_of(const System& system) {
+  const auto* const turning = dynamic_cast<const TurningBodies*>(&system);
+  return turning != nullptr ? turning->turning_bodies() : std::vector<PointRange>();
+}
+
 }  // namespace mfs::dae

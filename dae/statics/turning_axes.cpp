@@ -76,9 +76,8 @@ std::vector<int> frames_of(const ConstrainedSystem& system) {
 std::vector<int> places_of(const ConstrainedSystem& system, const std::vector<int>& frames) {
   std::vector<int> places;
   for (const int frame : frames) places.push_back(frame - 3);
-  if (const auto* turning = dynamic_cast<const TurningBodies*>(&system))
-    for (const PointRange& range : turning->turning_bodies())
-      for (int i = 0; i < range.count; ++i) places.push_back(range.first + 3 * i);
+  for (const PointRange& range : turning_bodies_of(system))
+    for (int i = 0; i < range.count; ++i) places.push_back(range.first + 3 * i);
   return places;
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "dae/integrator/independent_constraints.hpp"
 #include "dae/integrator/integrator.hpp"
 #include "dae/mechanics/turning_bodies.hpp"
 #include "test/dae/integrator/dense_system.hpp"
@@ -55,6 +56,12 @@ TEST(Newton, SearchesOfMeshesDoNotBeginWithAJacobianThatIsTooOld) {
   const IntegrationReport report = turn(Mesh(point), point.speed);
   EXPECT_LT(report.newton_iterations, 3.2 * report.steps);
   EXPECT_LT(report.jacobians, report.steps);
+}
+
+// Searches are those of the system without what is redundant.
+TEST(Newton, MeshesAreKnownAsSuchWithoutRedundantConstraints) {
+  const Mesh mesh(TurningPoint{});
+  EXPECT_EQ(turning_bodies_of(IndependentConstraints(mesh, {})).size(), 1u);
 }
 
 }  // namespace

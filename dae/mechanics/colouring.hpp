@@ -1,7 +1,7 @@
 // The order in which elements are added up. Elements of one colour share no coordinate, so that several
 // threads may add them at the same time; colours follow one another. Each entry of a sum then receives its
 // terms in an order that the number of threads has no part in. A coordinate of very many elements, as one of
-// a rigid interface that holds thousands of nodes, would ask for as many colours of one element each:
+// a body with hundreds of joints, would ask for as many colours of one element each:
 // elements that find none of the 64 free, and those of colours too small to be worth the threads' meeting,
 // are left for one thread at the end.
 #pragma once

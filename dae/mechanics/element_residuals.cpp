@@ -6,7 +6,7 @@
 namespace mfs::dae {
 
 ElementResiduals::ElementResiduals(const Groups& groups, const Colouring& colouring,
-                                   const std::vector<int>& whole, std::vector<int> constraint_start,
+                                   const std::vector<NumberedWhole>& whole, std::vector<int> constraint_start,
                                    int coordinates, int threads, const std::vector<int>& place)
     : groups_(groups),
       colouring_(colouring),
@@ -23,8 +23,8 @@ ElementResiduals::ElementResiduals(const Groups& groups, const Colouring& colour
   if (!place.empty()) {
     placed_.resize(groups.size());
     std::vector<ElementId> here = colouring.order;
-    for (const int g : whole)
-      for (int e = 0; e < groups[g]->size(); ++e) here.push_back({g, e});
+    for (const auto& [number, group] : whole)
+      for (int e = 0; e < group->size(); ++e) here.push_back({number, e});
     for (const ElementId id : here) {
       const int count = groups[id.group]->local_coordinates();
       std::vector<int>& placed = placed_[id.group];
@@ -57,9 +57,8 @@ void ElementResiduals::add(const StateView& state, const ResidualView& residual)
 }
 
 void ElementResiduals::add_whole(const StateView& state, const ResidualView& residual) const {
-  for (const int g : whole_)
-    dynamic_cast<const WholeGroup&>(*groups_[g])
-        .residual_of_all(state, coordinates_of({g, 0}), constraint_start_[g], residual);
+  for (const auto& [number, group] : whole_)
+    group->residual_of_all(state, coordinates_of({number, 0}), constraint_start_[number], residual);
 }
 
 void ElementResiduals::add_shared(const StateView& state, const ResidualView& residual) const {

@@ -17,11 +17,10 @@ class ElementResiduals {
  public:
   using Groups = std::vector<std::shared_ptr<const ElementGroup>>;
 
-  /// Of the elements of `colouring`, and of the groups with the numbers `whole`, which are WholeGroup; all
-  /// groups have their constraints from `constraint_start` on. `place`:
-  /// where each coordinate is in the vectors of states and forces, of which there are `coordinates`; empty:
-  /// where the system has it.
-  ElementResiduals(const Groups& groups, const Colouring& colouring, const std::vector<int>& whole,
+  /// Of the elements of `colouring` and of the groups `whole`; all groups have their constraints from
+  /// `constraint_start` on. `place`: where each coordinate is in the vectors of states and forces, of which
+  /// there are `coordinates`; empty: where the system has it.
+  ElementResiduals(const Groups& groups, const Colouring& colouring, const std::vector<NumberedWhole>& whole,
                    std::vector<int> constraint_start, int coordinates, int threads,
                    const std::vector<int>& place = {});
 
@@ -36,7 +35,7 @@ class ElementResiduals {
 
   const Groups& groups_;
   const Colouring& colouring_;
-  std::vector<int> whole_;
+  std::vector<NumberedWhole> whole_;
   std::vector<int> constraint_start_;
   int threads_;
   std::vector<std::vector<int>> placed_;  ///< of each group: the places of its elements' coordinates

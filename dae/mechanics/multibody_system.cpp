@@ -63,9 +63,10 @@ Multibody::Multibody(Groups groups, std::vector<BodyCoordinates> bodies, double 
   for (int g = 0; g < static_cast<int>(groups_.size()); ++g) {
     structure_.push_back(on_device.count(g) > 0 ? kNothing : groups_[g]->structure());
     blocks_.push_back(blocks_of(*groups_[g], structure_.back()));
-    if (dynamic_cast<const WholeGroup*>(groups_[g].get()) == nullptr) continue;
-    whole_.push_back(g);
-    elsewhere.insert(g);
+    if (const auto* const whole = dynamic_cast<const WholeGroup*>(groups_[g].get())) {
+      whole_.push_back({g, whole});
+      elsewhere.insert(g);
+    }
   }
   number_constraints();
   force_blocks_ = find_force_blocks(groups_, structure_, n_, threads_, pattern_);
@@ -218,8 +219,8 @@ std::vector<int> Multibody::host_coordinates() const {
     for (int k = 0; k < groups_[id.group]->local_coordinates(); ++k) is_seen[coordinates[k]] = 1;
   };
   for (const ElementId id : colouring_.order) see(id);
-  for (const int g : whole_)
-    for (int e = 0; e < groups_[g]->size(); ++e) see({g, e});
+  for (const auto& [number, group] : whole_)
+    for (int e = 0; e < group->size(); ++e) see({number, e});
   std::vector<int> seen;
   for (int i = 0; i < n_; ++i)
     if (is_seen[i] != 0) seen.push_back(i);
@@ -292,21 +293,21 @@ void Multibody::add_elements(const StateView& state, const std::vector<BlockSet>
 void Multibody::add_whole_groups(const StateView& state, const std::vector<BlockSet>& blocks,
                                  Tangent& tangent) const {
   Workspace& work = workspaces_.front();
-  for (const int g : whole_) {
-    if (blocks[g].empty()) continue;
-    const auto& group = dynamic_cast<const WholeGroup&>(*groups_[g]);
-    const auto nq = static_cast<std::size_t>(group.local_coordinates());
-    const auto force = [&](Block b) {
-      return blocks[g].has(b) ? work.array(b, nq * nq, blocks[g]) : nullptr;
-    };
+  for (const NumberedWhole& whole : whole_) {
+    const BlockSet asked = blocks[whole.number];
+    if (asked.empty()) continue;
+    const auto nq = static_cast<std::size_t>(whole.group->local_coordinates());
+    const int row = constraint_start_[whole.number];
+    const auto force = [&](Block b) { return asked.has(b) ? work.array(b, nq * nq, asked) : nullptr; };
     const auto rows = [&](Block b) {
-      return blocks[g].has(b) ? tangent[b].data() + pattern_[b].row_start[constraint_start_[g]] : nullptr;
+      return asked.has(b) ? tangent[b].data() + pattern_[b].row_start[row] : nullptr;
     };
-    group.tangent_of_all(state, constraint_start_[g],
-                         {force(Block::force_q), force(Block::force_v), force(Block::force_a),
-                          rows(Block::position_q), rows(Block::velocity_q), rows(Block::acceleration_q),
-                          rows(Block::acceleration_v), column_rank_[g].data()});
-    add_force_blocks({g, 0}, blocks[g], tangent, work);
+    whole.group->tangent_of_all(
+        state, row,
+        {force(Block::force_q), force(Block::force_v), force(Block::force_a), rows(Block::position_q),
+         rows(Block::velocity_q), rows(Block::acceleration_q), rows(Block::acceleration_v),
+         column_rank_[whole.number].data()});
+    add_force_blocks({whole.number, 0}, asked, tangent, work);
   }
 }
 

@@ -104,9 +104,9 @@ class Multibody final : public ConstrainedSystem, public TurningBodies {
   TangentPattern pattern_;
   std::array<ForceBlock, 3> force_blocks_;  // as kForceBlocks
   std::vector<std::vector<int>>
-      column_rank_;         // of each group with constraints: where each coordinate is in its rows
-  std::vector<int> whole_;  // groups that are evaluated so, and not on a device
-  Colouring colouring_;     // of the others that no device has
+      column_rank_;                   // of each group with constraints: where each coordinate is in its rows
+  std::vector<NumberedWhole> whole_;  // groups that are evaluated so, and not on a device
+  Colouring colouring_;               // of the others that no device has
   std::optional<ElementResiduals> residuals_;  // of both
   std::vector<std::unique_ptr<DeviceForce>> device_forces_;
   mutable std::vector<Workspace> workspaces_;  // of each thread

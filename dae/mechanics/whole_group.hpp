@@ -35,4 +35,10 @@ class WholeGroup : public ElementGroup {
   void tangent(int /*e*/, const LocalState& /*state*/, LocalTangent& /*tangent*/) const final {}
 };
 
+/// One among the groups of a system.
+struct NumberedWhole {
+  int number;
+  const WholeGroup* group;
+};
+
 }  // namespace mfs::dae

@@ -34,7 +34,8 @@ void parallel_for(std::size_t count, int threads, const F& f, std::size_t work =
 template <class F>
 void parallel_for_shares(const std::vector<std::size_t>& start, int threads, const F& f) {
   const std::size_t count = start.size() - 1, work = start.back();
-#pragma omp parallel num_threads(team_size(threads)) if (work > static_cast <std::size_t>(2 * kBlockLength))
+  const bool worth_threads = work > 2 * kBlockLength;
+#pragma omp parallel num_threads(team_size(threads)) if (worth_threads)
   {
     const auto team = static_cast<std::size_t>(omp_get_num_threads());
     const auto own = static_cast<std::size_t>(omp_get_thread_num());

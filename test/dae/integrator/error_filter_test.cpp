@@ -15,6 +15,7 @@
 #include "dae/integrator/step_equations.hpp"
 #include "test/dae/integrator/dense_system.hpp"
 #include "test/dae/integrator/recorder.hpp"
+#include "test/dae/integrator/turning_point.hpp"
 
 namespace mfs::dae::test {
 namespace {
@@ -130,26 +131,6 @@ TEST(ErrorFilter, IsTheSameWithTheCondensedMatrix) {
     for (int i = 0; i < 3; ++i) EXPECT_NEAR(error.on_host(host)[i], filters ? expected(i) : e(i), 1e-9) << i;
   }
 }
-
-/// A point of 1 kg that turns about the origin with kSpeed, held at a distance of 1 m by a stiff damped
-/// spring: what it is at order 1 makes an error of its radial velocity that no step makes smaller.
-struct TurningPoint {
-  static constexpr double kSpeed = 30.0;
-  int coordinates() const { return 2; }
-  int constraints() const { return 0; }
-  template <class T>
-  std::vector<T> force(double /*t*/, const std::vector<T>& q, const std::vector<T>& v,
-                       const std::vector<T>& a) const {
-    using std::sqrt;
-    const T r = sqrt(q[0] * q[0] + q[1] * q[1]), x = q[0] / r, y = q[1] / r;
-    const T pull = 1e9 * (r - 1.0) + kSpeed * kSpeed + 1e5 * (x * v[0] + y * v[1]);
-    return {T(a[0] + pull * x), T(a[1] + pull * y)};
-  }
-  template <class T>
-  std::vector<T> constraint(const T& /*t*/, const std::vector<T>& /*q*/) const {
-    return {};
-  }
-};
 
 // Five turns from a start that is exact. Errors fall by at least 30 in two powers of ten (in one of them by
 // chance anything from 1.5 to 50).

@@ -61,8 +61,8 @@ class ScaledSystem::Remote final : public RemoteTangent {
   void begin_tangent(const Executor& executor, const StateView& state) override {
     remote_.begin_tangent(executor, state);
   }
-  void add_diagonal(const ByAVQ& factor, std::vector<double>& diagonal) override {
-    remote_.add_diagonal(given(factor), diagonal);
+  void add_diagonals(const ByAVQ& factor, DiagonalsByAVQ& diagonals) override {
+    remote_.add_diagonals(given(factor), diagonals);
   }
   void begin_sum(const ByAVQ& factor) override { remote_.begin_sum(given(factor)); }
 

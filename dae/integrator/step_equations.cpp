@@ -506,10 +506,8 @@ void StepEquations::find_diagonals() const {
     parallel_for(diagonals_[b].size(), executor_.threads(), [&](std::size_t i) {
       diagonals_[b][i] = diagonal_[b][i] >= 0 ? values[diagonal_[b][i]] : 0.0;
     });
-    ByAVQ alone{};
-    alone[b] = 1.0;
-    for (const Remote& remote : remotes_) remote.tangent->add_diagonal(alone, diagonals_[b]);
   }
+  for (const Remote& remote : remotes_) remote.tangent->add_diagonals({1.0, 1.0, 1.0}, diagonals_);
 }
 
 void StepEquations::jacobian(const StepState& state, const StepRelation& relation, double* values) const {

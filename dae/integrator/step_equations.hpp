@@ -183,7 +183,7 @@ class StepEquations {
   Composition composition_;
   std::unique_ptr<RemoteMatrix> remote_matrix_;
   std::array<std::vector<int>, 3> diagonal_;  ///< where dF/da, dF/dv and dF/dq have their diagonal entries
-  mutable std::array<std::vector<double>, 3> diagonals_;  ///< M_i, D_i, K_i: these entries
+  mutable DiagonalsByAVQ diagonals_;          ///< M_i, D_i, K_i: these entries
   mutable Scales scales_;
   // For the passes over vectors.
   Array<int> kept_there_, kept_place_;  ///< which are kept; the place of each among those, or -1

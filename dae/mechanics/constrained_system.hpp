@@ -111,6 +111,7 @@ struct Residual {
 
 /// One number for each of the derivatives of F: by a, by v, by q.
 using ByAVQ = std::array<double, 3>;
+using DiagonalsByAVQ = std::array<std::vector<double>, 3>;
 constexpr std::array<Block, 3> kForceByAVQ{Block::force_a, Block::force_v, Block::force_q};
 
 /// Newton's matrix in the memory of a device: what is evaluated there is added up there, and the host sends
@@ -154,9 +155,9 @@ class RemoteTangent {
   /// The same for a state in the memory of `executor`, a device: read behind what it marked last and before
   /// what it begins from now on.
   virtual void begin_tangent(const Executor& executor, const StateView& state) = 0;
-  /// Adds the diagonal entries of factor[0] dF/da + factor[1] dF/dv + factor[2] dF/dq, in the state that was
-  /// begun last, to `diagonal` (n).
-  virtual void add_diagonal(const ByAVQ& factor, std::vector<double>& diagonal) = 0;
+  /// Adds the diagonal entries of factor[0] dF/da, factor[1] dF/dv and factor[2] dF/dq, in the state that was
+  /// begun last, to `diagonals` (n each).
+  virtual void add_diagonals(const ByAVQ& factor, DiagonalsByAVQ& diagonals) = 0;
   /// Begins to add that sum to the matrix, which has begun before.
   virtual void begin_sum(const ByAVQ& factor) = 0;
 };

@@ -1,15 +1,12 @@
 #include "kernels/runtime/arena.hpp"
 
-#include <sys/mman.h>
+#include "ordering/huge_pages.hpp"
 
 namespace mfs {
 
 HostArena::HostArena(Offset bytes) : RawArena(bytes) {
   data_ = ::operator new(static_cast<std::size_t>(bytes), std::align_val_t(kAlignment));
-  // Huge pages save most of the address translation of the factor; refusal is no error.
-  constexpr Offset kWorthwhile = Offset(4) << 20;
-  if (bytes >= kWorthwhile)
-    madvise(data_, static_cast<std::size_t>(bytes) / kAlignment * kAlignment, MADV_HUGEPAGE);
+  ask_for_huge_pages(data_, static_cast<std::size_t>(bytes));  // fewer address translations of the factor
 }
 
 }  // namespace mfs

@@ -110,8 +110,8 @@ class CudaForce final : public DeviceForce {
   void begin_tangent(const Executor& executor, const StateView& state) override {
     between(executor, [&] { tangent_.begin(body_in(state, nullptr), undeformed_, stream_); });
   }
-  void add_diagonal(const ByAVQ& factor, std::vector<double>& diagonal) override {
-    tangent_.add_diagonal(factor, diagonal, stream_);
+  void add_diagonals(const ByAVQ& factor, DiagonalsByAVQ& diagonals) override {
+    tangent_.add_diagonals(factor, diagonals, stream_);
   }
   void begin_sum(const ByAVQ& factor) override { tangent_.begin_sum(factor, stream_); }
 

@@ -205,14 +205,14 @@ struct Factors {
   double of[3];  ///< dF/da, dF/dv, dF/dq
 };
 
-/// diagonal[3 i + k] of node i, whose pair with itself is own[i].
-static __global__ void diagonal_entries(int nodes, const int* own, PairValues values, Factors factor,
-                                        double* diagonal) {
+/// diagonal[3 i + k] of node i, whose pair with itself is own[i]: those of dF/da, then dF/dv, then dF/dq.
+static __global__ void diagonal_entries(int nodes, const int* own, PairValues values, double* diagonal) {
   const int c = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
   if (c >= 3 * nodes) return;
+  const double each[3] = {1.0, 1.0, 1.0};
   double term[3] = {};
-  if (own[c / 3] >= 0) values.terms(9 * static_cast<std::int64_t>(own[c / 3]) + 4 * (c % 3), factor.of, term);
-  diagonal[c] = term[0] + term[1] + term[2];
+  if (own[c / 3] >= 0) values.terms(9 * static_cast<std::int64_t>(own[c / 3]) + 4 * (c % 3), each, term);
+  for (int k = 0; k < 3; ++k) diagonal[3 * nodes * k + c] = term[k];
 }
 
 /// Adds each entry to its places in `matrix`: those of dF/da, then dF/dv, then dF/dq, `entries` of each.
@@ -376,13 +376,13 @@ class DeviceTangent {
   void place(const std::array<const int*, 3>& target, RemoteMatrix& matrix, const cuda::Stream& stream);
   void begin(const DeviceBody& body, const DeviceUndeformed<kind>& undeformed,
              const cuda::Stream& stream) const;
-  void add_diagonal(const ByAVQ& factor, std::vector<double>& diagonal, const cuda::Stream& stream) const;
+  void add_diagonals(const ByAVQ& factor, DiagonalsByAVQ& diagonals, const cuda::Stream& stream) const;
   void begin_sum(const ByAVQ& factor, const cuda::Stream& stream) const;
 
  private:
   struct Places {
     ArenaLayout layout;
-    Offset pair, own_pair, element, mass, force_q, force_v, diagonal;
+    Offset pair, own_pair, element, mass, force_q, force_v, diagonals;
     Places(const SolidBody& body, std::size_t pairs);
   };
   PairValues values() const {
@@ -408,7 +408,7 @@ class DeviceTangent {
   const Pattern pattern_;
   const Places places_;
   const cuda::DeviceArena device_;
-  const cuda::PinnedArena host_;  // diagonal
+  const cuda::PinnedArena host_;  // diagonals
   DeviceMatrix* matrix_ = nullptr;
   std::optional<cuda::DeviceArena> target_;  // entries of the matrix, as add_entries takes them
 };
@@ -423,7 +423,7 @@ DeviceTangent<kind>::Places::Places(const SolidBody& body, std::size_t pairs) {
   mass = layout.add(bytes_of(pairs));
   force_q = layout.add(bytes_of(9 * pairs));
   force_v = layout.add(body.constants.beta > 0 ? bytes_of(9 * pairs) : 0);
-  diagonal = layout.add(bytes_of(3 * nodes));
+  diagonals = layout.add(bytes_of(9 * nodes));
 }
 
 template <ElementKind kind>
@@ -439,7 +439,7 @@ DeviceTangent<kind>::DeviceTangent(const SolidBody& body, const Slots& slots, co
       pattern_(pattern_of(pairs_, first_, coordinates)),
       places_(body, pairs_.count()),
       device_(places_.layout.total()),
-      host_(bytes_of(3 * body.mesh.nodes.size())) {
+      host_(bytes_of(9 * body.mesh.nodes.size())) {
   const std::vector<int> of_elements = pairs_.of_elements(body.mesh, threads), of_nodes = pairs_.of_nodes();
   const std::vector<double> masses = pair_masses(body, of_elements, pairs_.count());
   const auto put = [&](Offset place, const auto& from) {
@@ -506,21 +506,23 @@ void DeviceTangent<kind>::begin(const DeviceBody& body, const DeviceUndeformed<k
         body, undeformed, device_.at<int>(places_.element) + first, count, of_block, to);
     cuda::check_launch("element_tangents");
   }
+  double* const diagonals = device_.at<double>(places_.diagonals);
+  diagonal_entries<<<blocks_for(3 * nodes_), kThreads, 0, stream.get()>>>(
+      nodes_, device_.at<int>(places_.own_pair), to, diagonals);
+  cuda::check_launch("diagonal_entries");
+  stream.to_host(host_.at<double>(0), diagonals, host_.bytes());
 }
 
 template <ElementKind kind>
-void DeviceTangent<kind>::add_diagonal(const ByAVQ& factor, std::vector<double>& diagonal,
-                                       const cuda::Stream& stream) const {
-  const std::int64_t count = 3 * static_cast<std::int64_t>(nodes_);
-  double* const on_device = device_.at<double>(places_.diagonal);
-  diagonal_entries<<<blocks_for(count), kThreads, 0, stream.get()>>>(
-      nodes_, device_.at<int>(places_.own_pair), values(), factors(factor), on_device);
-  cuda::check_launch("diagonal_entries");
-  double* const own = host_.at<double>(0);
-  stream.to_host(own, on_device, bytes_of(static_cast<std::size_t>(count)));
+void DeviceTangent<kind>::add_diagonals(const ByAVQ& factor, DiagonalsByAVQ& diagonals,
+                                        const cuda::Stream& stream) const {
   stream.synchronize();
+  const std::int64_t count = 3 * static_cast<std::int64_t>(nodes_);
+  const double* const own = host_.at<double>(0);
 #pragma omp parallel for num_threads(threads_)
-  for (std::int64_t c = 0; c < count; ++c) diagonal[static_cast<std::size_t>(first_ + c)] += own[c];
+  for (std::int64_t c = 0; c < count; ++c)
+    for (int b = 0; b < 3; ++b)
+      diagonals[b][static_cast<std::size_t>(first_ + c)] += factor[b] * own[count * b + c];
 }
 
 template <ElementKind kind>

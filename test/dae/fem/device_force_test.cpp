@@ -236,11 +236,19 @@ TEST_P(DeviceForceOf, ABodyHasTheDerivativesOfTheHost) {
     for (int i = 0; i <= pattern.rows; ++i)
       ASSERT_EQ(pattern.row_start[static_cast<std::size_t>(i)], plain.value.outerIndexPtr()[i]);
 
-    std::vector<double> diagonal(static_cast<std::size_t>(pattern.rows),
-                                 1.0);  // it is added to what is there
-    device->add_diagonal(factor, diagonal);
-    for (int i = 0; i < pattern.rows; ++i)
-      ASSERT_NEAR(diagonal[static_cast<std::size_t>(i)] - 1.0, plain.value.coeff(i, i), tolerance);
+    DiagonalsByAVQ diagonals;
+    for (auto& diagonal : diagonals)
+      diagonal.assign(static_cast<std::size_t>(pattern.rows), 1.0);  // they are added to what is there
+    device->add_diagonals(factor, diagonals);
+    for (int i = 0; i < pattern.rows; ++i) {
+      double sum = 0.0;
+      for (std::size_t b = 0; b < diagonals.size(); ++b) {
+        const double added = diagonals[b][static_cast<std::size_t>(i)] - 1.0;
+        if (factor[b] == 0.0) ASSERT_EQ(added, 0.0);
+        sum += added;
+      }
+      ASSERT_NEAR(sum, plain.value.coeff(i, i), tolerance);
+    }
   }
 }
 
@@ -347,8 +355,9 @@ TEST_F(Device, EveryCallThatFailsIsToldAndForgotten) {
     (void)device_force(device, state);
     const auto matrix = places.give(device);
     device.begin_tangent(state.view());
-    std::vector<double> diagonal(static_cast<std::size_t>(state.q.size()));
-    device.add_diagonal(kFactor, diagonal);
+    DiagonalsByAVQ diagonals;
+    for (auto& diagonal : diagonals) diagonal.resize(state.q.size());
+    device.add_diagonals(kFactor, diagonals);
     places.begin(*matrix);
     device.begin_sum(kFactor);
     (void)places.read(*matrix);

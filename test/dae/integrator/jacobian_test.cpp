@@ -365,10 +365,10 @@ class Divided : public DenseSystem<Inner> {
       whole.evaluate(state, all_, BlockSet::all());
     }
     void begin_tangent(const Executor&, const StateView& state) override { begin_tangent(state); }
-    void add_diagonal(const ByAVQ& factor, std::vector<double>& diagonal) override {
+    void add_diagonals(const ByAVQ& factor, DiagonalsByAVQ& diagonals) override {
       for (int i = 0; i < pattern_.rows; ++i)
         if (pattern_.row_start[i + 1] > pattern_.row_start[i])
-          for (int b = 0; b < 3; ++b) diagonal[i] += factor[b] * value(b, i, i);
+          for (int b = 0; b < 3; ++b) diagonals[b][i] += factor[b] * value(b, i, i);
     }
     void begin_sum(const ByAVQ& factor) override {
       for (std::size_t k = 0; k < pattern_.entries(); ++k)

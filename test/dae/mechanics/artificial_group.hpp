@@ -104,7 +104,7 @@ class ArtificialGroup final : public dae::ElementGroup {
     void place(const std::array<const int*, 3>&, dae::RemoteMatrix&) override {}
     void begin_tangent(const dae::StateView&) override {}
     void begin_tangent(const dae::Executor&, const dae::StateView&) override {}
-    void add_diagonal(const dae::ByAVQ&, std::vector<double>&) override {}
+    void add_diagonals(const dae::ByAVQ&, dae::DiagonalsByAVQ&) override {}
     void begin_sum(const dae::ByAVQ&) override {}
 
    private:

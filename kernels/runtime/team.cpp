@@ -97,7 +97,7 @@ void Team::have_threads(int threads) {
 template <class Ready>
 void Team::look_for(const Ready& ready) const {
   if (!beside_device_ || !has_device) return;
-  const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(2);
+  const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(6);
   while (!ready() && std::chrono::steady_clock::now() < end) std::this_thread::yield();
 }
 

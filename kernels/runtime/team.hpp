@@ -17,7 +17,7 @@ class Team {
   using Prepare = void (*)(Team& team, int threads);
 
   /// Starts its thread, which lives as long as the process, and so does the team. `beside_device`: who waits
-  /// looks for up to 2 ms before it sleeps, once a device is in use. Throws std::system_error,
+  /// looks for up to 6 ms before it sleeps, once a device is in use. Throws std::system_error,
   /// std::bad_alloc.
   static Team* start(Prepare prepare, bool beside_device);
 

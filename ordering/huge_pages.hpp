@@ -1,4 +1,4 @@
-// Large arrays in huge pages: an array that is filled once costs less in page faults than in work otherwise.
+// Large arrays in huge pages. For one that is filled once, page faults may take longer than filling it.
 #pragma once
 
 #include <sys/mman.h>

@@ -1,5 +1,6 @@
 // Memory that is not there: each allocation of each phase is made to fail once. And memory that must not be
 // taken: none in a Newton step, and none for a plan that cannot fit.
+#include <malloc.h>
 #include <sys/resource.h>
 
 #include <cstdio>
@@ -270,6 +271,13 @@ TEST(Allocation, NoneInANewtonStep) {
     }
   }
 }
+
+/// Lets all threads allocate from one heap. Otherwise a helper of the team gives 64 MB of addresses of its
+/// own heap back when it likes, and a test cannot say how many addresses a limit leaves.
+struct OneHeap : ::testing::Environment {
+  void SetUp() override { ASSERT_EQ(mallopt(M_ARENA_MAX, 1), 1); }
+};
+const ::testing::Environment* const one_heap = ::testing::AddGlobalTestEnvironment(new OneHeap);
 
 /// A tridiagonal matrix in one front of all its unknowns: n^2 entries.
 Options one_front(std::int64_t n) {

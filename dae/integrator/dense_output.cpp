@@ -79,13 +79,7 @@ class KnownStates {
 
   void turn(double t, const PointRange& body, StepState& there) const {
     const auto first = static_cast<std::size_t>(body.first), points = static_cast<std::size_t>(body.count);
-    std::vector<PointSums> sums;
-    const double* const now = states_[0]->q.data() + first;
-    std::array<double, 3> mean{};
-    std::copy_n(some_sums(now, now, mean, points, true).of + 3, 3, mean.begin());
-    for (double& x : mean) x /= body.count;
-    for (const StepState* state : states_)
-      sums.push_back(sums_of(state->q.data() + first, now, mean, points));
+    std::vector<PointSums> sums = sums_of(body);
     const TurnedShares of_position = turned_shares(sums, body.count, shares(t, sums.size()));
     sums.resize(of_rates_);
     const TurnedShares of_rates = turned_shares(sums, body.count, shares(t, sums.size()));
@@ -107,18 +101,28 @@ class KnownStates {
     for (std::size_t k = 0; k < count; ++k) times.push_back(states_[k]->t);
     return lagrange_shares(times, t);
   }
-  Numbers<6> some_sums(const double* x, const double* now, const std::array<double, 3>& mean,
-                       std::size_t points, bool last) const {
-    const SomeSums some{x, now, {mean[0], mean[1], mean[2]}, last};
-    return fold(executor_, points, Numbers<6>{}, some, Sum{});
-  }
-  PointSums sums_of(const double* x, const double* now, const std::array<double, 3>& mean,
-                    std::size_t points) const {
-    PointSums sums;
-    std::copy_n(some_sums(x, now, mean, points, false).of, 6, sums.x_by_now.begin());
-    const Numbers<6> last = some_sums(x, now, mean, points, true);
-    std::copy_n(last.of, 3, sums.x_by_now.begin() + 6);
-    std::copy_n(last.of + 3, 3, sums.x.begin());
+  std::vector<PointSums> sums_of(const PointRange& body) const {
+    const auto first = static_cast<std::size_t>(body.first), points = static_cast<std::size_t>(body.count);
+    const double* const now = states_[0]->q.data() + first;
+    SomeSums some{now, now, {}, true};
+    const Numbers<6> of_now = fold(executor_, points, Numbers<6>{}, some, Sum{});
+    for (int j = 0; j < 3; ++j) some.mean[j] = of_now.of[3 + j] / body.count;
+    std::vector<SomeSums> parts;  // the first six sums of each state, and the last
+    for (const StepState* state : states_) {
+      some.x = state->q.data() + first;
+      for (const bool last : {false, true}) {
+        some.last = last;
+        parts.push_back(some);
+      }
+    }
+    const std::vector<Numbers<6>> found = folds(executor_, points, Numbers<6>{}, parts, Sum{});
+    std::vector<PointSums> sums(states_.size());
+    for (std::size_t k = 0; k < sums.size(); ++k) {
+      const double *const begin = found[2 * k].of, *const end = found[2 * k + 1].of;
+      std::copy_n(begin, 6, sums[k].x_by_now.begin());
+      std::copy_n(end, 3, sums[k].x_by_now.begin() + 6);
+      std::copy_n(end + 3, 3, sums[k].x.begin());
+    }
     return sums;
   }
 

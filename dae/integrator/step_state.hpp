@@ -52,13 +52,18 @@ class HostStates {
       staged += from->size();
     }
     executor.synchronize();
-    const auto* next = static_cast<const double*>(staging_.get());
-    for (const auto& [from, to] : parts) {
-      to->resize(from->size());
-      double* const numbers = to->data();
-      parallel_for(to->size(), executor.threads(), [&](std::size_t i) { numbers[i] = next[i]; });
-      next += from->size();
-    }
+    // One loop for all: each may have to wait for threads that others keep from their processors.
+    for (const auto& [from, to] : parts) to->resize(from->size());
+    const auto* const numbers = static_cast<const double*>(staging_.get());
+    parallel_for_parts(size, executor.threads(), [&](std::size_t begin, std::size_t end) {
+      std::size_t first = 0;
+      for (const auto& [from, to] : parts) {
+        const std::size_t here = std::clamp(begin, first, first + to->size());
+        const std::size_t last = std::clamp(end, first, first + to->size());
+        std::copy(numbers + here, numbers + last, to->begin() + static_cast<std::ptrdiff_t>(here - first));
+        first += to->size();
+      }
+    });
     used.t = state.t;
     return used;
   }

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <type_traits>
+#include <vector>
 
 #include "dae/vectors/executor.hpp"
 #include "dae/vectors/host_loops.hpp"
@@ -42,15 +43,25 @@ void for_parts(const Executor& executor, std::size_t count, const F& f) {
   parallel_for_parts(count, executor.threads(), f);
 }
 
-/// All f(i), put together by `combine`; `none` is what nothing comes to. Waits for it.
+/// For each f of `functions` all f(i), put together by `combine`; `none` is what nothing comes to. Waits for
+/// them.
+template <class Value, class F, class Combine>
+std::vector<Value> folds(const Executor& executor, std::size_t count, const Value& none,
+                         const std::vector<F>& functions, const Combine& combine) {
+  static_assert(std::is_trivially_copyable_v<Value> && sizeof(Value) <= DeviceQueue::kMostFolded);
+#ifdef __CUDACC__
+  if (executor.on_device()) return folds_on_device(queue_of(executor), count, none, functions, combine);
+#endif
+  std::vector<Value> all;
+  for (const F& f : functions) all.push_back(parallel_fold(count, executor.threads(), none, f, combine));
+  return all;
+}
+
+/// Of one function.
 template <class Value, class F, class Combine>
 Value fold(const Executor& executor, std::size_t count, const Value& none, const F& f,
            const Combine& combine) {
-  static_assert(std::is_trivially_copyable_v<Value> && sizeof(Value) <= DeviceQueue::kMostFolded);
-#ifdef __CUDACC__
-  if (executor.on_device()) return fold_on_device(queue_of(executor), count, none, f, combine);
-#endif
-  return parallel_fold(count, executor.threads(), none, f, combine);
+  return folds(executor, count, none, std::vector<F>{f}, combine).front();
 }
 
 /// A few numbers side by side. Nothing is set, so that blocks of threads may share some.

@@ -9,6 +9,7 @@ namespace mfs::dae {
 class CudaQueue final : public DeviceQueue {
  public:
   static constexpr int kFoldBlocks = 256;  ///< blocks of threads of a fold
+  static constexpr int kFoldsAtOnce = 16;  ///< that are begun before the first is waited for
 
   ~CudaQueue() override { work.drain(); }
   void* stream() const override { return work.get(); }
@@ -26,7 +27,8 @@ class CudaQueue final : public DeviceQueue {
 
   cuda::Stream work;
   cuda::Event marked;
-  cuda::PinnedArena folded{Offset{kFoldBlocks * kMostFolded}};  ///< written by the device, read by the host
+  cuda::PinnedArena folded{
+      Offset{kFoldsAtOnce * kFoldBlocks * kMostFolded}};  ///< written by the device, read by the host
 };
 
 /// Of an executor on a device.

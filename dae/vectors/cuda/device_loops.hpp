@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 #include "dae/vectors/cuda/cuda_queue.hpp"
 
@@ -52,20 +53,28 @@ __global__ void __launch_bounds__(kLoopThreads)
   if (threadIdx.x == 0) folded[blockIdx.x] = of_thread[0];
 }
 
+/// All that `functions` come to, each as by itself: the host waits once for some of them at a time.
 template <class Value, class F, class Combine>
-Value fold_on_device(const CudaQueue& queue, std::size_t count, const Value& none, const F& f,
-                     const Combine& combine) {
+std::vector<Value> folds_on_device(const CudaQueue& queue, std::size_t count, const Value& none,
+                                   const std::vector<F>& functions, const Combine& combine) {
   const auto n = static_cast<std::int64_t>(count);
   const auto blocks =
       static_cast<int>(std::min<std::int64_t>(CudaQueue::kFoldBlocks, (n + kLoopThreads - 1) / kLoopThreads));
-  if (blocks == 0) return none;
+  std::vector<Value> all(functions.size(), none);
+  if (blocks == 0) return all;
   Value* const folded = queue.folded.at<Value>(0);
-  fold_parts<<<static_cast<unsigned>(blocks), kLoopThreads, 0, queue.work.get()>>>(n, none, f, combine,
-                                                                                   folded);
-  cuda::check_launch("fold_parts");
-  queue.work.synchronize();
-  Value all = none;
-  for (int b = 0; b < blocks; ++b) all = combine(all, folded[b]);
+  for (std::size_t first = 0; first < functions.size(); first += CudaQueue::kFoldsAtOnce) {
+    const std::size_t end = std::min(functions.size(), first + CudaQueue::kFoldsAtOnce);
+    for (std::size_t k = first; k < end; ++k) {
+      fold_parts<<<static_cast<unsigned>(blocks), kLoopThreads, 0, queue.work.get()>>>(
+          n, none, functions[k], combine, folded + (k - first) * static_cast<std::size_t>(blocks));
+      cuda::check_launch("fold_parts");
+    }
+    queue.work.synchronize();
+    const Value* next = folded;
+    for (std::size_t k = first; k < end; ++k)
+      for (int b = 0; b < blocks; ++b) all[k] = combine(all[k], *next++);
+  }
   return all;
 }
 

@@ -2,8 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <iterator>
 #include <memory>
 #include <new>
+#include <numeric>
 #include <vector>
 
 #include <mfs/error.hpp>
@@ -67,6 +69,23 @@ TEST_F(DeviceLoops, FoldEveryValueOnce) {
     const double count = static_cast<double>(length);
     EXPECT_EQ(fold(*device_, length, 0.0, Entry{x.data()}, Sum{}), 0.5 * count * (count + 1.0)) << length;
     EXPECT_EQ(fold(*device_, length, 0.0, Entry{x.data()}, Larger{}), count) << length;
+  }
+}
+
+TEST_F(DeviceLoops, FoldEachOfManyFunctions) {
+  std::vector<double> values(std::end(kLengths)[-1] + 40);
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = static_cast<double>(i % 1000);
+  const Array<double> x = make_array(*device_, values);
+  for (const std::size_t length : kLengths) {
+    for (const std::size_t count : {0, 1, 16, 17, 40}) {
+      std::vector<Entry> functions;
+      std::vector<double> expected;
+      for (std::size_t k = 0; k < count; ++k) {
+        functions.push_back({x.data() + k});
+        expected.push_back(std::accumulate(values.begin() + k, values.begin() + k + length, 0.0));
+      }
+      EXPECT_EQ(folds(*device_, length, 0.0, functions, Sum{}), expected) << length << ", " << count;
+    }
   }
 }
 

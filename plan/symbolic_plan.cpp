@@ -119,23 +119,17 @@ class PlanBuilder {
     }
   }
 
-  /// An entry: its place in elimination order, columns first, and where it is in A.
-  struct Entry {
-    Vertex column_position, row;
-    Offset slot;
-    bool operator<(const Entry& other) const {
-      return std::tie(column_position, row) < std::tie(other.column_position, other.row);
-    }
-  };
-
-  // Each entry goes to the front that eliminates the earlier of its row and column.
+  // Each entry goes to the front that eliminates the earlier of its row and column: those in its pivot
+  // columns at or below the pivot block, column by column, then those in its pivot rows to the right of it,
+  // likewise.
   void distribute_entries() {
     by_column_ = transpose(pattern_, threads_);
     plan_.entry_begin.assign(plan_.num_fronts + 1, 0);
     for_all_fronts([&](Vertex f) {
       Offset count = 0;
-      visit_own_entries(
-          f, [&](const Entry&) { ++count; }, [&](const Entry&) { ++count; });
+      visit_pivot_columns(f, [&](Vertex, Vertex, Offset) { ++count; });
+      for (Vertex p = plan_.pivot_begin[f]; p < plan_.pivot_begin[f + 1]; ++p)
+        visit_beyond_pivots(f, plan_.row_of[p], [&](Vertex, Offset) { ++count; });
       plan_.entry_begin[f + 1] = count;
     });
     for (Vertex f = 0; f < plan_.num_fronts; ++f) plan_.entry_begin[f + 1] += plan_.entry_begin[f];
@@ -143,41 +137,76 @@ class PlanBuilder {
     plan_.entry_in_row.resize(plan_.nnz);
     entry_column_.resize(plan_.nnz);
     plan_.entry_target.resize(plan_.nnz);
-    std::vector<std::vector<Entry>> beyond_pivots(threads_);
+    std::vector<BeyondPivots> beyond(threads_);
     for_all_fronts([&](Vertex f) {
-      std::vector<Entry>& beyond = beyond_pivots[omp_get_thread_num()];
-      beyond.clear();
       Offset next = plan_.entry_begin[f];
-      const auto put = [&](const Entry& entry) {
-        plan_.entry_row[next] = entry.row;
-        plan_.entry_in_row[next] = static_cast<Vertex>(entry.slot - pattern_.offsets[entry.row]);
-        entry_column_[next++] = entry.column_position;
-      };
-      visit_own_entries(f, put, [&](const Entry& entry) { beyond.push_back(entry); });
-      std::sort(beyond.begin(), beyond.end());
-      for (const Entry& entry : beyond) put(entry);
+      visit_pivot_columns(f, [&](Vertex p, Vertex row, Offset slot) { put(next++, p, row, slot); });
+      put_beyond_pivots(f, next, beyond[omp_get_thread_num()]);
     });
   }
 
-  // The entries of f: those in its pivot columns at or below the pivot block, column by column, and those in
-  // its pivot rows to the right of it, row by row.
-  template <class InPivotColumn, class BeyondPivots>
-  void visit_own_entries(Vertex f, const InPivotColumn& in_pivot_column,
-                         const BeyondPivots& beyond_pivots) const {
-    const Vertex begin = plan_.pivot_begin[f], end = plan_.pivot_begin[f + 1];
-    for (Vertex p = begin; p < end; ++p) {
+  void put(Offset entry, Vertex column_position, Vertex row, Offset slot) {
+    plan_.entry_row[entry] = row;
+    plan_.entry_in_row[entry] = static_cast<Vertex>(slot - pattern_.offsets[row]);
+    entry_column_[entry] = column_position;
+  }
+
+  /// What one front has beyond its pivots.
+  struct BeyondPivots {
+    struct Entry {
+      Vertex row, column_position;
+      Offset slot;
+    };
+    std::vector<Vertex> rows, columns;  // of the pivots, ascending; positions, ascending
+    std::vector<Offset> places;         // by column as it was met: its entries, then where the next one goes
+    std::vector<Entry> entries;
+  };
+
+  // Rows come in ascending order, so that each column has its entries so.
+  void put_beyond_pivots(Vertex f, Offset first, BeyondPivots& beyond) {
+    RawVector<Vertex>& met = by_position_[omp_get_thread_num()];  // position -> number of the column, or -1
+    if (met.empty()) met.assign(static_cast<std::size_t>(plan_.n), -1);
+    const auto row_of = plan_.row_of.begin();
+    beyond.rows.assign(row_of + plan_.pivot_begin[f], row_of + plan_.pivot_begin[f + 1]);
+    std::sort(beyond.rows.begin(), beyond.rows.end());
+    beyond.columns.clear();
+    beyond.places.clear();
+    beyond.entries.clear();
+    for (const Vertex r : beyond.rows)
+      visit_beyond_pivots(f, r, [&](Vertex position, Offset slot) {
+        if (met[position] < 0) {
+          met[position] = static_cast<Vertex>(beyond.columns.size());
+          beyond.columns.push_back(position);
+          beyond.places.push_back(0);
+        }
+        ++beyond.places[met[position]];
+        beyond.entries.push_back({r, position, slot});
+      });
+    std::sort(beyond.columns.begin(), beyond.columns.end());
+    for (const Vertex position : beyond.columns) first += std::exchange(beyond.places[met[position]], first);
+    for (const auto& [row, position, slot] : beyond.entries)
+      put(beyond.places[met[position]]++, position, row, slot);
+    for (const Vertex position : beyond.columns) met[position] = -1;
+  }
+
+  template <class Visit>
+  void visit_pivot_columns(Vertex f, const Visit& visit) const {
+    const Vertex begin = plan_.pivot_begin[f];
+    for (Vertex p = begin; p < plan_.pivot_begin[f + 1]; ++p) {
       const Vertex column = plan_.column_of[p];
       for (Offset k = by_column_.offsets[column]; k < by_column_.offsets[column + 1]; ++k) {
         const Vertex row = by_column_.columns[k];
-        if (position_of_row_[row] >= begin) in_pivot_column(Entry{p, row, by_column_.slots[k]});
+        if (position_of_row_[row] >= begin) visit(p, row, by_column_.slots[k]);
       }
     }
-    for (Vertex p = begin; p < end; ++p) {
-      const Vertex row = plan_.row_of[p];
-      for (Offset k = pattern_.offsets[row]; k < pattern_.offsets[row + 1]; ++k) {
-        const Vertex position = position_of_column_[pattern_.columns[k]];
-        if (position >= end) beyond_pivots(Entry{position, row, k});
-      }
+  }
+  // Entries of one of the front's pivot rows.
+  template <class Visit>
+  void visit_beyond_pivots(Vertex f, Vertex row, const Visit& visit) const {
+    const Vertex end = plan_.pivot_begin[f + 1];
+    for (Offset k = pattern_.offsets[row]; k < pattern_.offsets[row + 1]; ++k) {
+      const Vertex position = position_of_column_[pattern_.columns[k]];
+      if (position >= end) visit(position, k);
     }
   }
 

@@ -481,14 +481,14 @@ bool MatrixFactors<Scalar>::tree_is_outdated() const {
   return later_delays_ < options_.factor.max_reanalyses && dear_solves_ >= kPatience << later_delays_;
 }
 
-// Pivots that fail for values that have changed since the analysis move as those of the first factorization
-// do; where none fails, those that are small beside their border. It may cost each factorization as much as a
-// solve, as that is what it saves. Where some cannot move, it is not tried again.
+// Pivots that fail for later values move as those of the first factorization do; where none of the last ones
+// has, those that are small beside their border, too. It may cost each factorization as much as a solve, as
+// that is what it saves. Where some cannot move, it is not tried again.
 template <class Scalar>
 void MatrixFactors<Scalar>::delay_later_pivots() {
   dear_solves_ = 0;
   forget_tiny_pivots();
-  factor_values(kMostDelayed);
+  if (report_.perturbed_pivots > 0) factor_values(kMostDelayed);
   if (report_.perturbed_pivots == 0) factor_values(pivots_.small_pivot_policy());
   const double solve_flops = backend_.info().flops_per_entry * static_cast<double>(report_.nnz_factor);
   if (delay_while_pivots_fail(usual_flops_ + solve_flops)) {
@@ -507,15 +507,15 @@ bool MatrixFactors<Scalar>::delay_failed_pivots(Vertex levels, double allowed_fl
   Planned<Factorization<Scalar>> planned;
   DelayedTree delayed;
   bool fits = false;
-  phases_.run("symbolic", [&] {
+  phases_.run_analysis("symbolic", [&] {
+    const int threads = phases_.analysis_threads();
     std::vector<FailedPivot> failed;
-    for (const Vertex position : numeric_->failed_pivots())
-      failed.push_back({position, numeric_->pivot_row(position)});
+    for (const Vertex p : numeric_->failed_pivots()) failed.push_back({p, numeric_->pivot_row(p)});
     if (!can_move(*analysis_->plan, failed)) return;
-    delayed = delay_pivots(*analysis_->plan, failed, levels, phases_.threads_at_work());
+    delayed = delay_pivots(*analysis_->plan, failed, levels, threads);
     plan = std::make_shared<SymbolicPlan>(
         make_symbolic_plan(*analysis_->pattern, analysis_->blocks.get(), delayed.row_order, delayed.tree,
-                           options_.analysis.max_block_size, phases_.threads_at_work(), plan_needs().turns));
+                           options_.analysis.max_block_size, threads, plan_needs().turns));
     if (plan->flops.total() > allowed_flops) return;
     try {
       planned = planned_for(plan, analysis_->pattern);

@@ -28,6 +28,8 @@ constexpr std::size_t kMostWaiting = 512;
 /// Derivatives of F, of all these elements, that are worth waking threads: those of 80 joints of two bodies,
 /// of 5 elements of 20 nodes.
 constexpr std::size_t kEntriesWorthThreads = 16384;
+/// Elements of groups that are evaluated as a whole, whose derivatives are worth waking threads.
+constexpr int kElementsWorthThreads = 512;
 /// Elements that are longer have not been pressed so far that a message tells of it.
 constexpr double kPressed = 0.7;
 
@@ -100,7 +102,7 @@ void Multibody::make_workspaces() {
     workspaces.assign(count, Workspace(nq, nc));
     for (Workspace& work : workspaces) work.runs.reserve(nq + 1);  // a copy has no room of its own
   };
-  std::set<int> all, uncoloured;
+  std::set<int> all, uncoloured, wholes;
   for (std::size_t g = 0; g < groups_.size(); ++g) all.insert(static_cast<int>(g));
   const std::size_t first = colouring_.colour_start.back(), end = colouring_.order.size();
   std::size_t entries = 0;
@@ -113,6 +115,8 @@ void Multibody::make_workspaces() {
   uncoloured_are_worth_threads_ = entries > kEntriesWorthThreads;
   fill(workspaces_, static_cast<std::size_t>(threads_), all);
   fill(waiting_, std::min(kMostWaiting, end - first), uncoloured);
+  for (const NumberedWhole& whole : whole_) wholes.insert(whole.number);
+  fill(whole_workspaces_, whole_.size(), wholes);
 }
 
 /// The numbers of the groups whose F a device evaluates.
@@ -194,12 +198,21 @@ void clear(std::vector<double>& values, int threads) {
   for (std::int64_t k = 0; k < count; ++k) values[k] = 0.0;
 }
 
-/// `values` = `share`; empty: zero.
-void begin_with(const std::vector<double>& share, std::vector<double>& values, int threads) {
-  if (share.empty()) return clear(values, threads);
-  const auto count = static_cast<std::int64_t>(values.size());
-#pragma omp parallel for num_threads(threads)
-  for (std::int64_t k = 0; k < count; ++k) values[k] = share[k];
+/// What blocks begin with; empty: zero.
+struct Beginning {
+  const std::vector<double>* share;
+  std::vector<double>* values;
+};
+void begin(const std::vector<Beginning>& blocks, int threads) {
+#pragma omp parallel num_threads(threads)
+  for (const Beginning& block : blocks) {
+    const std::vector<double>& share = *block.share;
+    double* const values = block.values->data();
+    const auto count = static_cast<std::int64_t>(block.values->size());
+    const bool zero = share.empty();
+#pragma omp for schedule(static) nowait
+    for (std::int64_t k = 0; k < count; ++k) values[k] = zero ? 0.0 : share[k];
+  }
 }
 
 }  // namespace
@@ -240,8 +253,10 @@ std::unique_ptr<RemoteResidual> Multibody::remote_residual(const Executor& execu
 }
 
 void Multibody::evaluate(const StateView& state, Tangent& tangent, BlockSet blocks) const {
+  std::vector<Beginning> asked;
   for (const Block block : kForceBlocks)
-    if (blocks.has(block)) begin_with(constant_share(block, state), tangent[block], threads_);
+    if (blocks.has(block)) asked.push_back({&constant_share(block, state), &tangent[block]});
+  begin(asked, threads_);
   std::vector<BlockSet> of_groups = blocks_;
   for (BlockSet& of_group : of_groups) of_group = of_group & blocks;
   add_elements(state, of_groups, tangent);
@@ -290,25 +305,37 @@ void Multibody::add_elements(const StateView& state, const std::vector<BlockSet>
   add_whole_groups(state, blocks, tangent);
 }
 
+// Each group by one thread. It has its rows to itself; shares of F are added in order.
 void Multibody::add_whole_groups(const StateView& state, const std::vector<BlockSet>& blocks,
                                  Tangent& tangent) const {
-  Workspace& work = workspaces_.front();
-  for (const NumberedWhole& whole : whole_) {
-    const BlockSet asked = blocks[whole.number];
-    if (asked.empty()) continue;
-    const auto nq = static_cast<std::size_t>(whole.group->local_coordinates());
-    const int row = constraint_start_[whole.number];
-    const auto force = [&](Block b) { return asked.has(b) ? work.array(b, nq * nq, asked) : nullptr; };
-    const auto rows = [&](Block b) {
-      return asked.has(b) ? tangent[b].data() + pattern_[b].row_start[row] : nullptr;
-    };
-    whole.group->tangent_of_all(
-        state, row,
-        {force(Block::force_q), force(Block::force_v), force(Block::force_a), rows(Block::position_q),
-         rows(Block::velocity_q), rows(Block::acceleration_q), rows(Block::acceleration_v),
-         column_rank_[whole.number].data()});
-    add_force_blocks({whole.number, 0}, asked, tangent, work);
-  }
+  int elements = 0;
+  for (const NumberedWhole& whole : whole_)
+    if (!blocks[whole.number].empty()) elements += whole.group->size();
+  FirstFailure failure;
+#pragma omp parallel for num_threads(threads_) schedule(dynamic, 1) if (elements > kElementsWorthThreads)
+  for (std::size_t k = 0; k < whole_.size(); ++k)
+    failure.watch(k, [&] {
+      compute_tangent(whole_[k], state, blocks[whole_[k].number], tangent, whole_workspaces_[k]);
+    });
+  failure.rethrow();
+  for (std::size_t k = 0; k < whole_.size(); ++k)
+    add_force_blocks({whole_[k].number, 0}, blocks[whole_[k].number], tangent, whole_workspaces_[k]);
+}
+
+/// As that of an element below.
+void Multibody::compute_tangent(const NumberedWhole& whole, const StateView& state, BlockSet asked,
+                                Tangent& tangent, Workspace& work) const {
+  if (asked.empty()) return;
+  const auto nq = static_cast<std::size_t>(whole.group->local_coordinates());
+  const int row = constraint_start_[whole.number];
+  const auto force = [&](Block b) { return asked.has(b) ? work.array(b, nq * nq, asked) : nullptr; };
+  const auto rows = [&](Block b) {
+    return asked.has(b) ? tangent[b].data() + pattern_[b].row_start[row] : nullptr;
+  };
+  whole.group->tangent_of_all(state, row,
+                              {force(Block::force_q), force(Block::force_v), force(Block::force_a),
+                               rows(Block::position_q), rows(Block::velocity_q), rows(Block::acceleration_q),
+                               rows(Block::acceleration_v), column_rank_[whole.number].data()});
 }
 
 /// The blocks of F to `work`, those of constraints, whose rows are the element's own, to where they belong.

@@ -85,6 +85,8 @@ class Multibody final : public ConstrainedSystem, public TurningBodies {
   template <class Compute, class Add>
   void for_each_uncoloured(const std::vector<char>& group_takes_part, const Compute& compute,
                            const Add& add) const;
+  void compute_tangent(const NumberedWhole& whole, const StateView& state, BlockSet asked, Tangent& tangent,
+                       Workspace& work) const;
   void compute_tangent(ElementId id, const StateView& state, Tangent& tangent, BlockSet blocks,
                        Workspace& work) const;
   void add_force_blocks(ElementId id, BlockSet blocks, Tangent& tangent, Workspace& work) const;
@@ -109,8 +111,9 @@ class Multibody final : public ConstrainedSystem, public TurningBodies {
   Colouring colouring_;               // of the others that no device has
   std::optional<ElementResiduals> residuals_;  // of both
   std::vector<std::unique_ptr<DeviceForce>> device_forces_;
-  mutable std::vector<Workspace> workspaces_;  // of each thread
-  mutable std::vector<Workspace> waiting_;     // of elements without a colour, until their turn
+  mutable std::vector<Workspace> workspaces_;        // of each thread
+  mutable std::vector<Workspace> waiting_;           // of elements without a colour, until their turn
+  mutable std::vector<Workspace> whole_workspaces_;  // of each group in `whole_`
   bool uncoloured_are_worth_threads_ = false;
 };
 

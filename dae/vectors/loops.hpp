@@ -61,7 +61,8 @@ std::vector<Value> folds(const Executor& executor, std::size_t count, const Valu
 template <class Value, class F, class Combine>
 Value fold(const Executor& executor, std::size_t count, const Value& none, const F& f,
            const Combine& combine) {
-  return folds(executor, count, none, std::vector<F>{f}, combine).front();
+  if (executor.on_device()) return folds(executor, count, none, std::vector<F>{f}, combine).front();
+  return parallel_fold(count, executor.threads(), none, f, combine);
 }
 
 /// A few numbers side by side. Nothing is set, so that blocks of threads may share some.

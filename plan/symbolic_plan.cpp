@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <string>
-#include <tuple>
 #include <utility>
 
 #include <mfs/error.hpp>
@@ -186,7 +185,7 @@ class PlanBuilder {
     for (const Vertex position : beyond.columns) first += std::exchange(beyond.places[met[position]], first);
     for (const auto& [row, position, slot] : beyond.entries)
       put(beyond.places[met[position]]++, position, row, slot);
-    for (const Vertex position : beyond.columns) met[position] = -1;
+    for (const Vertex position : beyond.columns) met[position] = -1;  // as find_borders() expects it
   }
 
   template <class Visit>

@@ -256,7 +256,7 @@ void Multibody::evaluate(const StateView& state, Tangent& tangent, BlockSet bloc
   std::vector<Beginning> asked;
   for (const Block block : kForceBlocks)
     if (blocks.has(block)) asked.push_back({&constant_share(block, state), &tangent[block]});
-  begin(asked, threads_);
+  if (!asked.empty()) begin(asked, threads_);
   std::vector<BlockSet> of_groups = blocks_;
   for (BlockSet& of_group : of_groups) of_group = of_group & blocks;
   add_elements(state, of_groups, tangent);

@@ -45,7 +45,7 @@ void Recorder::output(const State& state) {
   give_steps();
   // Beside the state, what is drawn of it.
   const std::size_t bytes = 3 * bytes_of(state);
-  const std::shared_ptr<const State> kept = copies_.copy_of(state);
+  const auto kept = std::make_shared<const State>(state);
   const auto pictures = std::make_shared<std::function<void()>>();
   threads_.give(
       bytes, [this, kept, pictures] { *pictures = files_.add_output(kept); }, [pictures] { (*pictures)(); });

@@ -9,7 +9,6 @@
 #include "dae/output/output_threads.hpp"
 #include "dae/program/result_files.hpp"
 #include "dae/program/run_progress.hpp"
-#include "dae/program/state_copies.hpp"
 #include "ordering/stopwatch.hpp"
 
 namespace mfs::dae {
@@ -41,7 +40,6 @@ class Recorder final : public Observer {
   std::vector<Step> steps_;  // not yet given
   std::size_t bytes_ = 0;    // of their states
   Stopwatch since_given_;
-  StateCopies copies_;
   OutputThreads threads_;
 };
 

@@ -43,6 +43,8 @@ void Recorder::output(const State& state) {
   display_.tell(steps_done_, state.t);
   program::throw_if_interrupted();
   give_steps();
+  if (!std::exchange(has_looked_, true))
+    files_.look_at(state, state);  // here, while nobody evaluates the system
   // Beside the state, what is drawn of it.
   const std::size_t bytes = 3 * bytes_of(state);
   const auto kept = std::make_shared<const State>(state);

@@ -37,6 +37,7 @@ class Recorder final : public Observer {
   ResultFiles& files_;
   RunDisplay display_;
   std::int64_t steps_done_ = 0;
+  bool has_looked_ = false;  // at the first output
   std::vector<Step> steps_;  // not yet given
   std::size_t bytes_ = 0;    // of their states
   Stopwatch since_given_;

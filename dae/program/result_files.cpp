@@ -145,12 +145,12 @@ void ResultFiles::add_step(const StepReport& step, const State& state) {
   if (along_steps_) account_.follow(state);
 }
 
-std::function<void()> ResultFiles::add_output(const std::shared_ptr<const State>& state, const State* begin) {
-  if (outputs_ == 0) {
-    for (std::string& text : correction_notes(model_, begin ? *begin : *state))
-      notes_.push_back(std::move(text));
-    for (std::string& text : alignment_notes(model_, state->q)) notes_.push_back(std::move(text));
-  }
+void ResultFiles::look_at(const State& begin, const State& state) {
+  for (std::string& text : correction_notes(model_, begin)) notes_.push_back(std::move(text));
+  for (std::string& text : alignment_notes(model_, state.q)) notes_.push_back(std::move(text));
+}
+
+std::function<void()> ResultFiles::add_output(const std::shared_ptr<const State>& state) {
   const auto measurement = std::make_shared<Measurement>(model_, *state, account_, threads_);
   add_row(*measurement);
   // Its rows have taken all that the pictures show and another output would change.

@@ -30,14 +30,17 @@ class ResultFiles {
   bool along_steps() const { return along_steps_; }
   /// `state`: at the end of the step; empty vectors unless along_steps(). All throw InvalidInput.
   void add_step(const StepReport& step, const State& state);
-  /// Adds the rows of an output. `begin`: where the first one's corrected initial conditions are; null: in
-  /// `state`. What is returned writes its pictures and enters them into their list; it may be called by
-  /// another thread, beside others of its kind and the functions of this class, and throws InvalidInput.
-  std::function<void()> add_output(const std::shared_ptr<const State>& state, const State* begin = nullptr);
+  /// Finds notes() at the first output, `state`. `begin`: with the corrected initial conditions. This
+  /// evaluates the system of the model, which nobody else may do meanwhile.
+  void look_at(const State& begin, const State& state);
+  /// Adds the rows of an output. What is returned writes its pictures and enters them into their list; it may
+  /// be called by another thread, beside others of its kind and the functions of this class, and throws
+  /// InvalidInput.
+  std::function<void()> add_output(const std::shared_ptr<const State>& state);
   /// How many threads pictures are worth.
   int worth_threads() const { return model_.flexible_bodies.empty() ? 1 : threads_; }
 
-  /// What the user should know of the model or the files; complete after the first output.
+  /// What the user should know of the model or the files; complete after look_at().
   const std::vector<std::string>& notes() const { return notes_; }
 
  private:

@@ -253,7 +253,8 @@ ExitCode solve_static(const Command& command) {
     State begin = *state;
     begin.q = report.begin;
     begin.v = model.v0;
-    files.add_output(state, &begin)();
+    files.look_at(begin, *state);
+    files.add_output(state)();
     std::vector<std::string> notes = stability_notes(report);
     notes.insert(notes.end(), files.notes().begin(), files.notes().end());
     json["notes"] = notes;

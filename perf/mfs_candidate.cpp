@@ -77,6 +77,7 @@ class MfsResident final : public MfsCandidate {
         n_(system.a.n),
         nnz_(system.a.offsets.back()) {}
 
+  void factor() override { solver().refactor_device(values_.get()); }
   void refactor() override { solver().refactor_device(values_.get()); }
   void solve(int columns) override { solver().solve_device(b_.get(), x_.get(), columns); }
   void read_solution(int columns, double* x) override {

@@ -14,7 +14,6 @@
 #include "ordering/matrix_check.hpp"
 #include "ordering/size_scaling.hpp"
 #include "plan/delay_pivots.hpp"
-#include "solver/option_checks.hpp"
 #include "solver/plan_report.hpp"
 #include "solver/solve_rules.hpp"
 
@@ -38,12 +37,6 @@ template <class Scalar>
 MatrixFactors<Scalar>::MatrixFactors(const Options& options, Phases& phases, Report& report)
     : options_(options), backend_(backend_for<Scalar>(options.backend)), phases_(phases), report_(report) {
   reset_report();
-}
-
-template <class Scalar>
-void MatrixFactors<Scalar>::analyze(const CsrView<Scalar>& a, const ListCost* list) {
-  make_analysis(a, list);
-  if (planned_.early && a.values) make_early(a);
 }
 
 template <class Scalar>
@@ -101,37 +94,38 @@ void MatrixFactors<Scalar>::factor(const CsrView<Scalar>& a) {
 }
 
 template <class Scalar>
-void MatrixFactors<Scalar>::refactor(const CsrView<Scalar>& a) {
-  known("refactor");
-  refactor_checked(a, true);
-}
-
-template <class Scalar>
 void MatrixFactors<Scalar>::refactor_device(const Scalar* values, void* stream) {
-  known("refactor_device");
-  ResidentFactors<Scalar>& on_device = resident("refactor_device");
-  if (!values) throw InvalidInput("values", "null pointer");
+  if (!analysis_ || !analysis_->values) throw StateError("refactor_device: no values have been analysed");
   const Stopwatch watch;
-  // Sums of repeated entries, a new matching or tree, and what is wrong with the values are left to the host.
-  const bool takes = analysis_->pattern->slot_of_entry.empty() && !drifted_ && !tree_is_outdated();
+  const bool first = !was_given_values();
+  if (!numeric_ && on_device()) make_numeric();
+  ResidentFactors<Scalar>& factors = resident("refactor_device");
+  if (!values) throw InvalidInput("values", "null pointer");
+  // Sums of repeated entries, first values where none have been tried, a new matching or tree, and what is
+  // wrong with the values are left to the host.
+  const bool takes =
+      analysis_->pattern->slot_of_entry.empty() && (!first || tried_) && !drifted_ && !tree_is_outdated();
   bool taken = false;
   phases_.run("factor", [&] {
-    on_device.require_reachable(values, "values");
+    factors.require_reachable(values, "values");
     if (!takes) return;
     factored_ = false;
-    taken = on_device.take_values(values, stream);
+    taken = factors.take_values(values, stream);
   });
   if (taken) {
-    refactored_ = true;
+    known_ = true;
+    refactored_ = !first;
     begin_values();
+    uncompared_ = first;
     factor_values();
   } else {
     std::vector<Scalar> held(static_cast<std::size_t>(analysis_->pattern->num_entries));
     const Offset count = static_cast<Offset>(held.size());
-    phases_.run("factor", [&] { on_device.download(values, count, count, 1, held.data(), stream); });
-    refactor(held.data());
+    phases_.run("factor", [&] { factors.download(values, count, count, 1, held.data(), stream); });
+    const CsrView<Scalar> a = analysis_->caller_view(held.data());
+    first ? factor(a) : refactor_checked(a, false);
   }
-  report_.time_refactor = watch.seconds();
+  (first ? report_.time_factor : report_.time_refactor) = watch.seconds();
 }
 
 template <class Scalar>
@@ -163,7 +157,7 @@ Factorization<Scalar>& MatrixFactors<Scalar>::numeric(const char* call) const {
 
 template <class Scalar>
 ResidentFactors<Scalar>& MatrixFactors<Scalar>::resident(const char* call) const {
-  ResidentFactors<Scalar>* resident = numeric_->factors().resident();
+  ResidentFactors<Scalar>* resident = numeric_ ? numeric_->factors().resident() : nullptr;
   if (!resident) throw StateError(std::string(call) + ": the factors are not on a device");
   return *resident;
 }
@@ -314,6 +308,7 @@ void MatrixFactors<Scalar>::begin_values() {
   factored_ = false;
   ++value_sets_;
   strengthened_ = 0;
+  uncompared_ = false;
   if (rescaled_) use_scales(analysis_->matched.row_scale, analysis_->matched.column_scale);
   rescaled_ = false;
 }
@@ -324,11 +319,6 @@ void MatrixFactors<Scalar>::take_values(const CsrView<Scalar>& a) {
   phases_.run("factor", [&] {
     sum_into_slots(*analysis_->pattern, a, numeric_->factors().matrix_values(), phases_.threads_at_work());
   });
-}
-
-template <class Scalar>
-double MatrixFactors<Scalar>::pivot_tolerance() const {
-  return pivot_tolerance_of<Scalar>(options_.factor, report_.single_precision);
 }
 
 // Factors what is in matrix_values().
@@ -351,12 +341,6 @@ void MatrixFactors<Scalar>::divide_if_more_fail_than(std::size_t most) {
   if (pivots_.tiny == TinyPivots::data || report_.perturbed_pivots <= static_cast<std::int64_t>(most)) return;
   divide_by_tiny_pivots();
   factor_values(policy());
-}
-
-template <class Scalar>
-void MatrixFactors<Scalar>::forget_tiny_pivots() {
-  pivots_.forget_tiny();
-  pivots_proved_ = divides_proved_ = false;
 }
 
 template <class Scalar>
@@ -391,6 +375,15 @@ void MatrixFactors<Scalar>::factor_values(const PivotPolicy& policy) {
     phases_.log(2, "factors: " + std::to_string(report_.perturbed_pivots) + " perturbed pivots");
 }
 
+// First values that lie on a device are compared only where something depends on it: it takes as long as
+// small factors.
+template <class Scalar>
+void MatrixFactors<Scalar>::compare_with_analysis() {
+  if (!std::exchange(uncompared_, false)) return;
+  phases_.run("factor", [&] { check_values(factored_matrix(), phases_.threads_at_work(), &given_values_); });
+  refactored_ = given_values_ != analysis_->values;
+}
+
 template <class Scalar>
 bool MatrixFactors<Scalar>::climb(bool singular) {
   if (report_.single_precision) {
@@ -407,6 +400,7 @@ bool MatrixFactors<Scalar>::climb(bool singular) {
     factor_values();
     return true;
   }
+  compare_with_analysis();
   if (refactored_ || has_high_tree()) {
     low_tree_ |= !refactored_;
     report_.rung = Rung::reanalysis;
@@ -445,6 +439,7 @@ void MatrixFactors<Scalar>::watch_effort() {
   }
   constexpr std::int64_t kMore = 4;
   const std::int64_t effort = report_.refinement_steps + report_.krylov_steps + report_.corrected_pivots;
+  if (effort > kMore) compare_with_analysis();
   if (refactored_ && effort > usual_effort_) ++dear_solves_;
   if (!refactored_) {
     usual_effort_ = effort;

@@ -7,8 +7,10 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
+#include <mfs/error.hpp>
 #include <mfs/options.hpp>
 #include <mfs/report.hpp>
 
@@ -16,6 +18,7 @@
 #include "ordering/stopwatch.hpp"
 #include "solver/analysis.hpp"
 #include "solver/backend.hpp"
+#include "solver/option_checks.hpp"
 #include "solver/phases.hpp"
 #include "solver/pivot_knowledge.hpp"
 
@@ -29,9 +32,15 @@ class MatrixFactors {
 
   // As BasicSolver's functions of these names; values are checked, the order of calls too. `list`: as
   // order_matrix has it.
-  void analyze(const CsrView<Scalar>& a, const ListCost* list = nullptr);
+  void analyze(const CsrView<Scalar>& a, const ListCost* list = nullptr) {
+    make_analysis(a, list);
+    if (planned_.early && a.values) make_early(a);
+  }
   void factor(const CsrView<Scalar>& a);
-  void refactor(const CsrView<Scalar>& a);
+  void refactor(const CsrView<Scalar>& a) {
+    known("refactor");
+    refactor_checked(a, true);
+  }
   void refactor(const Scalar* values) { refactor_checked(known("refactor").caller_view(values), false); }
   void refactor_device(const Scalar* values, void* stream);
 
@@ -116,14 +125,20 @@ class MatrixFactors {
   void refactor_checked(const CsrView<Scalar>& a, bool pattern);
   void factor_first_values(const CsrView<Scalar>& a);
   void factor_other_values(const CsrView<Scalar>& a);
-  double pivot_tolerance() const;
+  double pivot_tolerance() const {
+    return pivot_tolerance_of<Scalar>(options_.factor, report_.single_precision);
+  }
   PivotPolicy policy() const { return pivots_.policy(pivot_tolerance()); }
   void factor_values(std::size_t most_perturbed = kMostCorrected);
   void divide_if_more_fail_than(std::size_t most);
   void factor_values(const PivotPolicy& policy);
   void divide_by_tiny_pivots();
-  void forget_tiny_pivots();
+  void forget_tiny_pivots() {
+    pivots_.forget_tiny();
+    pivots_proved_ = divides_proved_ = false;
+  }
   void look_at_diagonal();
+  void compare_with_analysis();
 
   bool delay_while_pivots_fail(double allowed_flops);
   bool delay_first_pivots();
@@ -150,6 +165,7 @@ class MatrixFactors {
   bool known_ = false;             // factor() has had its memory since the analysis
   bool tried_ = false;             // the analysis has factored its values
   bool refactored_ = false;        // the values are not those of the analysis any more
+  bool uncompared_ = false;        // with those of the analysis, first ones that came on a device
   bool drifted_ = false;           // solves have become dearer: the next refactor matches anew
   std::int64_t usual_effort_ = 0;  // steps that a solve took for the values of the analysis
   bool low_tree_ = false;          // a high one was left

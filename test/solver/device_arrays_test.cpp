@@ -95,6 +95,26 @@ TYPED_TEST(DeviceArrays, AreSolvedForAsThoseOfTheHost) {
   }
 }
 
+// What is refused leaves the analysis as it was.
+TYPED_TEST(DeviceArrays, FirstValuesThatHoldNoNumbersAreRefused) {
+  const BasicSparseMatrix<TypeParam> a = in_scalar<TypeParam>(grid_2d(30, 29));
+  BasicSparseMatrix<TypeParam> wrong = a;
+  wrong.values[static_cast<std::size_t>(a.offsets[9])] = TypeParam(std::numeric_limits<float>::infinity());
+  const DeviceArray<TypeParam> values(a.values), bad(wrong.values);
+  BasicSolver<TypeParam> solver(this->options_);
+  failure_of<StateError>([&] { solver.refactor_device(values.get()); });
+  CsrView<TypeParam> pattern = a.view();
+  pattern.values = nullptr;
+  solver.analyze(pattern);
+  failure_of<StateError>([&] { solver.refactor_device(values.get()); });
+  solver.analyze(a.view());
+  expect_invalid([&] { solver.refactor_device(nullptr); }, "values");
+  expect_invalid([&] { solver.refactor_device(bad.get()); }, "values", 9, a.columns[a.offsets[9]]);
+  expect_not_factored(solver, a);
+  solver.refactor_device(values.get());
+  this->expect_solves_there(solver, a, 2);
+}
+
 // Right-hand sides and solutions in one array.
 TYPED_TEST(DeviceArrays, MayBeOneArray) {
   const BasicSparseMatrix<TypeParam> a = in_scalar<TypeParam>(grid_2d(30, 29));
@@ -143,13 +163,15 @@ TYPED_TEST(DeviceArrays, MayRepeatEntries) {
     twice.offsets.push_back(static_cast<std::int64_t>(twice.columns.size()));
   }
   BasicSolver<TypeParam> solver(this->options_);
-  solver.factor(twice.view());
-  for (TypeParam& value : twice.values) value *= TypeParam(4);
-  const DeviceArray<TypeParam> values(twice.values);
-  solver.refactor_device(values.get());
+  solver.analyze(twice.view());
   BasicSparseMatrix<TypeParam> summed = a;
-  for (TypeParam& value : summed.values) value *= TypeParam(4);
-  this->expect_solves_there(solver, summed, 3);
+  for (int again = 0; again < 2; ++again) {
+    for (TypeParam& value : twice.values) value *= TypeParam(4);
+    for (TypeParam& value : summed.values) value *= TypeParam(4);
+    const DeviceArray<TypeParam> values(twice.values);
+    solver.refactor_device(values.get());
+    this->expect_solves_there(solver, summed, 3);
+  }
 }
 
 // What is wrong with them is said as of arrays of the host, and the solutions of that block of columns are
@@ -310,6 +332,52 @@ SparseMatrix with_pivots(bool away) {
 
 // Of a large matrix with little fill the vectors of 16 columns would take nearly as much as the factors:
 // there only a few are solved for at once, from arrays of either memory.
+// The first factorization, of the values of the analysis or of others, does the same as one from the host.
+TYPED_TEST(DeviceArrays, MayBeTheFirstValues) {
+  std::vector<SparseMatrix> all = matrices();
+  all.push_back(with_pivots(true));
+  for (const SparseMatrix& real : all) {
+    const BasicSparseMatrix<TypeParam> analysed = in_scalar<TypeParam>(real);
+    for (const double factor : {1.0, -3.0}) {
+      BasicSparseMatrix<TypeParam> a = analysed;
+      for (TypeParam& value : a.values) value *= static_cast<TypeParam>(factor);
+      BasicSolver<TypeParam> from_host(this->options_), solver(this->options_);
+      from_host.analyze(analysed.view());
+      from_host.factor(a.view());
+      solver.analyze(analysed.view());
+      EXPECT_FALSE(solver.factored());
+      const DeviceArray<TypeParam> values(a.values);
+      solver.refactor_device(values.get());
+      EXPECT_TRUE(solver.factored());
+      EXPECT_GT(solver.report().time_factor, 0);
+      EXPECT_EQ(solver.report().time_refactor, 0);
+      const std::vector<TypeParam> b = right_hand_sides(a, 1, a.n, 3);
+      std::vector<TypeParam> x(b.size()), expected(b.size());
+      from_host.solve(b.data(), expected.data());
+      solver.solve(b.data(), x.data());
+      EXPECT_EQ(x, expected);
+      this->expect_solves_there(solver, a, 2);
+      solver.factor(analysed.view());
+      expect_solves(solver, analysed, 1);
+    }
+  }
+}
+
+// First values for which the matching of those of the analysis is of no use: compared when solves find it
+// out.
+TEST_F(DeviceArraysOfDoubles, ThatComeFirstAreMatchedAnewWhereTheyMust) {
+  const SparseMatrix strong = circulant(4);
+  for (const double diagonal : {4.0, 0.0}) {
+    const SparseMatrix a = circulant(diagonal);
+    Solver solver(options_);
+    solver.analyze(strong.view());
+    const DeviceArray<double> values(a.values);
+    solver.refactor_device(values.get());
+    expect_solves(solver, a, 1);
+    EXPECT_EQ(solver.report().reanalyses > 0, diagonal == 0) << static_cast<int>(solver.report().rung);
+  }
+}
+
 using ManyColumns = DeviceArrays<double>;
 TEST_F(ManyColumns, TakeLittleMemory) {
   const SparseMatrix a = grid_2d(1000, 1000);

@@ -22,18 +22,6 @@ std::size_t free_bytes() {
   return free;
 }
 
-/// A circulant. Where its diagonal is 0, the matching of one that is strong is of no use.
-SparseMatrix circulant(double diagonal) {
-  const std::int64_t n = 400;
-  std::vector<Entry> entries;
-  for (std::int64_t i = 0; i < n; ++i) {
-    entries.push_back({i, i, diagonal});
-    entries.push_back({i, (i * 7 + 3) % n, 1.0});
-    entries.push_back({i, (i * 11 + 5) % n, 0.5});
-  }
-  return from_entries_summed(n, entries);
-}
-
 using OtherDevices = OnDevice;
 
 TEST_F(OtherDevices, TheOneOfTheFirstCallerServesAll) {

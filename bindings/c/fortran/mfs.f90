@@ -252,7 +252,8 @@ contains
     status = solve_any(solver, matrix_of(b), matrix_of(x), .true.)
   end function solve_transpose_columns
 
-  !> `values`, `b` and `x` are addresses on the device, `stream` a stream of CUDA or c_null_ptr.
+  !> `values`, `b` and `x` are addresses on the device, `stream` a stream of CUDA or c_null_ptr. After an analysis of
+  !> values this may be the first factorization.
   integer function mfs_refactor_device(solver, values, stream) result(status)
     type(mfs_solver), intent(in) :: solver
     type(c_ptr), intent(in) :: values, stream

@@ -97,7 +97,8 @@ MFS_C_API int mfs_solve(mfs_solver* solver, const void* b, void* x, int64_t colu
 MFS_C_API int mfs_solve_transpose(mfs_solver* solver, const void* b, void* x, int64_t columns, int64_t ldb,
                                   int64_t ldx);
 
-/* The same for arrays in the memory of the device where the factors lie (option backend = cuda). `stream` is
+/* The same for arrays in the memory of the device where the factors lie (option backend = cuda). After an
+   mfs_analyze with values mfs_refactor_device may be the first factorization. `stream` is
    a cudaStream_t; NULL is the default stream. MFS_STATE_ERROR where the factors are not on a device. */
 MFS_C_API int mfs_refactor_device(mfs_solver* solver, const void* values, void* stream);
 MFS_C_API int mfs_solve_device(mfs_solver* solver, const void* b, void* x, int64_t columns, int64_t ldb,

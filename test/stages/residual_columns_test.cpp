@@ -1,8 +1,9 @@
-// The residual of eight columns at once against plain loops in long double: real and complex, A and A^T by
-// slots, groups of rows, rows with more terms than a sum takes in one block.
+// The residual of one column and of eight at once against plain loops in long double: real and complex, A and
+// A^T by slots, groups of rows, rows with more terms than a sum takes in one block.
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <cmath>
 #include <complex>
 #include <limits>
 #include <numeric>
@@ -87,6 +88,81 @@ TYPED_TEST(ResidualColumns, AreThoseOfEachColumn) {
       }
     }
   }
+}
+
+// Rows of as many terms as end within a block of a sum, with it and behind it.
+TYPED_TEST(ResidualColumns, OfOneColumn) {
+  using Real = decltype(std::abs(TypeParam()));
+  const std::vector<Vertex> counts{0, 1, 3, 255, 256, 257, 512, 513, 2000};
+  const Vertex n = static_cast<Vertex>(counts.size());
+  Random random(8);
+  std::vector<Offset> offsets{0};
+  std::vector<Vertex> columns;
+  for (const Vertex count : counts) {
+    for (Vertex k = 0; k < count; ++k) columns.push_back(static_cast<Vertex>(random.integer(0, n)));
+    offsets.push_back(static_cast<Offset>(columns.size()));
+  }
+  const auto values = random.vector<TypeParam>(static_cast<std::int64_t>(columns.size()));
+  const std::vector<TypeParam> b = random.vector<TypeParam>(n), x = random.vector<TypeParam>(n);
+  const RowAccess<TypeParam> a{offsets.data(), columns.data(), nullptr, values.data()};
+  std::vector<TypeParam> r(b.size());
+  std::vector<double> sizes(b.size());
+  double error = -1;
+  residual(OneThread(), n, a, b.data(), x.data(), r.data(), &error, sizes.data());
+  double worst = 0;
+  for (Vertex i = 0; i < n; ++i) {
+    auto sum = exact(b[i]);
+    long double size = std::abs(sum);
+    for (Offset k = offsets[i]; k < offsets[i + 1]; ++k) {
+      const auto term = exact(values[k]) * exact(x[columns[k]]);
+      sum -= term;
+      size += std::abs(term);
+    }
+    EXPECT_LE(std::abs(exact(r[i]) - sum), 4 * std::numeric_limits<Real>::epsilon() * size) << "row " << i;
+    EXPECT_NEAR(sizes[i], static_cast<double>(size), 1e-12 * static_cast<double>(size));
+    worst = std::max(worst, static_cast<double>(std::abs(sum) / size));
+  }
+  EXPECT_NEAR(error, worst, 1e-13);
+}
+
+// A plain sum of so many equal terms is off by 2e-12 of their size.
+TEST(ResidualColumns, OfALongRowOfEqualTerms) {
+  const std::int64_t count = 100000;
+  const std::vector<Offset> offsets{0, count};
+  const std::vector<Vertex> columns(count, 0);
+  const std::vector<double> values(count, 0.1);
+  const double b = 0, x = 1;
+  double r = 0, error = 0;
+  residual(OneThread(), 1, RowAccess<double>{offsets.data(), columns.data(), nullptr, values.data()}, &b, &x,
+           &r, &error);
+  EXPECT_NEAR(r, -0.1 * count, 1e-14 * 0.1 * count);
+  EXPECT_NEAR(error, 1, 1e-11);
+}
+
+// Exact rows, rows without entries, and the last row wrong: the worst is found wherever it stands.
+TEST(ResidualColumns, WorstOfAllRows) {
+  const std::vector<Offset> offsets{0, 1, 1, 2, 3};
+  const std::vector<Vertex> columns{0, 1, 2};
+  const std::vector<double> values{1, 2, 4};
+  const std::vector<double> x{1, 1, 1, 1};
+  const RowAccess<double> a{offsets.data(), columns.data(), nullptr, values.data()};
+  const double infinity = std::numeric_limits<double>::infinity(), huge = std::numeric_limits<double>::max();
+  const auto error_for = [&](const std::vector<double>& b, const std::vector<double>& unknowns) {
+    std::vector<double> r(4);
+    double error = -1;
+    residual(OneThread(), 4, a, b.data(), unknowns.data(), r.data(), &error);
+    return error;
+  };
+  EXPECT_EQ(error_for({0, 0, 0, 0}, {0, 0, 0, 0}), 0);
+  EXPECT_EQ(error_for({1, 0, 2, 4}, x), 0);
+  EXPECT_EQ(error_for({1, 0, 2, 8}, x), 4.0 / 12);
+  EXPECT_EQ(error_for({3, 0, 2, 8}, x), 0.5);
+  EXPECT_EQ(error_for({3, 0, 2, 28}, x), 0.75);
+  EXPECT_EQ(error_for({1, 1, 2, 8}, x), 1);
+  EXPECT_EQ(error_for({1, infinity, 2, 8}, x), infinity);
+  EXPECT_EQ(error_for({1, 0, std::nan(""), 8}, x), infinity);
+  EXPECT_EQ(error_for({1, 0, 2, huge}, {1, 1, huge, 1}), infinity) << "a product beyond the range";
+  EXPECT_EQ(error_for({3, 0, 2, huge}, {1, 1, huge / 4 * (1 - 1e-15), 1}), infinity) << "a size beyond it";
 }
 
 // A row that is zero has no error, one that is not finite an infinite one, in its own column.

@@ -391,11 +391,15 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
     const FrontStore<S, V>& at = stages_.store().fronts;
     return of_rows ? Side{at.row_of, at.row_scale} : Side{at.column_of, at.column_scale};
   }
+  // Several columns by way of x_.
   void enter(const Columns<const V>& b, bool transposed) {
     const Offset n = plan().n;
     with_width(b.count, [&](auto k) {
+      if constexpr (k() > 1) {
+        gather_columns<k()><<<TurnedRows<k(), V>::blocks(n), kVectorThreads, 0, stream_.get()>>>(n, b, x_);
+      }
       enter_elimination_order<k()><<<vector_blocks(n * k()), kVectorThreads, 0, stream_.get()>>>(
-          n, side(!mirrored(transposed)), b, substitution_.v);
+          n, side(!mirrored(transposed)), k() > 1 ? static_cast<const V*>(x_) : b.data, substitution_.v);
     });
   }
   // Whether the factors of A^T serve (PivotPolicy::symmetric).
@@ -445,7 +449,7 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   void write_solution(const Columns<V>& to, double bound) {
     const Offset n = plan().n;
     with_width(to.count, [&](auto k) {
-      write_columns<k()><<<vector_blocks(n), kVectorThreads, 0, stream_.get()>>>(
+      write_columns<k()><<<TurnedRows<k(), V>::blocks(n), kVectorThreads, 0, stream_.get()>>>(
           n, static_cast<const V*>(x_), to, static_cast<const double*>(device_error_), bound);
     });
     check_launch("solution");

@@ -25,12 +25,15 @@ std::vector<FrontShape> many_fronts() {
   return shapes;
 }
 
-/// So many tiny fronts at one depth that a warp takes each.
+/// So many tiny fronts at one depth that a warp takes each, groups of its lanes some columns each.
 std::vector<FrontShape> many_tiny_fronts() {
   std::vector<FrontShape> shapes;
   const Vertex many = DeviceLimits().many_tiny;
   for (Vertex k = 0; k < many; ++k) shapes.push_back({1 + k % 4, k % 30, many});
   shapes[7] = {32, 64, many};
+  std::size_t place = 8;
+  for (const Vertex pivots : {7, 8, 9, 15, 16, 17, 31})
+    for (const Vertex border : {0, 7, 8, 9, 17, 33}) shapes[place++] = {pivots, border, many};
   shapes.push_back({70, 0, -1});
   return shapes;
 }

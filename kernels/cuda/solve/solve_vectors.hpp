@@ -25,15 +25,62 @@ struct Side {
   const double* scale;
 };
 
-/// to(position) = scale * from(index[position]); columns that the caller has not got become zero. A NaN of
-/// the caller must not look like the substitutions' kUnset.
+/// Rows [first, first + kRows) of K columns, on their way between columns one after the other and side by
+/// side: either is read and written in whole lines of memory.
+template <int K, class V>
+class TurnedRows {
+ public:
+  static constexpr int kRows = K == 1 ? kVectorThreads : 64;
+  static constexpr int kApart = K + 1;  // so that neighbours of a column lie in different banks
+  static unsigned blocks(Offset n) { return static_cast<unsigned>((n + kRows - 1) / kRows); }
+  __device__ TurnedRows(V* memory, Offset n) : memory_(memory), first_(blockIdx.x * Offset{kRows}), n_(n) {}
+
+  /// Calls work(row, column, number) with those of a column after the other.
+  template <class Work>
+  __device__ void by_columns(const Work& work) const {
+    for (int e = threadIdx.x; e < kRows * K; e += kVectorThreads) {
+      const int row = e % kRows, column = e / kRows;
+      if (first_ + row < n_) work(first_ + row, column, memory_[row * kApart + column]);
+    }
+  }
+  /// Calls work(place, number) with those of a row after the other, whose places have no gaps.
+  template <class Work>
+  __device__ void by_rows(const Work& work) const {
+    for (int e = threadIdx.x; e < kRows * K; e += kVectorThreads) {
+      const Offset place = first_ * K + e;
+      if (place < n_ * K) work(place, memory_[e / K * kApart + e % K]);
+    }
+  }
+
+ private:
+  V* const memory_;
+  const Offset first_, n_;
+};
+template <int K, class V>
+struct TurningMemory {
+  __align__(16) unsigned char bytes[TurnedRows<K, V>::kRows * TurnedRows<K, V>::kApart * sizeof(V)];
+};
+
+/// The caller's columns side by side; those that it has not got become zero.
+template <int K, class V>
+__global__ void __launch_bounds__(kVectorThreads) gather_columns(Offset n, Columns<const V> from, V* to) {
+  __shared__ TurningMemory<K, V> memory;
+  const TurnedRows<K, V> rows(reinterpret_cast<V*>(memory.bytes), n);
+  rows.by_columns(
+      [&](Offset i, int c, V& number) { number = c < from.count ? from.data[i + c * from.ld] : V(0); });
+  __syncthreads();
+  rows.by_rows([&](Offset place, const V& number) { to[place] = number; });
+}
+
+/// to(position) = scale * from(index[position]). A NaN of the caller must not look like the substitutions'
+/// kUnset.
 template <int K, class S, class V>
 __global__ void __launch_bounds__(kVectorThreads)
-    enter_elimination_order(Offset n, Side side, Columns<const V> from, S* to) {
+    enter_elimination_order(Offset n, Side side, const V* from, S* to) {
   const Offset at = blockIdx.x * static_cast<Offset>(kVectorThreads) + threadIdx.x;
   if (at >= n * K) return;
-  const Offset i = side.index[at / K], c = at % K;
-  const V value = c < from.count ? from.data[i + c * from.ld] * static_cast<RealOf<V>>(side.scale[i]) : V(0);
+  const Offset i = side.index[at / K];
+  const V value = from[i * K + at % K] * static_cast<RealOf<V>>(side.scale[i]);
   to[at] = without_payload(static_cast<S>(value));
 }
 
@@ -53,11 +100,18 @@ __global__ void __launch_bounds__(kVectorThreads)
 template <int K, class V>
 __global__ void __launch_bounds__(kVectorThreads)
     write_columns(Offset n, const V* x, Columns<V> to, const double* error, double bound) {
-  const Offset i = blockIdx.x * static_cast<Offset>(kVectorThreads) + threadIdx.x;
-  if (i >= n || !(*error <= bound)) return;
-#pragma unroll
-  for (int c = 0; c < K; ++c) {
-    if (c < to.count) to.data[i + c * to.ld] = x[i * K + c];
+  if (!(*error <= bound)) return;
+  if constexpr (K == 1) {
+    const Offset i = blockIdx.x * static_cast<Offset>(kVectorThreads) + threadIdx.x;
+    if (i < n) to.data[i] = x[i];
+  } else {
+    __shared__ TurningMemory<K, V> memory;
+    const TurnedRows<K, V> rows(reinterpret_cast<V*>(memory.bytes), n);
+    rows.by_rows([&](Offset place, V& number) { number = x[place]; });
+    __syncthreads();
+    rows.by_columns([&](Offset i, int c, const V& number) {
+      if (c < to.count) to.data[i + c * to.ld] = number;
+    });
   }
 }
 

@@ -262,7 +262,7 @@ TEST_F(DeviceArraysOfDoubles, MayBeOfManagedMemoryAndOfPools) {
     options_.backend = backend;
     for (const auto& [allocate, free] : {std::pair{managed, free_managed}, std::pair{pooled, free_pooled}}) {
       Solver solver(options_);
-      solver.factor(a.view());
+      solver.analyze(a.view());
       const OtherArray values(a.values, allocate, free), there(b, allocate, free), x(b, allocate, free);
       solver.refactor_device(values.get());
       solver.solve_device(there.get(), x.get(), 2);

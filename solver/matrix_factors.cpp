@@ -119,7 +119,7 @@ void MatrixFactors<Scalar>::refactor_device(const Scalar* values, void* stream) 
     uncompared_ = first;
     factor_values();
   } else {
-    std::vector<Scalar> held(static_cast<std::size_t>(analysis_->pattern->num_entries));
+    RawVector<Scalar> held(static_cast<std::size_t>(analysis_->pattern->num_entries));
     const Offset count = static_cast<Offset>(held.size());
     phases_.run("factor", [&] { factors.download(values, count, count, 1, held.data(), stream); });
     const CsrView<Scalar> a = analysis_->caller_view(held.data());

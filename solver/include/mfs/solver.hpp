@@ -67,12 +67,13 @@ class MFS_API BasicSolver {
                        std::int64_t ldx = 0);
 
   /// The same for arrays in the memory of the device where the factors lie (Backend::cuda, or kokkos there).
-  /// The first factorization of values that were analysed may be a refactor_device, too.
-  /// Shapes, order and errors are as above. `stream` is a cudaStream_t of the caller (null: the default
-  /// stream). What was put into it before is waited for on the device, and the results are complete when the
-  /// call returns. Steps of the accuracy ladder beyond refinement copy the vectors through the host. Throw
-  /// StateError where the factors are not on a device, InvalidInput for arrays that it cannot reach: of the
-  /// host (unless page-locked), of another device.
+  /// The first factorization of values that were analysed may be a refactor_device, too; of large factors,
+  /// whose values analyze has not tried, factor takes less time. Shapes, order and errors are as above.
+  /// `stream` is a cudaStream_t of the caller (null: the default stream). What was put into it before is
+  /// waited for on the device, and the results are complete when the call returns. Steps of the accuracy
+  /// ladder beyond refinement copy the vectors through the host. Throw StateError where the factors are not
+  /// on a device, InvalidInput for arrays that it cannot reach: of the host (unless page-locked), of another
+  /// device.
   void refactor_device(const Scalar* values, void* stream = nullptr);
   void solve_device(const Scalar* b, Scalar* x, std::int64_t nrhs = 1, std::int64_t ldb = 0,
                     std::int64_t ldx = 0, void* stream = nullptr);

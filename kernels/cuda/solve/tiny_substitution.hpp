@@ -120,6 +120,19 @@ __device__ void substitute_pivots(LaneGroup<Rows> group, int p, const Entry& ent
   }
 }
 
+/// Calls work(f, front, group, warp's numbers) for the warp's front of `count` from `first` on, if there is
+/// one.
+template <int K, class S, class Value, class Work>
+__device__ void with_tiny_front(const DeviceStore<S, Value>& store, Offset first, int count,
+                                const Work& work) {
+  const int place = static_cast<int>(blockIdx.x) * kTinyFrontsPerBlock + threadIdx.x / kWarp;
+  if (place >= count) return;
+  const Vertex f = store.tiny_fronts[first + place];
+  const Front<S> front = store.fronts.front(f);
+  __shared__ WarpNumbers<kTinyColumns<K>, S> numbers[kTinyFrontsPerBlock];
+  with_lane_groups<K>(front.pivots, [&](auto group) { work(f, front, group, numbers[threadIdx.x / kWarp]); });
+}
+
 // sum(c) += what the children, of a launch before, have left for a row of the front, from `column` on.
 template <int K, int C, class S, class Value>
 __device__ void add_children(const DeviceStore<S, Value>& store, const S* border, Offset row, int column,
@@ -196,14 +209,8 @@ __device__ void substitute_front_forward(const DeviceStore<S, Value>& store, con
 template <bool Transposed, bool Substituted, int K, class S, class Value>
 __global__ void __launch_bounds__(kTinyFrontsPerBlock* kWarp)
     substitute_tiny_forward(DeviceStore<S, Value> store, DeviceVectors<S> vectors, Offset first, int count) {
-  const int place = static_cast<int>(blockIdx.x) * kTinyFrontsPerBlock + threadIdx.x / kWarp;
-  if (place >= count) return;
-  const Vertex f = store.tiny_fronts[first + place];
-  const Front<S> front = store.fronts.front(f);
-  __shared__ WarpNumbers<kTinyColumns<K>, S> numbers[kTinyFrontsPerBlock];
-  with_lane_groups<K>(front.pivots, [&](auto group) {
-    substitute_front_forward<Transposed, Substituted, K>(store, vectors, f, front, group,
-                                                         numbers[threadIdx.x / kWarp]);
+  with_tiny_front<K>(store, first, count, [&](Vertex f, const Front<S>& front, auto group, auto& warp) {
+    substitute_front_forward<Transposed, Substituted, K>(store, vectors, f, front, group, warp);
   });
 }
 
@@ -263,14 +270,8 @@ __device__ void substitute_front_backward(const DeviceStore<S, Value>& store, co
 template <bool Transposed, bool Substituted, int K, class S, class Value>
 __global__ void __launch_bounds__(kTinyFrontsPerBlock* kWarp)
     substitute_tiny_backward(DeviceStore<S, Value> store, DeviceVectors<S> vectors, Offset first, int count) {
-  const int place = static_cast<int>(blockIdx.x) * kTinyFrontsPerBlock + threadIdx.x / kWarp;
-  if (place >= count) return;
-  const Vertex f = store.tiny_fronts[first + place];
-  const Front<S> front = store.fronts.front(f);
-  __shared__ WarpNumbers<kTinyColumns<K>, S> numbers[kTinyFrontsPerBlock];
-  with_lane_groups<K>(front.pivots, [&](auto group) {
-    substitute_front_backward<Transposed, Substituted, K>(store, vectors, f, front, group,
-                                                          numbers[threadIdx.x / kWarp]);
+  with_tiny_front<K>(store, first, count, [&](Vertex f, const Front<S>& front, auto group, auto& warp) {
+    substitute_front_backward<Transposed, Substituted, K>(store, vectors, f, front, group, warp);
   });
 }
 

@@ -101,10 +101,8 @@ void MatrixFactors<Scalar>::refactor_device(const Scalar* values, void* stream) 
   if (!numeric_ && on_device()) make_numeric();
   ResidentFactors<Scalar>& factors = resident("refactor_device");
   if (!values) throw InvalidInput("values", "null pointer");
-  // Sums of repeated entries, first values where none have been tried, a new matching or tree, and what is
-  // wrong with the values are left to the host.
-  const bool takes =
-      analysis_->pattern->slot_of_entry.empty() && (!first || tried_) && !drifted_ && !tree_is_outdated();
+  // Sums of repeated entries, a new matching or tree, and what is wrong with the values are left to the host.
+  const bool takes = analysis_->pattern->slot_of_entry.empty() && !drifted_ && !tree_is_outdated();
   bool taken = false;
   phases_.run("factor", [&] {
     factors.require_reachable(values, "values");
@@ -117,7 +115,7 @@ void MatrixFactors<Scalar>::refactor_device(const Scalar* values, void* stream) 
     refactored_ = !first;
     begin_values();
     uncompared_ = first;
-    factor_values();
+    first && !tried_ ? factor_untried_values() : factor_values();
   } else {
     RawVector<Scalar> held(static_cast<std::size_t>(analysis_->pattern->num_entries));
     const Offset count = static_cast<Offset>(held.size());
@@ -280,7 +278,12 @@ template <class Scalar>
 void MatrixFactors<Scalar>::factor_first_values(const CsrView<Scalar>& a) {
   refactored_ = given_values_ != analysis_->values;
   take_values(a);
-  if (tried_ && !refactored_) return factor_values();
+  tried_ && !refactored_ ? factor_values() : factor_untried_values();
+}
+
+// Nothing is known of the pivots of what is in matrix_values().
+template <class Scalar>
+void MatrixFactors<Scalar>::factor_untried_values() {
   forget_tiny_pivots();
   look_at_diagonal();
   factor_values(kMostDelayed);

@@ -124,6 +124,7 @@ class MatrixFactors {
   void check(const CsrView<Scalar>& a, bool pattern);
   void refactor_checked(const CsrView<Scalar>& a, bool pattern);
   void factor_first_values(const CsrView<Scalar>& a);
+  void factor_untried_values();
   void factor_other_values(const CsrView<Scalar>& a);
   double pivot_tolerance() const {
     return pivot_tolerance_of<Scalar>(options_.factor, report_.single_precision);

@@ -128,6 +128,23 @@ SparseMatrix floating_chains(std::int64_t chains, std::int64_t length, bool alik
   return from_entries(chains * length, entries);
 }
 
+SparseMatrix with_cancelling_pivots(const SparseMatrix& a, std::int64_t count) {
+  std::vector<Entry> entries;
+  for (std::int64_t i = 0; i < a.n; ++i) {
+    for (std::int64_t k = a.offsets[i]; k < a.offsets[i + 1]; ++k)
+      entries.push_back({i, a.columns[k], a.values[k]});
+  }
+  for (std::int64_t pair = 0; pair < count; ++pair) {
+    const std::int64_t first = a.n + 2 * pair, second = first + 1;
+    for (const std::int64_t row : {first, second}) {
+      for (const std::int64_t column : {first, second}) entries.push_back({row, column, 1.0});
+    }
+    entries.push_back({pair, second, 1.0});
+    entries.push_back({second, pair, 1.0});
+  }
+  return from_entries(a.n + 2 * count, entries);
+}
+
 SparseMatrix adversarial_matrix(const std::string& family, std::uint64_t seed) {
   for (const NamedMatrix& named : adversarial_matrices(seed)) {
     if (named.name.rfind(family + ", seed", 0) == 0) return named.matrix;

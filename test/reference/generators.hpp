@@ -30,6 +30,8 @@ SparseMatrix resistors(std::int64_t nodes, std::uint64_t seed);
 /// 1e-8 is nothing to factors of single precision, and one pivot of each chain gets perturbed. Springs of
 /// 1e-7 they still see, too coarsely for two steps of refinement. Chains that are alike are cured together.
 SparseMatrix floating_chains(std::int64_t chains, std::int64_t length, bool alike, double spring = 1e-8);
+/// `a`, and `count` pairs of unknowns beside it, the second of which the first leaves with a pivot of zero.
+SparseMatrix with_cancelling_pivots(const SparseMatrix& a, std::int64_t count);
 /// Rows and columns in one random order.
 SparseMatrix renumbered(const SparseMatrix& a, Random& random);
 /// Of adversarial_matrices(seed), below, that of the family.

@@ -330,10 +330,17 @@ SparseMatrix with_pivots(bool away) {
   return a;
 }
 
+/// With more operations than an analysis does on trial.
+std::vector<SparseMatrix> large_matrices() {
+  const SparseMatrix large = random_diagonally_dominant(5000, 8, 2);
+  return {large, with_cancelling_pivots(large, 40)};
+}
+
 // The first factorization, of the values of the analysis or of others, does the same as one from the host.
 TYPED_TEST(DeviceArrays, MayBeTheFirstValues) {
   std::vector<SparseMatrix> all = matrices();
   all.push_back(with_pivots(true));
+  for (SparseMatrix& large : large_matrices()) all.push_back(std::move(large));
   for (const SparseMatrix& real : all) {
     const BasicSparseMatrix<TypeParam> analysed = in_scalar<TypeParam>(real);
     for (const double factor : {1.0, -3.0}) {
@@ -349,6 +356,7 @@ TYPED_TEST(DeviceArrays, MayBeTheFirstValues) {
       EXPECT_TRUE(solver.factored());
       EXPECT_GT(solver.report().time_factor, 0);
       EXPECT_EQ(solver.report().time_refactor, 0);
+      EXPECT_EQ(solver.report().reanalyses, from_host.report().reanalyses);
       const std::vector<TypeParam> b = right_hand_sides(a, 1, a.n, 3);
       std::vector<TypeParam> x(b.size()), expected(b.size());
       from_host.solve(b.data(), expected.data());
@@ -358,6 +366,19 @@ TYPED_TEST(DeviceArrays, MayBeTheFirstValues) {
       solver.factor(analysed.view());
       expect_solves(solver, analysed, 1);
     }
+  }
+}
+
+// The analysis leaves their values alone, and pivots of some fail.
+TEST_F(DeviceArraysOfDoubles, MayBeFirstValuesThatWereNotTried) {
+  for (const SparseMatrix& a : large_matrices()) {
+    Solver solver(options_);
+    solver.analyze(a.view());
+    EXPECT_GT(solver.report().flops.total(), 4e6 * static_cast<double>(a.n));
+    EXPECT_EQ(solver.report().reanalyses, 0);
+    const DeviceArray<double> values(a.values);
+    solver.refactor_device(values.get());
+    EXPECT_EQ(solver.report().reanalyses, a.n > 5000 ? 1 : 0);
   }
 }
 

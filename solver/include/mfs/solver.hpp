@@ -67,8 +67,8 @@ class MFS_API BasicSolver {
                        std::int64_t ldx = 0);
 
   /// The same for arrays in the memory of the device where the factors lie (Backend::cuda, or kokkos there).
-  /// The first factorization of values that were analysed may be a refactor_device, too; of large factors,
-  /// whose values analyze has not tried, factor takes less time. Shapes, order and errors are as above.
+  /// The first factorization of values that were analysed may be a refactor_device, too. Shapes, order and
+  /// errors are as above.
   /// `stream` is a cudaStream_t of the caller (null: the default stream). What was put into it before is
   /// waited for on the device, and the results are complete when the call returns. Steps of the accuracy
   /// ladder beyond refinement copy the vectors through the host. Throw StateError where the factors are not

@@ -244,7 +244,7 @@ struct DeviceLimits {
   double small_part = 0;
   // Fronts of more pivots are tall: one block of threads would be long alone with those where they are
   // searched in all rows.
-  Vertex tall = 256;
+  Vertex tall = 128;
   Vertex panel_entries = 0;  // of a panel of those in shared memory
   // Whether the pivots of a tile are searched in all rows of the front's pivot block, in their place.
   bool whole_columns = false;

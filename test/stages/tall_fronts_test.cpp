@@ -11,7 +11,9 @@ namespace {
 /// With tall fronts beside others, as roots and below them.
 std::vector<StageProblem<double>> tall_fronts() {
   return {
+      artificial_problem({{129, 0, -1}}, {30}),
       artificial_problem({{257, 0, -1}}, {31}),
+      artificial_problem(leaf_and_root(200, 33), {36, 0.7}),
       artificial_problem(leaf_and_root(300, 270), {32}),
       artificial_problem(leaf_and_root(513, 1), {33, 0.7}),
       artificial_problem({{40, 200, 4}, {300, 90, 4}, {200, 33, 4}, {391, 310, 4}, {400, 0, -1}}, {34, 0.6}),

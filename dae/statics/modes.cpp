@@ -33,14 +33,18 @@ constexpr double kWithoutInertia = 1e-10;
 /// c, in typical frequencies of the system: so small that modes are in the order of their distance from zero,
 /// so large that a free motion does not make the matrix singular.
 constexpr double kShift = 1e-4;
-/// c where something rolls, in the same: the one is taken that no growing motion has. Its response times c is
-/// less than the last.
-constexpr double kShiftsOfRolling[] = {0.37, 0.61, 0.97}, kMostResponse = 1e12;
+/// c of the reduced system, in the same: that one whose response times c is least, and less than the last. It
+/// is the first where no motion is free, and then modes are exact that are far slower than the typical ones.
+/// Free motions, which go on and on, and in turning axes faster and faster, are all that counts beside it,
+/// and a growing motion may have one of the others.
+constexpr double kShiftsOfReduced[] = {kShift, 0.37, 0.61, 0.97}, kMostResponse = 1e12;
 /// Of the eigenpairs of the operator: asked for, and in the end.
 constexpr double kTolerance = 1e-11, kAccepted = 1e-6;
 constexpr int kMostRestarts = 100, kMostRounds = 50;
 /// Of B, 1/s: less is at rest.
 constexpr double kAtRest = 1e-9;
+/// Of the largest stiffness.
+constexpr double kRounding = 1e-14;
 /// Powers of the response to inertia that are taken to tell the rate of the slowest modes.
 constexpr int kLooksAtRate = 3;
 
@@ -83,13 +87,14 @@ class Matrices {
     return matrix;
   }
   double shift() const { return kShift * typical_frequency(); }
-  /// 1/s: the median over coordinates that have both a mass and a stiffness, as the stiffest and the heaviest
-  /// have it where no coordinate has both; 1 where nothing is stiff.
+  /// 1/s: the median over coordinates that have both a mass and a stiffness that is no rounding, as the
+  /// stiffest and the heaviest have it where no coordinate has both; 1 where nothing is stiff.
   double typical_frequency() const {
     const VectorXd m = diagonal(Block::force_a), k = diagonal(Block::force_q);
+    const double least = m.size() > 0 ? kRounding * k.maxCoeff() : 0.0;
     std::vector<double> all;
     for (Index i = 0; i < m.size(); ++i)
-      if (m[i] > 0 && k[i] > 0) all.push_back(std::sqrt(k[i] / m[i]));
+      if (m[i] > 0 && k[i] > least) all.push_back(std::sqrt(k[i] / m[i]));
     if (all.empty()) {
       const double stiffest = k.maxCoeff(), heaviest = m.maxCoeff();
       return stiffest > 0 && heaviest > 0 ? std::sqrt(stiffest / heaviest) : 1.0;
@@ -131,27 +136,51 @@ MatrixXd free_of(const MatrixXd& rows) {
   return MatrixXd(qr.householderQ()).rightCols(rows.cols() - rows.rows());
 }
 
+/// What `response_to(c)`, empty where that has none, is for the c that suits it, and that c.
+template <class ResponseTo>
+std::pair<MatrixXd, double> best_response(const Matrices& matrices, const ResponseTo& response_to) {
+  std::pair<MatrixXd, double> best;
+  double least = kMostResponse;
+  for (const double part : kShiftsOfReduced) {
+    const double c = part * matrices.typical_frequency();
+    MatrixXd response = response_to(c);
+    if (response.size() == 0 || !(response.norm() * c < least)) continue;
+    least = response.norm() * c;
+    best = {std::move(response), c};
+  }
+  if (best.first.size() == 0) throw Error("modes: a motion has neither stiffness nor inertia");
+  return best;
+}
+
+Eigenpairs eigenpairs_of(const MatrixXd& response, const MatrixXd& basis, double c) {
+  const Eigen::EigenSolver<MatrixXd> solver(response);
+  if (solver.info() != Eigen::Success)
+    throw Error("modes: the eigenvalues of the reduced system are not found");
+  return {solver.eigenvalues(), basis * solver.eigenvectors().topRows(basis.cols()), c};
+}
+
 /// All of them: with x = N y, the columns of N a basis of what the constraints leave free.
-Eigenpairs solve_reduced(const Matrices& matrices, double c) {
+Eigenpairs solve_reduced(const Matrices& matrices) {
   const MatrixXd basis = free_of(matrices.dense(Block::position_q));
   const auto reduced = [&](Block block) -> MatrixXd {
     return basis.transpose() * matrices.dense(block) * basis;
   };
-  const MatrixXd mass = reduced(Block::force_a), damping = reduced(Block::force_v);
+  const MatrixXd mass = reduced(Block::force_a), damping = reduced(Block::force_v),
+                 stiffness = reduced(Block::force_q);
   const Index f = basis.cols();
-  const Eigen::FullPivLU<MatrixXd> lu(reduced(Block::force_q) + c * damping + c * c * mass);
-  if (!lu.isInvertible()) throw Error("modes: a motion has neither stiffness nor inertia");
-  const MatrixXd by_inertia = lu.solve(mass);
-  const double rate = rate_of_slowest(by_inertia.norm());
-  MatrixXd response(2 * f, 2 * f);
-  response.topLeftCorner(f, f) = -lu.solve(damping + c * mass);
-  response.topRightCorner(f, f) = -rate * by_inertia;
-  response.bottomRows(f) = c / rate * response.topRows(f);
-  response.bottomLeftCorner(f, f) += MatrixXd::Identity(f, f) / rate;
-  const Eigen::EigenSolver<MatrixXd> solver(response);
-  if (solver.info() != Eigen::Success)
-    throw Error("modes: the eigenvalues of the reduced system are not found");
-  return {solver.eigenvalues(), basis * solver.eigenvectors().topRows(f), c};
+  const auto [response, c] = best_response(matrices, [&](double shift) {
+    const Eigen::FullPivLU<MatrixXd> lu(stiffness + shift * damping + shift * shift * mass);
+    if (!lu.isInvertible()) return MatrixXd();
+    const MatrixXd by_inertia = lu.solve(mass);
+    const double rate = rate_of_slowest(by_inertia.norm());
+    MatrixXd answer(2 * f, 2 * f);
+    answer.topLeftCorner(f, f) = -lu.solve(damping + shift * mass);
+    answer.topRightCorner(f, f) = -rate * by_inertia;
+    answer.bottomRows(f) = shift / rate * answer.topRows(f);
+    answer.bottomLeftCorner(f, f) += MatrixXd::Identity(f, f) / rate;
+    return answer;
+  });
+  return eigenpairs_of(response, basis, c);
 }
 
 /// All of them where something rolls: x = N y by the constraints on positions, and y' = G y + Z w by those on
@@ -181,23 +210,11 @@ Eigenpairs solve_rolling(const Matrices& matrices) {
   left.topLeftCorner(f, f) = MatrixXd::Identity(f, f) / rate;
   left.bottomRightCorner(r, r) = rate / force * mass * z;
   right << g / rate, z, -stiffness / force, -rate / force * damping * z;
-  MatrixXd response;
-  double c = 0.0, least = kMostResponse;
-  for (const double part : kShiftsOfRolling) {
-    const double shift = part * matrices.typical_frequency();
+  const auto [response, c] = best_response(matrices, [&](double shift) {
     const Eigen::FullPivLU<MatrixXd> lu(right - shift * left);
-    if (!lu.isInvertible()) continue;
-    MatrixXd answer = lu.solve(left);
-    if (!(answer.norm() * shift < least)) continue;
-    least = answer.norm() * shift;
-    response = std::move(answer);
-    c = shift;
-  }
-  if (c == 0.0) throw Error("modes: a motion has neither stiffness nor inertia");
-  const Eigen::EigenSolver<MatrixXd> solver(response);
-  if (solver.info() != Eigen::Success)
-    throw Error("modes: the eigenvalues of the reduced system are not found");
-  return {solver.eigenvalues(), basis * solver.eigenvectors().topRows(f), c};
+    return lu.isInvertible() ? MatrixXd(lu.solve(left)) : MatrixXd();
+  });
+  return eigenpairs_of(response, basis, c);
 }
 
 /// The operator, on vectors (a, b / rate), less what lies in the space of those found.
@@ -364,7 +381,7 @@ Eigenpairs solve(const ConstrainedSystem& system, const Matrices& matrices, int 
                  Backend backend, const std::function<bool()>& go_on) {
   const int n = system.coordinates(), m = system.constraints(), moving = matrices.first_moving();
   if (n - m <= kDenseFreedoms && n <= kDenseCoordinates)
-    return moving < 0 ? solve_reduced(matrices, matrices.shift()) : solve_rolling(matrices);
+    return moving < 0 ? solve_reduced(matrices) : solve_rolling(matrices);
   if (moving >= 0)
     throw InvalidInput(system.constraint_name(moving),
                        "modes about a motion in which it rolls are found for mechanisms of up to " +

@@ -3,7 +3,10 @@
 //
 //   error = max_i |b - A x|_i / (|A| |x| + |b| + f)_i    0/0 counts as 0; anything not finite as infinity
 //
-// f is zero but where the caller asked for a floor under rows that hold rounding only.
+// f is zero but where the caller asked for a floor under rows that hold rounding only. Unknowns count the
+// least normal number more than they are: where a solution decays until nothing is left, those below that
+// have no digits that could make the residual small (Demmel 1984, Underflow and the reliability of numerical
+// software).
 #pragma once
 
 #include <cmath>
@@ -46,6 +49,19 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 KOKKOS_INLINE_FUNCTION double row_error(double off, double size) {
   const double ratio = off == 0 ? 0 : size <= kMostFinite ? off / size : kInfinity;
   return ratio <= 1e300 ? ratio : kInfinity;
+}
+
+/// That of row i of A, with what unknowns count more than they are, if it is more than `most`, which is
+/// returned else.
+template <class Scalar>
+KOKKOS_INLINE_FUNCTION double row_error_beyond(double most, const RowAccess<Scalar>& a, Offset i, double off,
+                                               double size) {
+  constexpr double kLeastNormal = std::numeric_limits<RealOf<Scalar>>::min();
+  if (!(row_error(off, size) > most)) return most;
+  for (Offset k = a.offsets[i]; k < a.offsets[i + 1]; ++k)
+    size += kLeastNormal * magnitude(widened(a.values[a.slots ? a.slots[k] : k]));
+  const double error = row_error(off, size);
+  return error > most ? error : most;
 }
 
 /// A sum in blocks of kBlock terms, whose totals are added with what rounding takes from them (Knuth's
@@ -103,8 +119,7 @@ struct RowResidual {
     if (size_of_row) size_of_row[i] = size >= kSmallest && size <= kLargest ? size : 1;
     const double off = magnitude(sum);
     if (size <= kMostFinite && off < most * size) return;  // a division takes as long as a short row
-    const double error = row_error(off, size);
-    if (error > most) most = error;
+    most = row_error_beyond(most, a, i, off, size);
   }
 };
 template <class Exec, class Scalar>

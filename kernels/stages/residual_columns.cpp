@@ -59,7 +59,7 @@ MFS_INLINE void rows_of_columns(const RowAccess<Scalar>& a, Offset begin, Offset
     for (int c = 0; c < kColumns; ++c) {
       const Sum sum = (row.high[c] + row.block[c]) + row.low[c];
       narrow(sum, r[i + c * n]);
-      error[c] = std::max(error[c], row_error(magnitude(sum), row.size[c]));
+      error[c] = row_error_beyond(error[c], a, i, magnitude(sum), row.size[c]);
     }
   }
 }

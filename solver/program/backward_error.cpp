@@ -15,6 +15,8 @@ std::complex<long double> wide(const std::complex<double>& value) {
   return {value.real(), value.imag()};
 }
 
+constexpr long double kLeastNormal = std::numeric_limits<double>::min();
+
 bool finite(double value) {
   return std::isfinite(value);
 }
@@ -41,7 +43,7 @@ double backward_error(const io::CsrMatrix<Scalar>& a, bool transpose, const io::
       const std::size_t equation = transpose ? column : row, unknown = transpose ? row : column;
       const auto term = wide(a.values[entry]) * wide(x.values[first + unknown]);
       residual[equation] -= term;
-      scale[equation] += std::abs(term);
+      scale[equation] += std::abs(term) + kLeastNormal * std::abs(wide(a.values[entry]));
     }
   long double worst = 0;
   for (std::size_t i = 0; i < n; ++i) {

@@ -180,5 +180,47 @@ TEST(ResidualColumns, RowsWithoutASize) {
     EXPECT_EQ(error[c], c == 2 || c == 4 ? std::numeric_limits<double>::infinity() : 0.0) << c;
 }
 
+/// The error of x as a solution of [a 2a; 0 a] x = b, whose other column is right.
+template <class Scalar>
+double error_of(Scalar a, const std::vector<Scalar>& b, const std::vector<Scalar>& x, bool columns) {
+  const std::vector<Offset> offsets{0, 2, 3};
+  const std::vector<Vertex> indices{0, 1, 1};
+  const std::vector<Scalar> values{a, a + a, a};
+  const RowAccess<Scalar> rows{offsets.data(), indices.data(), nullptr, values.data()};
+  std::vector<Scalar> all_b(2 * K, Scalar(0)), all_x(2 * K, Scalar(0)), r(2 * K);
+  double error[K];
+  if (!columns) {
+    residual(OneThread(), 2, rows, b.data(), x.data(), r.data(), error);
+    return error[0];
+  }
+  for (Vertex i = 0; i < 2; ++i) {
+    all_b[2 * (K - 1) + i] = b[i];
+    all_x[i * K + K - 1] = x[i];
+  }
+  residual_rows(rows, 0, 2, 2, all_b.data(), all_x.data(), r.data(), error);
+  for (Vertex c = 0; c + 1 < K; ++c) EXPECT_EQ(error[c], 0);
+  return error[K - 1];
+}
+
+// What is below the least normal number counts as that; what is above counts as before.
+TYPED_TEST(ResidualColumns, UnknownsWithoutDigitsAreNoError) {
+  using Real = decltype(std::abs(TypeParam()));
+  const Real least = std::numeric_limits<Real>::min(), step = std::numeric_limits<Real>::denorm_min();
+  const auto scalars = [](Real x, Real y) { return std::vector<TypeParam>{TypeParam(x), TypeParam(y)}; };
+  for (const bool columns : {false, true}) {
+    const auto error = [&](Real a, const std::vector<TypeParam>& b, const std::vector<TypeParam>& x) {
+      return error_of(TypeParam(a), b, x, columns);
+    };
+    EXPECT_EQ(error(1, scalars(0, 0), scalars(0, 0)), 0);
+    EXPECT_EQ(error(1, scalars(0, least), scalars(0, 0)), 0.5) << "b is no unknown";
+    EXPECT_LE(error(1, scalars(0, 0), scalars(step, 0)), 2 * std::numeric_limits<Real>::epsilon());
+    EXPECT_LE(error(1, scalars(step, 0), scalars(0, 0)), 2 * std::numeric_limits<Real>::epsilon());
+    EXPECT_NEAR(error(1024, scalars(0, 0), scalars(0, least)), 0.5, 1e-6);
+    const Real small = least * Real(0x1p20);
+    EXPECT_NEAR(error(1, scalars(small, 0), scalars(2 * small, 0)), 1.0 / 3, 1e-5);
+    EXPECT_NEAR(error(1, scalars(0, small), scalars(-2 * small, small)), 0, 1e-9);
+  }
+}
+
 }  // namespace
 }  // namespace mfs::test

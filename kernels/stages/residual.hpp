@@ -42,6 +42,8 @@ struct RowFloor {
 // Not in the function: device code may use such constants, but not call what they are made by.
 constexpr double kMostFinite = std::numeric_limits<double>::max();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+template <class Real>
+constexpr double kLeastNormal = std::numeric_limits<Real>::min();
 
 /// Backward error of a row with the residual `off` and terms of the size `size`. A size beyond the range
 /// would make any residual look small: it counts as infinite, too. NaN compares false: written so that it
@@ -56,10 +58,9 @@ KOKKOS_INLINE_FUNCTION double row_error(double off, double size) {
 template <class Scalar>
 KOKKOS_INLINE_FUNCTION double row_error_beyond(double most, const RowAccess<Scalar>& a, Offset i, double off,
                                                double size) {
-  constexpr double kLeastNormal = std::numeric_limits<RealOf<Scalar>>::min();
   if (!(row_error(off, size) > most)) return most;
   for (Offset k = a.offsets[i]; k < a.offsets[i + 1]; ++k)
-    size += kLeastNormal * magnitude(widened(a.values[a.slots ? a.slots[k] : k]));
+    size += kLeastNormal<RealOf<Scalar>> * magnitude(widened(a.values[a.slots ? a.slots[k] : k]));
   const double error = row_error(off, size);
   return error > most ? error : most;
 }

@@ -119,6 +119,77 @@ TEST_F(TurningModes, OfAFreeBodyAboutItsAxes) {
   }
 }
 
+/// A bar with two masses on springs along it, all free and turning: in step, they are slowed and sped by the
+/// bar's change of rate, s^2 = W^2 - k / m - 8 m r^2 W^2 / J, J of all.
+TEST_F(TurningModes, OfAFreeBarWithMassesOnSprings) {
+  const double stiffness = 1000, out = 0.5, whole = 0.1 + 2 * 0.01 + 2 * out * out;
+  for (const double rate : {1.0, 10.0}) {
+    Json json = {{"name", "bar"}, {"end", 1}, {"outputs", 1}};
+    const double travel = -out * rate * rate / stiffness;
+    for (const auto& [name, x] : {std::pair("bar", 0.0), std::pair("left", -out), std::pair("right", out)}) {
+      const double inertia = x == 0 ? 0.1 : 0.01;
+      json["bodies"][name] = {{"type", "rigid"},
+                              {"mass", 1},
+                              {"inertia", {inertia, inertia, inertia}},
+                              {"position", {x, 0, 0}},
+                              {"velocity", {0, x * rate, 0}},
+                              {"angular_velocity", {0, 0, rate}}};
+      if (x == 0) continue;
+      json["joints"][name] = {{"type", "translational"},
+                              {"a", "bar"},
+                              {"b", name},
+                              {"point", {x, 0, 0}},
+                              {"axis", {x / out, 0, 0}}};
+      json["forces"][name] = {{"type", "translational_spring"},
+                              {"joint", name},
+                              {"stiffness", stiffness},
+                              {"free_travel", travel}};
+    }
+    find(json, 0.0);
+    expect_mode({0.0, std::sqrt(stiffness - rate * rate + 8 * out * out * rate * rate / whole)}, 1e-8);
+    for (const Mode& mode : modes_) EXPECT_LE(std::abs(mode.s.real()), 1e-6 * rate) << mode.s;
+  }
+}
+
+/// Two masses on a spring that hold each other on a circle: along it k / m + 3 W^2 of the reduced mass.
+TEST_F(TurningModes, OfAPairOnASpring) {
+  Json json = {{"name", "pair"}, {"end", 1}, {"outputs", 1}};
+  for (const auto& [name, x] : {std::pair("a", -0.5), std::pair("b", 0.5)}) {
+    json["bodies"][name] = {{"type", "rigid"},
+                            {"mass", 1},
+                            {"inertia", {0.1, 0.1, 0.1}},
+                            {"position", {x, 0, 0}},
+                            {"velocity", {0, x, 0}},
+                            {"angular_velocity", {0, 0, 1}}};
+  }
+  json["forces"]["spring"] = {{"type", "spring_damper"},
+                              {"a", "a"},
+                              {"b", "b"},
+                              {"point_a", {-0.5, 0, 0}},
+                              {"point_b", {0.5, 0, 0}},
+                              {"stiffness", 1000},
+                              {"free_length", 1 - 0.5 / 1000}};
+  find(json, 0.0);
+  expect_mode({0.0, std::sqrt(1000 / 0.5 + 3)}, 1e-8);
+  for (const Mode& mode : modes_) EXPECT_LE(std::abs(mode.s.real()), 1e-5) << mode.s;
+}
+
+/// About its axis a thin rod has next to no inertia, and is free.
+TEST_F(TurningModes, OfAThinRodOnSprings) {
+  const Json json = Json::parse(R"({"name": "rod", "end": 1, "outputs": 1, "bodies": {
+    "rod": {"type": "rigid", "mass": 1, "inertia": [5e-9, 0.08333333333333333, 0.08333333333333333]}},
+    "forces": {
+    "left": {"type": "bushing", "a": "ground", "b": "rod", "point": [-0.5, 0, 0], "stiffness": [1e4, 1e4, 1e4, 0, 0, 0]},
+    "right": {"type": "bushing", "a": "ground", "b": "rod", "point": [0.5, 0, 0], "stiffness": [1e4, 1e4, 1e4, 0, 0, 0]}}})");
+  find(json, 0.0);
+  const auto times = [&](double s) {
+    return std::count_if(modes_.begin(), modes_.end(),
+                         [&](const Mode& mode) { return std::abs(mode.s - Complex(0, s)) <= 1e-8 * s; });
+  };
+  EXPECT_EQ(times(std::sqrt(2e4)), 3);
+  EXPECT_EQ(times(std::sqrt(2e4 * 0.25 / 0.08333333333333333)), 2);
+}
+
 /// A bob on a hinge of a turntable, out at cos(x) = g / (l W^2): W sin(x).
 TEST_F(TurningModes, OfABobOnATurntable) {
   const double rate = 6.0, out = std::acos(9.81 / (rate * rate));

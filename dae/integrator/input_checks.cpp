@@ -31,7 +31,9 @@ void check_options(const IntegratorOptions& o) {
         "must be zero or at least 1e-12: rounding is all that steps would see with less");
   for (const auto& [name, value] :
        {std::pair<const char*, double>{"atol_position", o.atol_position}, {"atol_velocity", o.atol_velocity}})
-    check(value >= 0.0 && (value > 0.0 || o.rtol > 0.0), name, "must be positive, or 0 with a positive rtol");
+    check(value >= 0.0, name, "must be zero or positive");
+  check(o.rtol > 0.0 || (o.atol_position > 0.0 && o.atol_velocity > 0.0), "rtol",
+        "must be positive where atol_position or atol_velocity is not");
   check(o.constraint_position > 0.0, "constraint_position", "must be positive");
   check(o.constraint_velocity > 0.0, "constraint_velocity", "must be positive");
   check(o.constraint_acceleration > 0.0, "constraint_acceleration", "must be positive");

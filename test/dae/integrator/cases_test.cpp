@@ -299,7 +299,7 @@ TEST(Refusals, NameTheArgument) {
   refused("rtol", with(&O::rtol, -1.0), q0, 1.0, {});
   refused("rtol", with(&O::rtol, 1.5), q0, 1.0, {});
   refused("atol_position", with(&O::atol_position, -1.0), q0, 1.0, {});
-  refused("atol_position", with(&O::rtol, 0.0), q0, 1.0, {});
+  refused("rtol", with(&O::rtol, 0.0), q0, 1.0, {});
   refused("max_order", with(&O::max_order, 6), q0, 1.0, {});
   refused("rho_inf", with(&O::rho_inf, 1.5), q0, 1.0, {});
   refused("max_step", with(&O::max_step, std::nan("")), q0, 1.0, {});

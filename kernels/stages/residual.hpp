@@ -3,10 +3,10 @@
 //
 //   error = max_i |b - A x|_i / (|A| |x| + |b| + f)_i    0/0 counts as 0; anything not finite as infinity
 //
-// f is zero but where the caller asked for a floor under rows that hold rounding only. Unknowns count the
-// least normal number more than they are: where a solution decays until nothing is left, those below that
-// have no digits that could make the residual small (Demmel 1984, Underflow and the reliability of numerical
-// software).
+// f is zero but where the caller asked for a floor under rows that hold rounding only. A residual of some
+// least numbers for each unknown, kFree |A| 1, counts as zero: where a solution decays until
+// nothing is left, unknowns have no digits that could make it smaller (Demmel 1984, Underflow and the
+// reliability of numerical software).
 #pragma once
 
 #include <cmath>
@@ -43,7 +43,7 @@ struct RowFloor {
 constexpr double kMostFinite = std::numeric_limits<double>::max();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 template <class Real>
-constexpr double kLeastNormal = std::numeric_limits<Real>::min();
+constexpr double kFree = 8 * static_cast<double>(std::numeric_limits<Real>::denorm_min());
 
 /// Backward error of a row with the residual `off` and terms of the size `size`. A size beyond the range
 /// would make any residual look small: it counts as infinite, too. NaN compares false: written so that it
@@ -53,15 +53,16 @@ KOKKOS_INLINE_FUNCTION double row_error(double off, double size) {
   return ratio <= 1e300 ? ratio : kInfinity;
 }
 
-/// That of row i of A, with what unknowns count more than they are, if it is more than `most`, which is
-/// returned else.
+/// That of row i of A, less what is free, if it is more than `most`, which is returned else.
 template <class Scalar>
 KOKKOS_INLINE_FUNCTION double row_error_beyond(double most, const RowAccess<Scalar>& a, Offset i, double off,
                                                double size) {
   if (!(row_error(off, size) > most)) return most;
+  double entries = 0;
   for (Offset k = a.offsets[i]; k < a.offsets[i + 1]; ++k)
-    size += kLeastNormal<RealOf<Scalar>> * magnitude(widened(a.values[a.slots ? a.slots[k] : k]));
-  const double error = row_error(off, size);
+    entries += magnitude(widened(a.values[a.slots ? a.slots[k] : k]));
+  const double free = kFree<RealOf<Scalar>> * entries;
+  const double error = row_error(off <= free ? 0 : off - free, size);  // NaN stays
   return error > most ? error : most;
 }
 

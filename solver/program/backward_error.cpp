@@ -15,7 +15,7 @@ std::complex<long double> wide(const std::complex<double>& value) {
   return {value.real(), value.imag()};
 }
 
-constexpr long double kLeastNormal = std::numeric_limits<double>::min();
+constexpr long double kLeast = std::numeric_limits<double>::denorm_min();
 
 bool finite(double value) {
   return std::isfinite(value);
@@ -31,7 +31,7 @@ double backward_error(const io::CsrMatrix<Scalar>& a, bool transpose, const io::
                       const io::DenseMatrix<Scalar>& b, std::int64_t j) {
   const std::size_t n = static_cast<std::size_t>(a.rows), first = static_cast<std::size_t>(j) * n;
   std::vector<decltype(wide(Scalar()))> residual(n);
-  std::vector<long double> scale(n);
+  std::vector<long double> scale(n), free(n, kLeast);
   for (std::size_t i = 0; i < n; ++i) {
     residual[i] = wide(b.values[first + i]);
     scale[i] = std::abs(residual[i]);
@@ -43,12 +43,14 @@ double backward_error(const io::CsrMatrix<Scalar>& a, bool transpose, const io::
       const std::size_t equation = transpose ? column : row, unknown = transpose ? row : column;
       const auto term = wide(a.values[entry]) * wide(x.values[first + unknown]);
       residual[equation] -= term;
-      scale[equation] += std::abs(term) + kLeastNormal * std::abs(wide(a.values[entry]));
+      scale[equation] += std::abs(term);
+      free[equation] += kLeast * (1 + 8 * std::abs(wide(a.values[entry])));
     }
   long double worst = 0;
   for (std::size_t i = 0; i < n; ++i) {
     if (!finite(x.values[first + i])) return std::numeric_limits<double>::infinity();
-    if (scale[i] > 0) worst = std::max(worst, std::abs(residual[i]) / scale[i]);
+    const long double off = std::abs(residual[i]) - free[i];
+    if (off > 0) worst = std::max(worst, off / scale[i]);
   }
   return static_cast<double>(worst);
 }

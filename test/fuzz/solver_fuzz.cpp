@@ -28,6 +28,7 @@ namespace {
 using mfs::test::SparseMatrix;
 
 constexpr std::int64_t kMostRows = 12;
+constexpr long double kLeast = std::numeric_limits<double>::denorm_min();
 
 void require(bool condition) {
   if (!condition) std::abort();
@@ -103,15 +104,15 @@ mfs::Options options_of(int bits) {
 }
 
 // |b - A x| <= 1e-12 (|A| |x| + |b|) in every row, beside what doubles cannot hold: a product below their
-// range is lost, so that much is free for each.
+// range is lost, and an unknown there has no digits, so that much is free for each.
 bool is_solution(const SparseMatrix& a, const std::vector<double>& b, const std::vector<double>& x) {
   for (std::int64_t i = 0; i < a.n; ++i) {
-    long double residual = b[i], size = std::fabs(residual), lost = 0;
+    long double residual = b[i], size = std::fabs(residual), lost = kLeast;
     for (std::int64_t k = a.offsets[i]; k < a.offsets[i + 1]; ++k) {
       const long double product = static_cast<long double>(a.values[k]) * x[a.columns[k]];
       residual -= product;
       size += std::fabs(product);
-      lost += std::numeric_limits<double>::denorm_min();
+      lost += kLeast * (1 + 8 * std::fabs(a.values[k]));
     }
     if (!(std::fabs(residual) <= 1.01e-12L * size + lost)) return false;
   }

@@ -137,8 +137,8 @@ struct RowFloors {
   const double* largest;
 };
 
-/// *worst = the largest backward error of all columns, also of unknowns below the least normal number, as the
-/// host has it where this is too large; zero before. Where `r` is not null the rows are taken
+/// *worst = the largest backward error of all columns, with nothing free, as the host measures again what is
+/// too large; zero before. Where `r` is not null the rows are taken
 /// by position, and r(position) = scale * (b - A x), ready for a step of refinement. Any number of blocks.
 template <int K, int Lanes, class S, class V>
 __global__ void __launch_bounds__(kVectorThreads)

@@ -58,10 +58,9 @@ template <class Scalar>
 KOKKOS_INLINE_FUNCTION double row_error_beyond(double most, const RowAccess<Scalar>& a, Offset i, double off,
                                                double size) {
   if (!(row_error(off, size) > most)) return most;
-  double entries = 0;
+  double free = 0;  // the sum of the entries may be beyond the range
   for (Offset k = a.offsets[i]; k < a.offsets[i + 1]; ++k)
-    entries += magnitude(widened(a.values[a.slots ? a.slots[k] : k]));
-  const double free = kFree<RealOf<Scalar>> * entries;
+    free += kFree<RealOf<Scalar>> * magnitude(widened(a.values[a.slots ? a.slots[k] : k]));
   const double error = row_error(off <= free ? 0 : off - free, size);  // NaN stays
   return error > most ? error : most;
 }

@@ -141,8 +141,9 @@ template <class ResponseTo>
 std::pair<MatrixXd, double> best_response(const Matrices& matrices, const ResponseTo& response_to) {
   std::pair<MatrixXd, double> best;
   double least = kMostResponse;
+  const double typical = matrices.typical_frequency();
   for (const double part : kShiftsOfReduced) {
-    const double c = part * matrices.typical_frequency();
+    const double c = part * typical;
     MatrixXd response = response_to(c);
     if (response.size() == 0 || !(response.norm() * c < least)) continue;
     least = response.norm() * c;

@@ -138,8 +138,8 @@ struct RowFloors {
 };
 
 /// *worst = the largest backward error of all columns, with nothing free, as the host measures again what is
-/// too large; zero before. Where `r` is not null the rows are taken
-/// by position, and r(position) = scale * (b - A x), ready for a step of refinement. Any number of blocks.
+/// too large; zero before. Where `r` is not null the rows are taken by position, and r(position) = scale *
+/// (b - A x), ready for a step of refinement. Any number of blocks.
 template <int K, int Lanes, class S, class V>
 __global__ void __launch_bounds__(kVectorThreads)
     residual_in_elimination_order(Offset n, RowAccess<V> a, Side side, Columns<const V> b, const V* x, S* r,

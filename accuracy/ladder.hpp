@@ -220,7 +220,8 @@ class AccuracyLadder final : public Factorization<Value> {
   bool regular_where_factors_lie() {
     if (!probed_ && !std::exchange(probed_where_factors_lie_, true)) {
       try {
-        if (proves_regular(*factors_->resident(), plan_->n)) probed_ = Probed{true, {}};
+        if (ResidentProbe<Value>(*factors_->resident(), plan_->n).proves_regular())
+          probed_ = Probed{true, {}};
       } catch (const OutOfMemory&) {  // the host has vectors
       }
     }

@@ -21,6 +21,7 @@
 #include <cmath>
 #include <complex>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "accuracy/null_vectors.hpp"
@@ -55,21 +56,57 @@ bool may_be_null(double length) {
   return length * std::sqrt(std::numeric_limits<RealOf<Scalar>>::epsilon()) > 1;
 }
 
+/// Steps together go on for so many that do not make the residual less.
+constexpr int kStepsWithoutGain = 5;
+
 /// Whether a probe where the factors lie proves A regular. Anything else is left to one on the host, which
 /// also measures in balanced rows.
 template <class Value>
-bool proves_regular(ResidentFactors<Value>& factors, Vertex n) {
-  double last = std::numeric_limits<double>::infinity();
-  for (int step = 0; step < kProbeSteps; ++step) {
-    const ProbeStep found = factors.probe(step == 0);
-    if (may_be_null<Value>(found.length) && !(found.product > kRoundingOfEntries<Value> * found.size))
-      return false;
-    if (found.left <= small_residual(n)) return true;
-    if (!(found.length < kProbeStall * last)) return false;
-    last = found.length;
+class ResidentProbe {
+ public:
+  ResidentProbe(ResidentFactors<Value>& factors, Vertex n) : factors_(factors), enough_(small_residual(n)) {}
+
+  bool proves_regular() {
+    step_alone();
+    if (state_ == State::open) step_together();
+    return state_ == State::regular;
   }
-  return false;
-}
+
+ private:
+  enum class State { open, regular, left_to_host };
+
+  void step_alone() {
+    double last = std::numeric_limits<double>::infinity();
+    for (int step = 0; step < kProbeSteps; ++step) {
+      const ProbeStep found = factors_.probe(step == 0);
+      judge(found, may_be_null<Value>(found.length));
+      if (state_ != State::open || !(found.length < kProbeStall * last)) return;
+      last = found.length;
+    }
+  }
+  // From nothing, as steps that got longer have lost digits.
+  void step_together() {
+    double least = std::numeric_limits<double>::infinity();
+    for (int in_vain = 0; in_vain < kStepsWithoutGain && state_ == State::open;) {
+      const std::optional<ProbeStep> found = factors_.probe_together(!std::isfinite(least));
+      if (!found || !std::isfinite(found->left)) return;
+      judge(*found, true);
+      in_vain = found->left < kProbeStall * least ? 0 : in_vain + 1;
+      least = std::min(least, found->left);
+    }
+  }
+  void judge(const ProbeStep& found, bool may_be_null) {
+    if (may_be_null && !(found.product > kRoundingOfEntries<Value> * found.size)) {
+      state_ = State::left_to_host;
+    } else if (found.left <= enough_) {
+      state_ = State::regular;
+    }
+  }
+
+  ResidentFactors<Value>& factors_;
+  double enough_;
+  State state_ = State::open;
+};
 
 /// One use. `inverse(x)` puts about A^-1 x in the place of x.
 template <class Exec, class Scalar, class Inverse>
@@ -110,7 +147,6 @@ class Probe {
   // As long as the residual becomes less: that of a singular A ends at its part along the left null vector.
   // From nothing, as steps that got longer have lost digits.
   void step_together() {
-    constexpr int kStepsWithoutGain = 5;
     std::fill(x_.begin(), x_.end(), Scalar(0));
     std::fill(low_.begin(), low_.end(), Scalar(0));
     r_ = b_;

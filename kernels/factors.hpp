@@ -5,6 +5,7 @@
 #include <complex>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -116,6 +117,9 @@ class ResidentFactors {
   /// A step towards the solution for the right-hand side of a probe, from nothing or from the step before.
   /// Throws OutOfMemory, std::bad_alloc.
   virtual ProbeStep probe(bool from_nothing) = 0;
+  /// The same as a step of GCR, which leaves the least residual that it and those before it can. Nothing where
+  /// there is no room for more steps (kernels/stages/probe_directions.hpp).
+  virtual std::optional<ProbeStep> probe_together(bool from_nothing) = 0;
   /// Later solves are as after factor(policy), whose factors are those at hand but for
   /// PivotPolicy::symmetric.
   virtual void solve_as(const PivotPolicy& policy) = 0;

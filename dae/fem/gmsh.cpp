@@ -1,6 +1,7 @@
 #include "dae/fem/gmsh.hpp"
 
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <mfs/error.hpp>
@@ -154,8 +155,9 @@ class Reader {
         const int tag = lines_.value<int>("a tag");
         for (int skipped = dimension == 0 ? 3 : 6; skipped > 0; --skipped)
           lines_.value<double>("a coordinate");
+        // A minus says that the group has the entity turned round.
         for (int groups = lines_.count("a number of groups"); groups > 0; --groups)
-          entity_groups_[{dimension, tag}].push_back(lines_.value<int>("a physical tag"));
+          entity_groups_[{dimension, tag}].push_back(std::abs(lines_.value<int>("a physical tag")));
       }
   }
 

@@ -18,7 +18,7 @@
 #include "kernels/fallback.hpp"
 #include "kernels/stages/diagonal.hpp"
 #include "kernels/stages/pivots_on_host.hpp"
-#include "kernels/stages/probe_step.hpp"
+#include "kernels/stages/probe_directions.hpp"
 #include "plan/segment_clock.hpp"
 
 namespace mfs::cuda {
@@ -57,6 +57,7 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
     step_ = host_->template at<ProbeStep>(step);
     status_ = host_->template at<DeviceStatus>(status);
     make_room(1);
+    scarce_ = !stages_.lists().segments.empty() || room < std::numeric_limits<Offset>::max();
     columns_at_once_ = std::min(stages_.most_columns(), columns_for(plan(), stages_.lists(), room));
   }
 
@@ -150,21 +151,26 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
     substitute(solve_.b.count, solve_.transposed != nullptr, true);
   }
   void bring_solution(Value* x) override { send_solution(x, solve_.b.count); }
-  // d is x_, and r is b_.
   ProbeStep probe(bool from_nothing) override {
-    const Vertex n = plan().n;
-    if (!probe_) probe_ = std::make_unique<DeviceArena>(bytes_of(2));
-    V* const x = probe_->template at<V>(0);
-    const ProbeVectors<V> at{x, x + n, x_, b_};
-    const FrontStore<S, V>& fronts = stages_.store().fronts;
-    if (from_nothing) begin_probe(loops_, n, fronts.row_scale, at);
-    enter({b_, n, 1}, false);
-    substitute(1, false, false);
-    auto* const found = reinterpret_cast<ProbeStep*>(device_error_);
-    take_probe_step(loops_, n, device_rows(nullptr), fronts.row_scale, fronts.column_scale, at, found);
-    stream_.to_host(step_, found, sizeof(ProbeStep));
-    stream_.synchronize();
-    return *step_;
+    return probe_step(from_nothing, [&](const ProbeVectors<V>& at, ProbeStep* found) {
+      const FrontStore<S, V>& fronts = stages_.store().fronts;
+      take_probe_step(loops_, plan().n, device_rows(nullptr), fronts.row_scale, fronts.column_scale, at,
+                      found);
+    });
+  }
+  // Directions are many vectors: where memory is scarce, the host has them.
+  std::optional<ProbeStep> probe_together(bool from_nothing) override {
+    if (scarce_ || ProbeDirections<V>::most(plan().n) == 0) return std::nullopt;
+    if (!directions_memory_) {
+      directions_memory_ = std::make_unique<DeviceArena>(ProbeDirections<V>::bytes(plan().n));
+      directions_ = ProbeDirections<V>(plan().n, directions_memory_->template at<char>(0));
+    }
+    if (from_nothing) directions_.forget();
+    if (directions_.full()) return std::nullopt;
+    return probe_step(from_nothing, [&](const ProbeVectors<V>& at, ProbeStep* found) {
+      const FrontStore<S, V>& fronts = stages_.store().fronts;
+      directions_.take_step(loops_, device_rows(nullptr), fronts.row_scale, fronts.column_scale, at, found);
+    });
   }
 
   void download(const Value* from, Offset ld, Offset rows, Vertex columns, Value* to, void* stream) override {
@@ -239,7 +245,7 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   MemorySpace memory() const override { return MemorySpace::device; }
   Offset bytes() const override {
     Offset bytes = stages_.bytes() + rhs_->bytes();
-    for (const auto& arena : {&vectors_, &transposed_, &probe_}) bytes += *arena ? (*arena)->bytes() : 0;
+    for (const auto& arena : {&vectors_, &transposed_, &probe_, &directions_memory_}) bytes += *arena ? (*arena)->bytes() : 0;
     return bytes;
   }
 
@@ -262,6 +268,23 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
     layout.columns = layout.arena.add(plan.nnz * static_cast<Offset>(sizeof(Vertex)));
     layout.slots = layout.arena.add(plan.nnz * static_cast<Offset>(sizeof(Offset)));
     return layout;
+  }
+
+  // From r, which is b_, by A^-1 r, which is x_.
+  template <class Take>
+  ProbeStep probe_step(bool from_nothing, const Take& take) {
+    const Vertex n = plan().n;
+    if (!probe_) probe_ = std::make_unique<DeviceArena>(bytes_of(2));
+    V* const x = probe_->template at<V>(0);
+    const ProbeVectors<V> at{x, x + n, x_, b_};
+    if (from_nothing) begin_probe(loops_, n, stages_.store().fronts.row_scale, at);
+    enter({b_, n, 1}, false);
+    substitute(1, false, false);
+    auto* const found = reinterpret_cast<ProbeStep*>(device_error_);
+    take(at, found);
+    stream_.to_host(step_, found, sizeof(ProbeStep));
+    stream_.synchronize();
+    return *step_;
   }
 
   void send_matrix() {
@@ -564,7 +587,9 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   Event foreign_;
   Graph graph_[kPivotSearches], solve_graph_[2][3];  // by PivotSearch; by transposed, by width
   PivotPolicy graph_policy_{0.0};
-  std::unique_ptr<DeviceArena> vectors_, rhs_, transposed_, probe_;
+  std::unique_ptr<DeviceArena> vectors_, rhs_, transposed_, probe_, directions_memory_;
+  ProbeDirections<V> directions_;
+  bool scarce_ = false;  // memory of the device
   std::unique_ptr<PinnedArena> transposed_on_host_;  // or there, where there are segments
   RowAccess<V> transposed_rows_{};
   Vertex width_ = 0;  // of the vectors

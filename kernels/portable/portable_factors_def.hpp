@@ -10,7 +10,7 @@
 #include "kernels/portable/factors_of_scalars.hpp"
 #include "kernels/portable/stages.hpp"
 #include "kernels/stages/pivots_on_host.hpp"
-#include "kernels/stages/probe_step.hpp"
+#include "kernels/stages/probe_directions.hpp"
 #include "kernels/stages/residual.hpp"
 
 namespace mfs::portable {
@@ -204,24 +204,31 @@ class PortableFactors final : public Factors<Value>, public ResidentFactors<Valu
     queue().to_host(x, x_, bytes_of(solve_.columns));
     queue().wait();
   }
-  // d is x_, and r is r_.
   ProbeStep probe(bool from_nothing) override {
-    if (!probe_) probe_ = std::make_unique<typename Space<Exec>::Arena>(bytes_of(2));
-    V* const x = probe_->template at<V>(0);
-    const ProbeVectors<V> at{x, x + n(), x_, r_};
-    const FrontStore<S, V>& fronts = stages_.store().fronts;
-    if (from_nothing) begin_probe(queue().exec(), plan_->n, fronts.row_scale, at);
+    const ProbeVectors<V> at = probe_vectors(from_nothing);
     auto* const found = reinterpret_cast<ProbeStep*>(errors_);
     probe_step_.run(queue(), [&] {
+      const FrontStore<S, V>& fronts = stages_.store().fronts;
       multiply_by_inverse(static_cast<const V*>(r_), x_, 1, false, false);
       take_probe_step(queue().exec(), plan_->n, rows_of(nullptr), fronts.row_scale, fronts.column_scale, at,
                       found);
     });
-    ProbeStep step;
-    queue().to_host(host_errors_, found, sizeof step);
-    queue().wait();
-    std::memcpy(&step, host_errors_, sizeof step);
-    return step;
+    return bring_probe_step(found);
+  }
+  std::optional<ProbeStep> probe_together(bool from_nothing) override {
+    if (ProbeDirections<V>::most(n()) == 0) return std::nullopt;
+    if (!directions_memory_) {
+      directions_memory_ = std::make_unique<typename Space<Exec>::Arena>(ProbeDirections<V>::bytes(n()));
+      directions_ = ProbeDirections<V>(n(), directions_memory_->template at<char>(0));
+    }
+    if (from_nothing) directions_.forget();
+    if (directions_.full()) return std::nullopt;
+    const ProbeVectors<V> at = probe_vectors(from_nothing);
+    auto* const found = reinterpret_cast<ProbeStep*>(errors_);
+    const FrontStore<S, V>& fronts = stages_.store().fronts;
+    multiply_by_inverse(static_cast<const V*>(r_), x_, 1, false, false);
+    directions_.take_step(queue().exec(), rows_of(nullptr), fronts.row_scale, fronts.column_scale, at, found);
+    return bring_probe_step(found);
   }
 
   std::shared_ptr<char> host_vectors(Offset bytes) const override {
@@ -251,7 +258,7 @@ class PortableFactors final : public Factors<Value>, public ResidentFactors<Valu
   MemorySpace memory() const override { return kOnHost<Exec> ? MemorySpace::host : MemorySpace::device; }
   Offset bytes() const override {
     Offset bytes = stages_.bytes() + vector_memory_->bytes();
-    for (const auto& arena : {&transposed_, &probe_}) bytes += *arena ? (*arena)->bytes() : 0;
+    for (const auto& arena : {&transposed_, &probe_, &directions_memory_}) bytes += *arena ? (*arena)->bytes() : 0;
     return bytes;
   }
 
@@ -281,6 +288,22 @@ class PortableFactors final : public Factors<Value>, public ResidentFactors<Valu
     stages_.substitute(vectors, transposed);
     scatter_scaled<V>(queue().exec(), plan_->n, columns, transposed ? at.row_of : at.column_of,
                       transposed ? at.row_scale : at.column_scale, static_cast<const S*>(vectors.v), to, add);
+  }
+
+  // r is r_, and A^-1 r will be x_.
+  ProbeVectors<V> probe_vectors(bool from_nothing) {
+    if (!probe_) probe_ = std::make_unique<typename Space<Exec>::Arena>(bytes_of(2));
+    V* const x = probe_->template at<V>(0);
+    const ProbeVectors<V> at{x, x + n(), x_, r_};
+    if (from_nothing) begin_probe(queue().exec(), plan_->n, stages_.store().fronts.row_scale, at);
+    return at;
+  }
+  ProbeStep bring_probe_step(const ProbeStep* found) {
+    ProbeStep step;
+    queue().to_host(host_errors_, found, sizeof step);
+    queue().wait();
+    std::memcpy(&step, host_errors_, sizeof step);
+    return step;
   }
 
   // Of what is in rhs_. `block` says where the solution goes.
@@ -435,7 +458,8 @@ class PortableFactors final : public Factors<Value>, public ResidentFactors<Valu
   double* host_errors_ = nullptr;
   bool scales_sent_ = false, values_sent_ = false, values_here_ = true;
   PivotPolicy policy_{0};  // of the recorded launches
-  std::unique_ptr<typename Space<Exec>::Arena> vector_memory_, transposed_, probe_;
+  std::unique_ptr<typename Space<Exec>::Arena> vector_memory_, transposed_, probe_, directions_memory_;
+  ProbeDirections<V> directions_;
   Vectors<S> vectors_{};
   V *rhs_ = nullptr, *x_ = nullptr, *r_ = nullptr;
   double* errors_ = nullptr;

@@ -87,16 +87,29 @@ void begin_probe(const Exec& exec, Vertex n, const double* row_scale, const Prob
   for_each_index(exec, "mfs::probe", n, BeginProbe<Scalar>{row_scale, at});
 }
 
-/// Once d is about A^-1 r. `found` is in the memory of Exec.
+/// All but found->left, of the correction d. `found` is in the memory of Exec.
+template <class Exec, class Scalar>
+void measure_correction(const Exec& exec, Vertex n, const RowAccess<Scalar>& a, const double* row_scale,
+                        const double* column_scale, const Scalar* d, ProbeStep* found) {
+  largest_unscaled(exec, n, column_scale, d, &found->length);
+  find_maximum(exec, "mfs::probe", n, ProbeProduct<Scalar, false>{a, row_scale, d}, &found->product);
+  find_maximum(exec, "mfs::probe", n, ProbeProduct<Scalar, true>{a, row_scale, d}, &found->size);
+}
+/// found->left, and r.
+template <class Exec, class Scalar>
+void find_left(const Exec& exec, Vertex n, const RowAccess<Scalar>& a, const double* row_scale,
+               const ProbeVectors<Scalar>& at, ProbeStep* found) {
+  find_maximum(exec, "mfs::probe", n, ProbeResidual<Scalar>{a, row_scale, at}, &found->left);
+}
+
+/// Once d is about A^-1 r.
 template <class Exec, class Scalar>
 void take_probe_step(const Exec& exec, Vertex n, const RowAccess<Scalar>& a, const double* row_scale,
                      const double* column_scale, const ProbeVectors<Scalar>& at, ProbeStep* found) {
   const Scalar* const d = at.d;
-  largest_unscaled(exec, n, column_scale, d, &found->length);
-  find_maximum(exec, "mfs::probe", n, ProbeProduct<Scalar, false>{a, row_scale, d}, &found->product);
-  find_maximum(exec, "mfs::probe", n, ProbeProduct<Scalar, true>{a, row_scale, d}, &found->size);
+  measure_correction(exec, n, a, row_scale, column_scale, d, found);
   add_doubled(exec, n, d, at.x, at.low);
-  find_maximum(exec, "mfs::probe", n, ProbeResidual<Scalar>{a, row_scale, at}, &found->left);
+  find_left(exec, n, a, row_scale, at, found);
 }
 
 }  // namespace mfs

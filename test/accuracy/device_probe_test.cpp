@@ -23,6 +23,8 @@ TYPED_TEST(DeviceProbe, FindsWhatPlainLoopsFind) {
       fill(problem, *factors);
       factors->factor(1e-10, {});
       expect_probes(problem, *factors, single ? 1e3 : 1e9);
+      factors->factor(PivotPolicy(20, TinyPivots::noise, 1e3), {});  // perturbs pivots
+      expect_steps_together(problem, *factors, single ? 1e-3 : 1e-6);
     }
   });
 }

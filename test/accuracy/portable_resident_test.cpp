@@ -122,6 +122,14 @@ TYPED_TEST(PortableResident, ProbesAsPlainLoopsDo) {
   this->with_factors([&](auto& factors) { expect_probes(this->problem_, factors, kSingle ? 1e3 : 1e9); });
 }
 
+TYPED_TEST(PortableResident, TakesStepsOfAProbeTogetherAsPlainLoopsDo) {
+  constexpr bool kSingle = sizeof(typename TypeParam::Scalar) < sizeof(typename TypeParam::Value);
+  this->with_factors([&](auto& factors) {
+    factors.factor(PivotPolicy(20, TinyPivots::noise, 1e3), {});  // perturbs pivots
+    expect_steps_together(this->problem_, factors, kSingle ? 1e-3 : 1e-6);
+  });
+}
+
 TYPED_TEST(PortableResident, MeasuresWithAFloorAndKeepsWhatIsNotGoodEnough) {
   using Number = typename TypeParam::Value;
   this->with_factors([&](auto& factors) {

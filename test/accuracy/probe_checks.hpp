@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "kernels/factors.hpp"
@@ -62,6 +64,108 @@ void expect_probes(const StageProblem<Value>& problem, Factors<Value>& factors, 
     EXPECT_LE(second.length, first.length / gain);
     EXPECT_LE(second.left, first.left / gain);
   }
+}
+
+/// Steps of GCR with the inverse of `factors`, one scalar product at a time.
+template <class Value>
+class PlainSteps {
+  using Sum = std::complex<long double>;
+  using Vector = std::vector<Sum>;
+
+ public:
+  PlainSteps(const StageProblem<Value>& problem, Factors<Value>& factors)
+      : problem_(problem), factors_(factors), b_(scaled(probing_vector(problem))), x_(b_.size()), r_(b_) {}
+
+  ProbeStep next() {
+    std::vector<Value> inverse;
+    for (std::size_t i = 0; i < r_.size(); ++i)
+      inverse.push_back(narrowed(r_[i] / Sum(problem_.row_scale[i])));
+    factors_.apply_inverse(inverse.data(), inverse.data(), 1, false);
+    Vector d(inverse.begin(), inverse.end()), product = scaled_product(d);
+    for (std::size_t k = 0; k < directions_.size(); ++k) {
+      const Sum part = dot(products_[k], product) / dot(products_[k], products_[k]);
+      for (std::size_t i = 0; i < d.size(); ++i) {
+        d[i] -= part * directions_[k][i];
+        product[i] -= part * products_[k][i];
+      }
+    }
+    const Sum part = dot(product, r_) / dot(product, product);
+    for (std::size_t i = 0; i < d.size(); ++i) {
+      x_[i] += part * d[i];
+      r_[i] -= part * product[i];
+    }
+    std::vector<Value> direction;
+    for (const Sum& entry : d) direction.push_back(narrowed(entry));
+    ProbeStep step = step_to(problem_, direction);
+    step.left = 0;
+    for (const Sum& entry : r_) step.left = std::max(step.left, static_cast<double>(std::abs(entry)));
+    directions_.push_back(d);
+    products_.push_back(product);
+    return step;
+  }
+
+ private:
+  static Value narrowed(const Sum& number) {
+    return from_parts<Value>(static_cast<double>(number.real()), static_cast<double>(number.imag()));
+  }
+  static Sum dot(const Vector& a, const Vector& b) {
+    Sum sum = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) sum += std::conj(a[i]) * b[i];
+    return sum;
+  }
+  Vector scaled(const std::vector<Value>& b) const {
+    Vector scaled(b.begin(), b.end());
+    for (std::size_t i = 0; i < scaled.size(); ++i) scaled[i] *= problem_.row_scale[i];
+    return scaled;
+  }
+  Vector scaled_product(const Vector& x) const {
+    const Pattern& pattern = *problem_.pattern;
+    Vector product(x.size());
+    for (Vertex i = 0; i < pattern.n; ++i) {
+      for (Offset k = pattern.offsets[i]; k < pattern.offsets[i + 1]; ++k)
+        product[i] += Sum(problem_.values[k]) * x[pattern.columns[k]];
+      product[i] *= problem_.row_scale[i];
+    }
+    return product;
+  }
+
+  const StageProblem<Value>& problem_;
+  Factors<Value>& factors_;
+  Vector b_, x_, r_;
+  std::vector<Vector> directions_, products_;
+};
+
+/// With factors that are not those of the matrix. `rounding`: of theirs. What differs by rounding is larger
+/// in each step, so it is compared as long as much is left.
+template <class Value>
+void expect_steps_together(const StageProblem<Value>& problem, Factors<Value>& factors, double rounding) {
+  ResidentFactors<Value>& resident = *factors.resident();
+  for (int round = 0; round < 2; ++round) {
+    // All at first: a probe goes on from vectors that other solves use, too.
+    PlainSteps<Value> plain(problem, factors);
+    std::vector<ProbeStep> steps;
+    do steps.push_back(plain.next());
+    while (steps.back().left > 1e-4 && steps.size() < 12);
+    EXPECT_GE(steps.size(), 4u);
+    double left = 1;
+    for (std::size_t step = 0; step < 30; ++step) {
+      SCOPED_TRACE("step " + std::to_string(step));
+      const std::optional<ProbeStep> found = resident.probe_together(step == 0);
+      ASSERT_TRUE(found);
+      left = found->left;
+      if (step >= steps.size()) continue;
+      const ProbeStep& expected = steps[step];
+      EXPECT_NEAR(found->left, expected.left, rounding * expected.left);
+      EXPECT_NEAR(found->length, expected.length, rounding * expected.length);
+      EXPECT_NEAR(found->product, expected.product, rounding * expected.size);
+      EXPECT_NEAR(found->size, expected.size, rounding * expected.size);
+    }
+    EXPECT_LE(left, 1e-12);
+  }
+  int steps = 1;  // until there is no more room
+  for (resident.probe_together(true); resident.probe_together(false);) ASSERT_LE(++steps, 1000);
+  EXPECT_GE(steps, 30);
+  EXPECT_TRUE(resident.probe_together(true));
 }
 
 }  // namespace mfs::test

@@ -19,15 +19,20 @@ struct Counts {
   int starts = 0, corrections = 0;  // where the factors lie
   int inverses_of_b = 0;            // asked for by the ladder
   int inverses = 0;                 // of whatever
-  int probes = 0;
+  int probes = 0, steps_together = 0;
   int solved = 0;  // where the factors lie, for arrays there
 };
 
 class CountingFactors final : public Factors<double>, public ResidentFactors<double> {
  public:
   CountingFactors(std::unique_ptr<Factors<double>> factors, const StageProblem<double>& problem, double wrong,
-                  Counts& counts, const ProbeStep& step = {0, 0, 0, 0})
-      : factors_(std::move(factors)), problem_(problem), wrong_(wrong), counts_(counts), step_(step) {}
+                  Counts& counts, const ProbeStep& step = {0, 0, 0, 0}, std::vector<ProbeStep> together = {})
+      : factors_(std::move(factors)),
+        problem_(problem),
+        wrong_(wrong),
+        counts_(counts),
+        step_(step),
+        together_(std::move(together)) {}
 
   double* matrix_values() override { return factors_->matrix_values(); }
   double* row_scale() override { return factors_->row_scale(); }
@@ -82,6 +87,11 @@ class CountingFactors final : public Factors<double>, public ResidentFactors<dou
     ++counts_.probes;
     return step_;
   }
+  std::optional<ProbeStep> probe_together(bool from_nothing) override {
+    if (from_nothing) EXPECT_EQ(counts_.steps_together, 0);
+    const auto step = static_cast<std::size_t>(counts_.steps_together++);
+    return step < together_.size() ? std::optional(together_[step]) : std::nullopt;
+  }
   void solve_as(const PivotPolicy&) override {}
 
  private:
@@ -108,7 +118,8 @@ class CountingFactors final : public Factors<double>, public ResidentFactors<dou
   const StageProblem<double>& problem_;
   double wrong_;
   Counts& counts_;
-  ProbeStep step_;  // that each probe finds
+  ProbeStep step_;                   // that each probe finds
+  std::vector<ProbeStep> together_;  // what steps together find
   double* place_ = nullptr;
   std::vector<double> b_, x_;
 };
@@ -188,14 +199,15 @@ TEST(Resident, ASolutionThatACorrectionMadeWorseIsNotTaken) {
   }
 }
 
-/// Where tiny pivots are divided by: two solves for A times ones, if each probe there finds `step`.
-Counts solve_after_probes(const ProbeStep& step, From from) {
+/// Where tiny pivots are divided by: two solves for A times ones, if each probe there finds `step`, and steps
+/// together what is given.
+Counts solve_after_probes(const ProbeStep& step, From from, const std::vector<ProbeStep>& together = {}) {
   Counts counts;
   const StageProblem<double> system = problem();
   in_engine(1, [&] {
     auto factors = std::make_unique<CountingFactors>(
         make_host_factors<double>(HostSpace::serial, false, system.plan, system.pattern, 1), system, 1,
-        counts, step);
+        counts, step, together);
     fill(system, *factors);
     const auto numeric =
         make_factorization<double>(HostSpace::serial, std::move(factors), system.plan, system.pattern);
@@ -227,6 +239,40 @@ TEST(Resident, AProbeThatProvesItThereIsAskedForOnceAndNotRepeatedOnTheHost) {
       EXPECT_EQ(counts.inverses, 0);
       EXPECT_EQ(counts.starts, 2);
       EXPECT_EQ(counts.solved, from == From::device ? 2 : 0);
+    }
+  }
+}
+
+TEST(Resident, StepsTogetherProveItThereWhereThoseAloneDoNot) {
+  for (const From from : {From::host, From::device}) {
+    const Counts counts =
+        solve_after_probes({1, 1, 1, 1}, from, {{1, 1, 1, 1}, {0.5, 1, 1, 1}, {1e-9, 1e9, 1e-6, 1e9}});
+    EXPECT_EQ(counts.probes, 2);
+    EXPECT_EQ(counts.steps_together, 3);
+    EXPECT_EQ(counts.inverses, 0);
+    EXPECT_EQ(counts.starts, 2);
+    EXPECT_EQ(counts.solved, from == From::device ? 2 : 0);
+  }
+}
+
+// They stop where the residual does not become less, is no number, may be left by a null vector, or where
+// there is no room for more.
+TEST(Resident, WhatStepsTogetherLeaveOpenIsSettledOnTheHost) {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN(),
+                   kInfinite = std::numeric_limits<double>::infinity();
+  struct Case {
+    std::vector<ProbeStep> together;
+    int steps;
+  };
+  const ProbeStep open{0.5, 1, 1, 1};
+  for (const From from : {From::host, From::device}) {
+    for (const Case& one : {Case{std::vector<ProbeStep>(20, open), 6}, Case{{open, {kInfinite, 1, 1, 1}}, 2},
+                            Case{{{kNone, kNone, kNone, kNone}}, 1}, Case{{open, {1e-9, 1, 1e-17, 1}}, 2},
+                            Case{{open, {1e-9, 1, kNone, 1}}, 2}, Case{{open, open}, 3}}) {
+      const Counts counts = solve_after_probes({1, 1, 1, 1}, from, one.together);
+      EXPECT_EQ(counts.steps_together, one.steps);
+      EXPECT_GE(counts.inverses, 1);
+      EXPECT_EQ(counts.solved, from == From::device ? 1 : 0);
     }
   }
 }

@@ -52,11 +52,12 @@ TEST(Gmsh, ReadsVersion2) {
   EXPECT_NEAR(make_body(mesh, {MaterialLaw::neo_hookean, 1, 0, 3}).mass(), 3, 1e-14);
 }
 
+// The group has its surface turned round.
 TEST(Gmsh, ReadsVersion4) {
   const Mesh mesh = read(
       kFormat4 +
       "$PhysicalNames\n1\n2 7 \"left\"\n$EndPhysicalNames\n"
-      "$Entities\n1 0 2 1\n1 0 0 0 0\n4 0 0 0 0 1 1 1 7 0\n5 0 0 0 0 1 1 0 0\n1 0 0 0 1 1 1 2 1 2 "
+      "$Entities\n1 0 2 1\n1 0 0 0 0\n4 0 0 0 0 1 1 1 -7 0\n5 0 0 0 0 1 1 0 0\n1 0 0 0 1 1 1 2 1 2 "
       "0\n$EndEntities\n"
       "$Nodes\n2 8 1 8\n0 1 0 1\n1\n0 0 0\n3 1 0 7\n2\n3\n4\n5\n6\n7\n8\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n1 0 "
       "1\n1 1 1\n0 1 1\n$EndNodes\n"

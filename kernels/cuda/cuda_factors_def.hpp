@@ -152,11 +152,7 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   }
   void bring_solution(Value* x) override { send_solution(x, solve_.b.count); }
   ProbeStep probe(bool from_nothing) override {
-    return probe_step(from_nothing, [&](const ProbeVectors<V>& at, ProbeStep* found) {
-      const FrontStore<S, V>& fronts = stages_.store().fronts;
-      take_probe_step(loops_, plan().n, device_rows(nullptr), fronts.row_scale, fronts.column_scale, at,
-                      found);
-    });
+    return probe_step(from_nothing, [&](const auto&... step) { take_probe_step(loops_, plan().n, step...); });
   }
   // Directions are many vectors: where memory is scarce, the host has them.
   std::optional<ProbeStep> probe_together(bool from_nothing) override {
@@ -167,10 +163,7 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
     }
     if (from_nothing) directions_.forget();
     if (directions_.full()) return std::nullopt;
-    return probe_step(from_nothing, [&](const ProbeVectors<V>& at, ProbeStep* found) {
-      const FrontStore<S, V>& fronts = stages_.store().fronts;
-      directions_.take_step(loops_, device_rows(nullptr), fronts.row_scale, fronts.column_scale, at, found);
-    });
+    return probe_step(from_nothing, [&](const auto&... step) { directions_.take_step(loops_, step...); });
   }
 
   void download(const Value* from, Offset ld, Offset rows, Vertex columns, Value* to, void* stream) override {
@@ -245,7 +238,8 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   MemorySpace memory() const override { return MemorySpace::device; }
   Offset bytes() const override {
     Offset bytes = stages_.bytes() + rhs_->bytes();
-    for (const auto& arena : {&vectors_, &transposed_, &probe_, &directions_memory_}) bytes += *arena ? (*arena)->bytes() : 0;
+    for (const auto& arena : {&vectors_, &transposed_, &probe_, &directions_memory_})
+      bytes += *arena ? (*arena)->bytes() : 0;
     return bytes;
   }
 
@@ -277,11 +271,12 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
     if (!probe_) probe_ = std::make_unique<DeviceArena>(bytes_of(2));
     V* const x = probe_->template at<V>(0);
     const ProbeVectors<V> at{x, x + n, x_, b_};
-    if (from_nothing) begin_probe(loops_, n, stages_.store().fronts.row_scale, at);
+    const FrontStore<S, V>& fronts = stages_.store().fronts;
+    if (from_nothing) begin_probe(loops_, n, fronts.row_scale, at);
     enter({b_, n, 1}, false);
     substitute(1, false, false);
     auto* const found = reinterpret_cast<ProbeStep*>(device_error_);
-    take(at, found);
+    take(device_rows(nullptr), fronts.row_scale, fronts.column_scale, at, found);
     stream_.to_host(step_, found, sizeof(ProbeStep));
     stream_.synchronize();
     return *step_;
@@ -589,7 +584,7 @@ class CudaFactors final : public Factors<Value>, public ResidentFactors<Value> {
   PivotPolicy graph_policy_{0.0};
   std::unique_ptr<DeviceArena> vectors_, rhs_, transposed_, probe_, directions_memory_;
   ProbeDirections<V> directions_;
-  bool scarce_ = false;  // memory of the device
+  bool scarce_ = false;                              // memory of the device
   std::unique_ptr<PinnedArena> transposed_on_host_;  // or there, where there are segments
   RowAccess<V> transposed_rows_{};
   Vertex width_ = 0;  // of the vectors

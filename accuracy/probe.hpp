@@ -87,16 +87,17 @@ class ResidentProbe {
   // From nothing, as steps that got longer have lost digits.
   void step_together() {
     double least = std::numeric_limits<double>::infinity();
-    for (int in_vain = 0; in_vain < kStepsWithoutGain && state_ == State::open;) {
-      const std::optional<ProbeStep> found = factors_.probe_together(!std::isfinite(least));
+    int in_vain = 0;
+    for (int step = 0; in_vain < kStepsWithoutGain && state_ == State::open; ++step) {
+      const std::optional<ProbeStep> found = factors_.probe_together(step == 0);
       if (!found || !std::isfinite(found->left)) return;
       judge(*found, true);
       in_vain = found->left < kProbeStall * least ? 0 : in_vain + 1;
       least = std::min(least, found->left);
     }
   }
-  void judge(const ProbeStep& found, bool may_be_null) {
-    if (may_be_null && !(found.product > kRoundingOfEntries<Value> * found.size)) {
+  void judge(const ProbeStep& found, bool large) {
+    if (large && !(found.product > kRoundingOfEntries<Value> * found.size)) {
       state_ = State::left_to_host;
     } else if (found.left <= enough_) {
       state_ = State::regular;

@@ -78,8 +78,8 @@ struct SolveBlock {
   const TransposedPattern* transposed = nullptr;  // solve with A^T, whose pattern this is
 };
 
-/// What a step towards the solution for the right-hand side of a probe did (kernels/stages/probe_step.hpp), in
-/// scaled numbers.
+/// What a step towards the solution for the right-hand side of a probe did (kernels/stages/probe_step.hpp),
+/// in scaled numbers.
 struct ProbeStep {
   double left;           // the largest entry of the residual
   double length;         // that of the correction d
@@ -114,11 +114,12 @@ class ResidentFactors {
   virtual void correct() = 0;
   /// x as it is now, into memory of the host: n x columns.
   virtual void bring_solution(Value* x) = 0;
-  /// A step towards the solution for the right-hand side of a probe, from nothing or from the step before.
+  /// A step towards the solution for the right-hand side of a probe, from nothing or from the step before,
+  /// since when nothing else has been solved for: it may have had the same vectors.
   /// Throws OutOfMemory, std::bad_alloc.
   virtual ProbeStep probe(bool from_nothing) = 0;
-  /// The same as a step of GCR, which leaves the least residual that it and those before it can. Nothing where
-  /// there is no room for more steps (kernels/stages/probe_directions.hpp).
+  /// The same as a step of GCR, which leaves the least residual that it and those before it can. Nothing
+  /// where there is no room for more steps (kernels/stages/probe_directions.hpp).
   virtual std::optional<ProbeStep> probe_together(bool from_nothing) = 0;
   /// Later solves are as after factor(policy), whose factors are those at hand but for
   /// PivotPolicy::symmetric.

@@ -258,7 +258,8 @@ class PortableFactors final : public Factors<Value>, public ResidentFactors<Valu
   MemorySpace memory() const override { return kOnHost<Exec> ? MemorySpace::host : MemorySpace::device; }
   Offset bytes() const override {
     Offset bytes = stages_.bytes() + vector_memory_->bytes();
-    for (const auto& arena : {&transposed_, &probe_, &directions_memory_}) bytes += *arena ? (*arena)->bytes() : 0;
+    for (const auto& arena : {&transposed_, &probe_, &directions_memory_})
+      bytes += *arena ? (*arena)->bytes() : 0;
     return bytes;
   }
 

@@ -20,6 +20,18 @@ enum class ResidentSolve { solved, missed, refused };
 /// extended precision, so some tens of them cost more than a factorization that divides by such pivots.
 constexpr std::size_t kMostCorrected = 32;
 
+/// What perturbed pivots have left of a determinant: less than one digit, less than half of those of Value,
+/// or as many as the condition of A allows.
+enum class Digits { none, some, all };
+
+/// phase * exp(log_abs)
+template <class Value>
+struct FoundDeterminant {
+  Value phase{};
+  double log_abs = 0;
+  Digits digits = Digits::none;
+};
+
 template <class Value>
 class Factorization {
  public:
@@ -46,10 +58,9 @@ class Factorization {
                                        void* stream, SolveOutcome& outcome) = 0;
 
   /// Estimate of |A|_1 |A^-1|_1, infinite for a singular matrix, NaN if too many pivots were perturbed to
-  /// know it.
-  virtual double condition_estimate(const TransposedPattern& transposed) = 0;
-  /// The determinant of A as phase * exp(log_abs); false if too many pivots were perturbed to know it.
-  virtual bool determinant(Value& phase, double& log_abs) = 0;
+  /// know it or a solve for it failed.
+  virtual double condition_estimate(const TransposedPattern& transposed, const SolveControls& controls) = 0;
+  virtual FoundDeterminant<Value> determinant() = 0;
 
   /// The row of A that came to a position.
   virtual Vertex pivot_row(Vertex position) const = 0;

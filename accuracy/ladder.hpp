@@ -14,6 +14,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <complex>
 #include <limits>
 #include <memory>
@@ -22,6 +23,7 @@
 #include <vector>
 
 #include "accuracy/correction.hpp"
+#include "accuracy/estimates.hpp"
 #include "accuracy/factorization.hpp"
 #include "accuracy/probe.hpp"
 #include "accuracy/refinement.hpp"
@@ -64,6 +66,7 @@ class AccuracyLadder final : public Factorization<Value> {
     balanced_.reset();
     support_.reset();
     divided_by_tiny_ = policy.tiny == TinyPivots::data;
+    stalled_ = false;
     const Factored factored = factors_->factor(policy, progress);
     status_ = factored.status;
     largest_ = factored.largest;
@@ -111,7 +114,7 @@ class AccuracyLadder final : public Factorization<Value> {
     return outcome.backward_error <= controls.tolerance ? ResidentSolve::solved : ResidentSolve::missed;
   }
 
-  double condition_estimate(const TransposedPattern& transposed) override {
+  double condition_estimate(const TransposedPattern& transposed, const SolveControls& controls) override {
     matrix_ = factors_->matrix();
     const blas::SequentialScope sequential;
     if (singular_by_probe()) return std::numeric_limits<double>::infinity();
@@ -121,49 +124,46 @@ class AccuracyLadder final : public Factorization<Value> {
         return std::numeric_limits<double>::infinity();
       if (!correction_[flip] && status_.perturbed > 0) return std::numeric_limits<double>::quiet_NaN();
     }
-    const Vertex n = plan_->n;
+    // In units of the largest entry, as |A^-1| alone may be beyond the range.
+    const int unit = largest_exponent(pattern_->nnz(), matrix_.values);
+    bool solved = true, in_range = true;
+    const auto note = [&](double error, const Value* x) {
+      in_range = in_range && all_finite(x);
+      solved = solved && error <= std::sqrt(std::numeric_limits<RealOf<Value>>::epsilon());
+    };
     const double inverse_norm = blas::estimate_norm<Value>(
-        n, [&](Value* x) { apply_best_inverse(x, x, 1, false); },
+        plan_->n, [&](Value* x) { note(solve_for_estimate(x, unit, nullptr, controls), x); },
         [&](Value* x) {
-          conjugate(n, x);
-          apply_best_inverse(x, x, 1, true);
-          conjugate(n, x);
+          conjugate(plan_->n, x);
+          note(solve_for_estimate(x, unit, &transposed, controls), x);
+          conjugate(plan_->n, x);
         });
-    const double condition = matrix_norm(transposed) * inverse_norm;
+    if (!in_range && status_.nonfinite == 0) return std::numeric_limits<double>::infinity();
+    if (!solved) return std::numeric_limits<double>::quiet_NaN();
+    const double condition = norm_in_units(transposed, plan_->n, matrix_.values, unit) * inverse_norm;
     return condition <= std::numeric_limits<double>::max() ? condition
                                                            : std::numeric_limits<double>::infinity();
   }
 
-  bool determinant(Value& phase, double& log_abs) override {
+  FoundDeterminant<Value> determinant() override {
     matrix_ = factors_->matrix();
     const blas::SequentialScope sequential;
-    const Vertex n = plan_->n;
-    std::complex<double> product = permutation_sign();
-    log_abs = 0;
-    std::vector<std::complex<double>> pivots(static_cast<std::size_t>(n));
-    factors_->diagonal_pivots(pivots.data());
-    for (const std::complex<double>& pivot : pivots) {
-      log_abs += std::log(std::abs(pivot));
-      product *= pivot / std::abs(pivot);
-    }
-    for (Vertex i = 0; i < n; ++i)
-      log_abs -= std::log(matrix_.row_scale[i]) + std::log(matrix_.column_scale[i]);
+    FoundDeterminant<Value> found;
+    std::complex<double> phase = product_of_pivots(found.log_abs);
     bool singular = singular_by_probe();
     if (status_.perturbed > 0 && !singular) {
-      if (!make_correction(nullptr)) return false;
+      if (!make_correction(nullptr)) return found;
       std::complex<double> factor;
       double log_factor = 0;
       correction_[0]->determinant(factor, log_factor);
-      product *= factor;
-      log_abs += log_factor;
+      phase *= factor;
+      found.log_abs += log_factor;
       singular = dependent_rows(nullptr) > 0;
     }
-    if (singular) {
-      product = 0;
-      log_abs = -std::numeric_limits<double>::infinity();
-    }
-    phase = from_parts<Value>(product.real(), product.imag());
-    return true;
+    found.phase = from_parts<Value>(phase.real(), phase.imag());
+    if (singular) return {Value(0), -std::numeric_limits<double>::infinity(), Digits::all};
+    found.digits = std::isfinite(found.log_abs) ? digits_of_determinant() : Digits::none;
+    return found;
   }
 
   Vertex pivot_row(Vertex position) const override {
@@ -205,7 +205,21 @@ class AccuracyLadder final : public Factorization<Value> {
     const bool singular = outcome.dependent_rows > 0;
     if (!regular && singular && !controls.solve_singular) return outcome;
     refine(columns, transposed, controls, outcome, begun);
+    if (regular && outcome.krylov_steps > 0 && !needs_probe()) question(controls, outcome);
     return outcome;
+  }
+
+  // Whether A is singular after all. Its smallest pivot is as large as the factors have grown, so those that
+  // are no good may hide it, and then FGMRES finds solutions as large as rounding lets them be.
+  void question(const SolveControls& controls, SolveOutcome& outcome) {
+    stalled_ = true;
+    SolveOutcome found = outcome;
+    if (regular_by_probe(found)) return;
+    const bool refused = found.dependent_rows > 0 && !controls.solve_singular;
+    if (!refused) found.backward_error = outcome.backward_error;
+    found.refinement_steps = outcome.refinement_steps;
+    found.krylov_steps = outcome.krylov_steps;
+    outcome = found;
   }
 
   bool singular_by_probe() { return needs_probe() && probed().refusal.dependent_rows > 0; }
@@ -227,7 +241,7 @@ class AccuracyLadder final : public Factorization<Value> {
     }
     return probed_ && probed_->regular;
   }
-  bool needs_probe() const { return divided_by_tiny_ || status_.perturbed > kMostCorrected; }
+  bool needs_probe() const { return divided_by_tiny_ || stalled_ || status_.perturbed > kMostCorrected; }
 
   // What is in the right-hand sides stays.
   void take_vectors(Vertex columns) {
@@ -415,33 +429,52 @@ class AccuracyLadder final : public Factorization<Value> {
     return correction_[flip] != nullptr;
   }
 
-  // Of the row permutation that elimination made: the rows as they came to the diagonal against the columns.
-  double permutation_sign() const {
+  // x := 2^unit A^-1 x; returns its backward error.
+  double solve_for_estimate(Value* x, int unit, const TransposedPattern* transposed,
+                            const SolveControls& controls) {
+    const double before = std::ldexp(1.0, unit / 2), after = std::ldexp(1.0, unit - unit / 2);
+    const auto times = [](double power, const Value& entry) {
+      return entry * static_cast<RealOf<Value>>(power);
+    };
+    Value* b = rhs(1);
+    for (Vertex i = 0; i < plan_->n; ++i) b[i] = times(before, x[i]);
+    SolveOutcome outcome;
+    refine(1, transposed, controls, outcome, false);
+    for (Vertex i = 0; i < plan_->n; ++i) x[i] = times(after, at_.x[i]);
+    return outcome.backward_error;
+  }
+  bool all_finite(const Value* x) const {
+    return std::all_of(x, x + plan_->n, [](const Value& entry) { return std::isfinite(std::abs(entry)); });
+  }
+
+  // Of the diagonal of U, of the scales and of the permutation; of A, if no pivot was perturbed.
+  std::complex<double> product_of_pivots(double& log_abs) const {
     std::vector<Vertex> row_at(static_cast<std::size_t>(plan_->n));
     for (Vertex position = 0; position < plan_->n; ++position)
       row_at[plan_->column_of[position]] = pivot_row(position);
-    double sign = 1;
-    for (Vertex i = 0; i < plan_->n; ++i) {
-      while (row_at[i] != i) {
-        std::swap(row_at[i], row_at[row_at[i]]);
-        sign = -sign;
-      }
+    std::complex<double> phase = permutation_sign(std::move(row_at));
+    log_abs = 0;
+    std::vector<std::complex<double>> pivots(static_cast<std::size_t>(plan_->n));
+    factors_->diagonal_pivots(pivots.data());
+    for (const std::complex<double>& pivot : pivots) {
+      log_abs += std::log(std::abs(pivot));
+      phase *= pivot / std::abs(pivot);
     }
-    return sign;
+    for (Vertex i = 0; i < plan_->n; ++i)
+      log_abs -= std::log(matrix_.row_scale[i]) + std::log(matrix_.column_scale[i]);
+    return phase;
   }
 
-  // |A|_1
-  double matrix_norm(const TransposedPattern& transposed) const {
-    double norm = 0;
-    for (Vertex j = 0; j < plan_->n; ++j) {
-      double sum = 0;
-      for (Offset k = transposed.offsets[j]; k < transposed.offsets[j + 1]; ++k)
-        sum += std::abs(matrix_.values[transposed.slots[k]]);
-      norm = std::max(norm, sum);
-    }
-    return norm;
+  // Without perturbed pivots the error of the inverse is what the rounding of an elimination is under the
+  // condition of A, and the factors may grow.
+  Digits digits_of_determinant() {
+    constexpr double kGrown = 1e-2, kDigit = 0.1;
+    const double half = std::sqrt(std::numeric_limits<RealOf<Value>>::epsilon());
+    const double error = inverse_error(exec_, plan_->n, scaled_rows(nullptr),
+                                       [&](Value* x) { apply_best_inverse(x, x, 1, false); });
+    if (error <= (status_.perturbed > 0 ? half : kGrown)) return Digits::all;
+    return status_.perturbed == 0 || error <= kDigit ? Digits::some : Digits::none;
   }
-
   static void conjugate(Vertex n, Value* x) {
     if constexpr (!std::is_same_v<Value, RealOf<Value>>) {
       for (Vertex i = 0; i < n; ++i) x[i] = std::conj(x[i]);
@@ -498,6 +531,7 @@ class AccuracyLadder final : public Factorization<Value> {
   HostMatrix<Value> matrix_;
   FactorStatus status_{};
   bool divided_by_tiny_ = false;  // pivots as small as rounding were accepted
+  bool stalled_ = false;          // a solve needed FGMRES
   double largest_ = 0;            // scaled entry of the matrix that is factored
   double largest_unknown_ = 0;
   std::shared_ptr<char> ends_;

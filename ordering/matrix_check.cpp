@@ -265,7 +265,7 @@ void check_same_pattern(const Pattern& pattern, const CsrView<Scalar>& matrix, i
                                            : first_changed_row_by_slot(pattern, offsets, columns, threads);
     });
   });
-  if (row != kNone) throw PatternChanged("its entries are not those that were analysed", row);
+  if (row != kNone) throw PatternChanged("its entries are not those that were analysed, in the same order", row);
 }
 
 template <class Scalar>

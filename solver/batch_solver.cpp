@@ -15,6 +15,7 @@
 #include "solver/matrix_factors.hpp"
 #include "solver/memory_limit.hpp"
 #include "solver/option_checks.hpp"
+#include "solver/solve_rules.hpp"
 
 namespace mfs {
 
@@ -64,6 +65,23 @@ std::vector<Offset> all_of(Offset count) {
   return all;
 }
 
+/// Whether some X_k shares memory with some B_k. With one stride for both they may lie between each other.
+template <class Scalar>
+bool overlap(const Batch<Scalar>& batch, Offset n) {
+  const Offset b_extent = (batch.nrhs - 1) * batch.ldb + n, x_extent = (batch.nrhs - 1) * batch.ldx + n;
+  const std::less_equal<const Scalar*> before;
+  if (before(batch.b + (batch.count - 1) * batch.b_stride + b_extent, batch.x) ||
+      before(batch.x + (batch.count - 1) * batch.x_stride + x_extent, batch.b))
+    return false;
+  if (batch.b_stride != batch.x_stride) return true;
+  const auto size = static_cast<std::intptr_t>(sizeof(Scalar));
+  const auto stride = static_cast<std::intptr_t>(batch.b_stride) * size;
+  const std::intptr_t apart =
+      reinterpret_cast<std::intptr_t>(batch.x) - reinterpret_cast<std::intptr_t>(batch.b);
+  const std::intptr_t within = (apart % stride + stride) % stride;
+  return within < b_extent * size || within + x_extent * size > stride;
+}
+
 /// With numbers in place of zeros. Throws InvalidInput.
 template <class Scalar>
 Batch<Scalar> completed(Batch<Scalar> batch, Offset n, Offset entries) {
@@ -76,17 +94,19 @@ Batch<Scalar> completed(Batch<Scalar> batch, Offset n, Offset entries) {
   at_least("values_stride", batch.values_stride, entries);
   at_least("ldb", batch.ldb, n);
   at_least("ldx", batch.ldx, n);
-  at_least("b_stride", batch.b_stride, batch.nrhs * batch.ldb);
-  at_least("x_stride", batch.x_stride, batch.nrhs * batch.ldx);
+  at_least("b_stride", batch.b_stride, addressed("ldb", batch.nrhs, batch.ldb, sizeof(Scalar)));
+  at_least("x_stride", batch.x_stride, addressed("ldx", batch.nrhs, batch.ldx, sizeof(Scalar)));
+  if (batch.count > 0) {
+    addressed("values_stride", batch.count, batch.values_stride, sizeof(Scalar));
+    addressed("b_stride", batch.count, batch.b_stride, sizeof(Scalar));
+    addressed("x_stride", batch.count, batch.x_stride, sizeof(Scalar));
+  }
   if (batch.count == 0) return batch;
   if (!batch.values) throw InvalidInput("values", "null pointer");
   if (!batch.b) throw InvalidInput("b", "null pointer");
   if (!batch.x) throw InvalidInput("x", "null pointer");
   const bool same = batch.b == batch.x && batch.ldb == batch.ldx && batch.b_stride == batch.x_stride;
-  const std::less_equal<const Scalar*> before;
-  const bool apart = before(batch.b + batch.count * batch.b_stride, batch.x) ||
-                     before(batch.x + batch.count * batch.x_stride, batch.b);
-  if (!same && !apart) throw InvalidInput("x", "overlaps b, but is not the same array");
+  if (!same && overlap(batch, n)) throw InvalidInput("x", "overlaps b, but is not the same array");
   return batch;
 }
 
@@ -106,6 +126,7 @@ struct BasicBatchSolver<Scalar>::Impl {
     program.reset();
     levels.reset();
     systems.clear();
+    phases.work_with_one_thread(true);  // each system has one
     const std::optional<ListCost> cost = lane_cost(on_host, report, in_space);
     model.analyze(a, a.values && cost ? &*cost : nullptr);
     if (a.values) {

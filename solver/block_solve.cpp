@@ -83,6 +83,8 @@ Columns<Scalar> BlockSolve<Scalar>::checked(Columns<Scalar> all) const {
   if (!all.x) throw InvalidInput("x", "null pointer");
   if (all.ldb < rows()) throw InvalidInput("ldb", "must be at least the number of rows");
   if (all.ldx < rows()) throw InvalidInput("ldx", "must be at least the number of rows");
+  addressed("ldb", all.count, all.ldb, sizeof(Scalar));
+  addressed("ldx", all.count, all.ldx, sizeof(Scalar));
   if (overlap(rows(), all)) throw InvalidInput("x", "overlaps b, but is not the same array");
   return all;
 }

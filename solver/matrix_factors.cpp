@@ -312,8 +312,7 @@ void MatrixFactors<Scalar>::begin_values() {
   ++value_sets_;
   strengthened_ = 0;
   uncompared_ = false;
-  if (rescaled_) use_scales(analysis_->matched.row_scale, analysis_->matched.column_scale);
-  rescaled_ = false;
+  take_scales_of_analysis();
 }
 
 template <class Scalar>
@@ -389,6 +388,7 @@ void MatrixFactors<Scalar>::compare_with_analysis() {
 
 template <class Scalar>
 bool MatrixFactors<Scalar>::climb(bool singular) {
+  if (drop_rescaling()) return true;
   if (report_.single_precision) {
     report_.rung = Rung::full_precision;
     report_.single_precision = false;

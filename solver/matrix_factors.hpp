@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <mfs/error.hpp>
@@ -80,9 +81,16 @@ class MatrixFactors {
   bool climb(bool singular);
 
   /// The last rung, for one right-hand side b: the present values are factored with rows scaled by the size
-  /// that its residual is measured by (ordering/size_scaling.hpp). The scales of the analysis return with the
-  /// next values.
+  /// that its residual is measured by (ordering/size_scaling.hpp). These scales may be beyond what another b
+  /// or an estimate can use: those of the analysis return with the next values, where solves climb again, and
+  /// by drop_rescaling().
   void rescale(const Scalar* b, bool transposed);
+  /// False where that has nothing to do.
+  bool drop_rescaling() {
+    const bool had = take_scales_of_analysis();
+    if (had) factor_values();
+    return had;
+  }
 
   /// Notes what solves need at first after an analysis. Where they need clearly more for later values, these
   /// have drifted away from the matching and the scales, and the next refactor makes new ones: not for ever,
@@ -118,6 +126,10 @@ class MatrixFactors {
   void plan_numeric(Analysis& analysis);
   void make_numeric();
   void use_scales(const std::vector<double>& row, const std::vector<double>& column);
+  bool take_scales_of_analysis() {
+    if (rescaled_) use_scales(analysis_->matched.row_scale, analysis_->matched.column_scale);
+    return std::exchange(rescaled_, false);
+  }
   void begin_values();
   void replace_numeric(std::size_t most_perturbed = kMostCorrected);
   void take_values(const CsrView<Scalar>& a);

@@ -223,7 +223,8 @@ SolveOutcome OrthogonalSolver<Scalar>::solve(const Scalar* b, Scalar* x,
   outcome.backward_error = kInfinity;
   for (int step = 0; step <= controls.max_steps && outcome.backward_error > controls.tolerance; ++step) {
     found += parts_->corrected(residual);
-    found = found.template cast<Scalar>().template cast<Wide>().eval();
+    const Vector<Scalar> rounded = found.template cast<Scalar>();
+    found = rounded.template cast<Wide>();  // two casts in one expression leave complex numbers as they were
     const RealVector sizes = parts_->sizes(found) + rhs.cwiseAbs();
     residual = rhs - parts_->matrix * found;
     double error = 0;

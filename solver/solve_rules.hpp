@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <limits>
 
 #include <mfs/error.hpp>
 #include <mfs/options.hpp>
@@ -19,6 +20,13 @@ template <class Scalar>
 SolveControls controls_of(const SolveOptions& options) {
   return {tolerance_of<Scalar>(options), options.max_refinement_steps, options.row_floor,
           options.solve_singular};
+}
+
+/// count * stride, where so many numbers of `bytes` can have addresses. Throws InvalidInput (`name`).
+inline Offset addressed(const char* name, Offset count, Offset stride, std::size_t bytes) {
+  const Offset most = std::numeric_limits<Offset>::max() / static_cast<Offset>(bytes);
+  if (stride > most / std::max<Offset>(count, 1)) throw InvalidInput(name, "leads beyond all addresses");
+  return count * stride;
 }
 
 /// Calls work(column, begin, end) for all rows [begin, end) of all columns, in blocks of which threads do

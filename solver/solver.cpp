@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <new>
+#include <string>
 
 #include "solver/backend.hpp"
 #include "solver/block_solve.hpp"
@@ -11,6 +12,7 @@
 #include "solver/matrix_factors.hpp"
 #include "solver/memory_limit.hpp"
 #include "solver/option_checks.hpp"
+#include "solver/solve_rules.hpp"
 
 namespace mfs {
 
@@ -28,25 +30,51 @@ struct BasicSolver<Scalar>::Impl {
   explicit Impl(Options asked) : options(checked(std::move(asked))) {}
 
   double condition_estimate() {
-    Factorization<Scalar>& numeric = factors.numeric("condition_estimate");
     double condition = 0;
-    phases.run("solve", [&] { condition = numeric.condition_estimate(factors.transposed_pattern()); });
-    if (std::isnan(condition)) refuse();
-    return condition;
+    const SolveControls controls = controls_of<Scalar>(options.solve);
+    const Verdict verdict = judge("condition_estimate", [&](Factorization<Scalar>& numeric) {
+      condition = numeric.condition_estimate(factors.transposed_pattern(), controls);
+      if (std::isnan(condition)) return Verdict::unknown;
+      return std::isinf(condition) ? Verdict::singular : Verdict::known;
+    });
+    if (verdict == Verdict::unknown) refuse("the condition number");
+    return verdict == Verdict::singular ? std::numeric_limits<double>::infinity() : condition;
   }
 
   Determinant<Scalar> determinant() {
-    Factorization<Scalar>& numeric = factors.numeric("determinant");
-    Determinant<Scalar> result{};
-    bool known = false;
-    phases.run("solve", [&] { known = numeric.determinant(result.phase, result.log_abs); });
-    if (!known) refuse();
-    return result;
+    FoundDeterminant<Scalar> found;
+    const Verdict verdict = judge("determinant", [&](Factorization<Scalar>& numeric) {
+      found = numeric.determinant();
+      if (found.digits != Digits::all) return Verdict::unknown;
+      return found.phase == Scalar(0) ? Verdict::singular : Verdict::known;
+    });
+    if (verdict == Verdict::singular) return {Scalar(0), -std::numeric_limits<double>::infinity()};
+    if (found.digits == Digits::none) refuse("the determinant");
+    return {found.phase, found.log_abs};
   }
 
-  // More pivots were perturbed than can be taken back.
-  [[noreturn]] void refuse() const {
-    throw AccuracyNotReached(std::numeric_limits<double>::infinity(), tolerance_of<Scalar>(options.solve));
+  // What work(factors) says of the first factors by which the number is known, or of the last that there are.
+  // That A is singular is said of no factors where others are to be tried, as a solve has it.
+  enum class Verdict { known, singular, unknown };
+  template <class Work>
+  Verdict judge(const char* call, const Work& work) {
+    factors.numeric(call);
+    factors.drop_rescaling();
+    Verdict verdict = Verdict::unknown;
+    try {
+      do {
+        phases.run("solve", [&] { verdict = work(factors.numeric(call)); });
+      } while (verdict != Verdict::known && factors.climb(verdict == Verdict::singular));
+    } catch (const SingularMatrix&) {  // by the numbers that are not zero
+      verdict = Verdict::singular;
+    }
+    return verdict;
+  }
+
+  [[noreturn]] void refuse(const char* what) const {
+    AccuracyNotReached error(std::numeric_limits<double>::infinity(), tolerance_of<Scalar>(options.solve));
+    error.append(std::string("; the factors leave no digit of ") + what);
+    throw error;
   }
 
   const Options options;

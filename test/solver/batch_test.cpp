@@ -277,6 +277,55 @@ TEST(Batch, EntriesMayComeInAnyOrder) {
   }
 }
 
+// {b_k, x_k} as the fields of records.
+TYPED_TEST(BatchOf, ColumnsMayLieBetweenEachOther) {
+  Systems<TypeParam> all(grid_2d(5, 5), 6, 2, 0);
+  for (const Options& options : with_backends(2)) {
+    BasicBatchSolver<TypeParam> solver(options);
+    solver.analyze(all.matrices[0].view());
+    solver.solve(all.batch);
+    const std::vector<TypeParam> apart = all.x;
+    const std::int64_t vectors = 2 * all.matrices[0].n;
+    std::vector<TypeParam> records(static_cast<std::size_t>(2 * vectors * all.batch.count));
+    Batch<TypeParam> batch = all.batch;
+    batch.b = records.data();
+    batch.x = records.data() + vectors;
+    batch.b_stride = batch.x_stride = 2 * vectors;
+    for (std::int64_t k = 0; k < batch.count; ++k)
+      std::copy_n(all.b.begin() + k * vectors, vectors, records.begin() + 2 * k * vectors);
+    solver.solve(batch);
+    EXPECT_EQ(solver.failed(), 0);
+    for (std::int64_t k = 0; k < batch.count; ++k) {
+      EXPECT_TRUE(std::equal(apart.begin() + k * vectors, apart.begin() + (k + 1) * vectors,
+                             records.begin() + (2 * k + 1) * vectors));
+      EXPECT_TRUE(std::equal(all.b.begin() + k * vectors, all.b.begin() + (k + 1) * vectors,
+                             records.begin() + 2 * k * vectors));
+    }
+    batch.x -= 1;
+    expect_invalid([&] { solver.solve(batch); }, "x");
+    batch.x += 2;
+    expect_invalid([&] { solver.solve(batch); }, "x");
+  }
+}
+
+// Whether or not the values were there to be analysed.
+TEST(Batch, BitsDoNotDependOnTheThreads) {
+  for (const bool with_values : {false, true}) {
+    std::vector<double> first;
+    for (const int threads : {1, 2, 8}) {
+      Systems<double> all(random_diagonally_dominant(40, 4, 3), 24, 1, 0);
+      auto pattern = all.matrices[0].view();
+      if (!with_values) pattern.values = nullptr;
+      BatchSolver solver(with_threads(threads));
+      solver.analyze(pattern);
+      solver.solve(all.batch);
+      EXPECT_EQ(solver.failed(), 0);
+      if (threads == 1) first = all.x;
+      EXPECT_EQ(all.x, first) << threads << " threads";
+    }
+  }
+}
+
 TEST(Batch, RefusesWhatCannotBe) {
   Systems<double> all(grid_2d(4, 4), 3, 1, 0);
   BatchSolver solver(with_threads(1));
@@ -301,6 +350,12 @@ TEST(Batch, RefusesWhatCannotBe) {
   expect_invalid(with([](auto& batch) { batch.b_stride = 15; }), "b_stride");
   expect_invalid(with([](auto& batch) { batch.x_stride = 15; }), "x_stride");
   expect_invalid(with([&](auto& batch) { batch.x = all.b.data() + 16; }), "x");
+  // Products of these would be beyond 64 bits, and what they count beyond all memory.
+  constexpr std::int64_t kFar = std::int64_t{1} << 61;
+  expect_invalid(with([](auto& batch) { batch.nrhs = kFar; }), "ldb");
+  expect_invalid(with([](auto& batch) { batch.ldx = kFar; }), "ldx");
+  expect_invalid(with([](auto& batch) { batch.b_stride = kFar; }), "b_stride");
+  expect_invalid(with([](auto& batch) { batch.count = kFar; }), "values_stride");
   with([](auto& batch) { batch.count = 0; })();
   EXPECT_TRUE(solver.systems().empty());
   solver.solve(all.batch);
@@ -320,6 +375,15 @@ TEST(Batch, RefusesWhatCannotBe) {
   failure_of<StateError>([&] { solver.solve(all.batch); });
   moved.solve(all.batch);
   EXPECT_EQ(moved.failed(), 0);
+}
+
+TEST(Batch, MoreSystemsThanAnyMemoryHolds) {
+  double value = 2, b = 6;
+  BatchSolver solver(with_threads(1));
+  solver.analyze(from_entries(1, {{0, 0, 1}}).view());
+  failure_of<OutOfMemory>([&] { solver.solve({std::int64_t{1} << 58, &value, 0, &b, &b}); });
+  solver.solve({1, &value, 0, &b, &b});
+  EXPECT_EQ(b, 3);
 }
 
 TEST(Batch, OfASingularPatternIsRefusedAtOnce) {

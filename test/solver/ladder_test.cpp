@@ -315,5 +315,39 @@ TEST(Ladder, EveryRungHasAName) {
   EXPECT_EQ(names.count("unknown"), 0u);
 }
 
+// Rank 11 of 12 by exact elimination. Pivots that were chosen for other values, or for none, let the factors
+// grow until no pivot is small, and FGMRES finds solutions as large as rounding lets them be.
+TEST(Ladder, GrowthHidesNoSingularMatrix) {
+  const SparseMatrix regular{
+      12,
+      {0, 4, 8, 14, 21, 24, 28, 33, 39, 42, 47, 53, 57},
+      {0, 7, 9, 11, 1, 2, 3, 10, 0,  2,  3, 6, 7,  10, 1, 3, 4, 8, 9, 10, 11, 1, 4,  8,  2, 5, 6, 9, 1,
+       5, 6, 8, 10, 2, 3, 5, 7,  10, 11, 3, 8, 10, 2,  4, 6, 7, 9, 1, 4,  6,  9, 10, 11, 0, 3, 8, 11},
+      {4, 2, 1,  3,  3, -1, 2,  -2, 0, 3, -2, -1, 0, -1, 3,  9,  -1, 3, 1,  0,  -2, 0, 8, -3, -1, 8, 2, 3, 0,
+       3, 4, -2, -3, 2, -3, -2, 5,  2, 0, -1, 7,  0, -3, -2, -2, 0,  8, -1, -2, -1, 3, 8, -2, 1,  1, 0, 6}};
+  SparseMatrix singular = regular;
+  singular.values = {3,  -2, 3,  -3, 0,  1,  2, 1,  1, 0, -3, 2, -2, 0, -2, -3, 2, 2,  2,
+                     2,  0,  -2, 2,  0,  -1, 2, 3,  2, 3, 3,  3, 3,  3, -3, 2,  2, 2,  -2,
+                     -2, -2, -3, 1,  -1, 0,  3, -2, 1, 1, -3, 1, 2,  1, -3, 0,  1, -2, 0};
+  for (const bool with_values : {false, true}) {
+    auto first = regular.view();
+    if (!with_values) first.values = nullptr;
+    Solver solver(with_threads(1));
+    BatchSolver batch(with_threads(1));
+    solver.analyze(first);
+    batch.analyze(first);
+    solver.factor(regular.view());
+    for (int column = 0; column < 19; ++column) {
+      solver.refactor(singular.values.data());
+      std::vector<double> b(12), x(12);
+      for (int i = 0; i < 12; ++i) b[i] = (37 * column + 101 * i) % 19 - 9;
+      EXPECT_THROW(solver.solve(b.data(), x.data()), SingularMatrix);
+      batch.solve({1, singular.values.data(), 0, b.data(), x.data()});
+      EXPECT_EQ(batch.systems()[0].status, SystemStatus::singular);
+    }
+    solve(solver, (solver.refactor(regular.values.data()), regular));
+  }
+}
+
 }  // namespace
 }  // namespace mfs::test

@@ -47,6 +47,16 @@ void expect_right(const BasicSparseMatrix<Scalar>& a) {
   }
 }
 
+// What is in range in the numbers of its factors may not be in those of the solution.
+TEST(OrthogonalSolver, ASolutionBeyondTheRangeIsNone) {
+  using Scalar = std::complex<float>;
+  const auto a = from_entries<Scalar>(1, {{0, 0, Scalar(1e-13f, -1e-13f)}});
+  const auto solver = OrthogonalSolver<Scalar>::make(a.view(), false, scaling_of(a), natural(1), kAllRoom);
+  const Scalar b(-1.5e26f, -2e25f);
+  Scalar x;
+  EXPECT_EQ(solver->solve(&b, &x, kControls).backward_error, std::numeric_limits<double>::infinity());
+}
+
 TEST(OrthogonalSolver, SolvesAnySize) {
   for (const std::int64_t n : {1, 2, 31, 32, 33, 65, 257}) {
     const SparseMatrix a = random_diagonally_dominant(n, std::min<std::int64_t>(n, 4), 7);

@@ -223,5 +223,15 @@ TYPED_TEST(ResidualColumns, UnknownsWithoutDigitsAreNoError) {
   }
 }
 
+// The modulus of such a number is beyond the range.
+TEST(ResidualColumns, LargestComplexNumbersAreNotFreeOfError) {
+  using Scalar = std::complex<double>;
+  const double most = std::numeric_limits<double>::max();
+  for (const bool columns : {false, true})
+    EXPECT_NEAR(
+        error_of(Scalar(most, most) / 2.0, {Scalar(0.5, -1), Scalar(0)}, {Scalar(0), Scalar(0)}, columns), 1,
+        1e-12);
+}
+
 }  // namespace
 }  // namespace mfs::test

@@ -321,6 +321,16 @@ contains
     status = MFS_INVALID_INPUT
   end function refused
 
+  integer function refused_kind(solver, name) result(status)
+    type(mfs_solver), intent(in) :: solver
+    character(len=*), intent(in) :: name
+    if (c_associated(solver%handle)) then
+      status = refused(name, " are of another kind than the solver's")
+    else
+      status = refused("solver", " has not been created")
+    end if
+  end function refused_kind
+
   subroutine remember(solver, status, n, nnz)
     type(mfs_solver), intent(inout) :: solver
     integer, intent(in) :: status
@@ -393,7 +403,7 @@ contains
     address = found%address
     status = MFS_OK
     if (found%scalar /= solver%scalar) then
-      status = refused("values", " are of another kind than the solver's")
+      status = refused_kind(solver, "values")
     else if (.not. found%dense) then
       status = refused("values", " are not contiguous")
     else if (nnz >= 0 .and. found%rows < nnz) then
@@ -423,7 +433,7 @@ contains
     end select
     status = MFS_OK
     if (bits /= solver%index_bits) then
-      status = refused(name, " are of another kind than the solver's")
+      status = refused_kind(solver, name)
     else if (.not. dense) then
       status = refused(name, " are not contiguous")
     end if
@@ -456,7 +466,7 @@ contains
     type(numbers), intent(in) :: b, x
     logical, intent(in) :: transposed
     if (b%scalar /= solver%scalar .or. x%scalar /= solver%scalar) then
-      status = refused("b and x", " are of another kind than the solver's")
+      status = refused_kind(solver, "b and x")
     else if (.not. (b%dense .and. x%dense)) then
       status = refused("b and x", " are not contiguous")
     else if (b%columns /= x%columns) then

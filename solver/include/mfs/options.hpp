@@ -62,8 +62,8 @@ struct FactorOptions {
 
 struct SolveOptions {
   /// Componentwise backward error max_i |b - Ax|_i / (|A||x| + |b|)_i that every solution must reach (Oettli
-  /// and Prager 1964). A residual of 8 |A| 1 times the least number (4.9e-324) counts as zero, as unknowns
-  /// have no digits below. 0 means 1e-12 in double precision, 1e-6 in single.
+  /// and Prager 1964). Of a residual, 8 |A| 1 times the least number (4.9e-324; 1.4e-45 in single) counts
+  /// as zero, as unknowns have no digits below. 0 means 1e-12 in double precision, 1e-6 in single.
   double tolerance = 0.0;
   /// Steps of iterative refinement at most. 0 means that neither refinement nor FGMRES is tried.
   int max_refinement_steps = 10;

@@ -8,11 +8,11 @@
 //   solver.solve_transpose(b, x);
 //
 // One object belongs to one thread at a time; objects are independent of each other. An object that was moved
-// from is neither analyzed nor factored, and throws StateError from every other call but assignment. In a
-// process forked after the library's first use every phase throws StateError, because the library's threads
-// are not there. No call prints, changes the environment or lets a foreign exception type out. Every failure
-// is one of the classes of mfs/error.hpp. BackendError also means that the system refused threads that were
-// asked for.
+// from is neither analyzed nor factored, and throws StateError from every other call but assignment. A forked
+// process may use the objects of its parent and new ones, on the host: not those on a device, nor where the
+// parent was computing when it forked. No call prints, changes the environment or lets a foreign exception
+// type out. Every failure is one of the classes of mfs/error.hpp. BackendError also means that the system
+// refused threads that were asked for.
 #pragma once
 
 #include <complex>
@@ -45,7 +45,8 @@ class MFS_API BasicSolver {
   void analyze(const CsrView<Scalar>& a);
 
   /// Factors the values of `a`. Analyses `a` first if nothing has been analysed, or only a pattern.
-  /// Throws PatternChanged if `a` does not have the analysed pattern, InvalidInput (NaN or infinity),
+  /// Throws PatternChanged if `a` does not have the entries that were analysed, in the order in which they
+  /// were (rows need not be sorted, but stay as they are from then on), InvalidInput (NaN or infinity),
   /// OutOfMemory, BackendError, and what analyze throws.
   void factor(const CsrView<Scalar>& a);
 
@@ -81,11 +82,12 @@ class MFS_API BasicSolver {
                               std::int64_t ldx = 0, void* stream = nullptr);
 
   /// Estimates the condition number |A|_1 |A^-1|_1 by a few solves (Higham and Tisseur 2000; the estimate is
-  /// rarely below a third of it). The result is infinite if A is singular. Throws StateError, OutOfMemory,
-  /// and AccuracyNotReached where more pivots were perturbed than can be taken back.
+  /// rarely below a third of it). The result is infinite if A is singular. Where the factors do not do,
+  /// others are tried as solve does. Throws StateError, OutOfMemory, and AccuracyNotReached where none do.
   double condition_estimate();
-  /// The determinant of A from the pivots; six digits are right with Precision::single. Throws StateError,
-  /// OutOfMemory, and AccuracyNotReached where more pivots were perturbed than can be taken back.
+  /// The determinant of A from the pivots; six digits are right with Precision::single. Where perturbed
+  /// pivots have cost half of the digits, other factors are tried as solve does. Throws StateError,
+  /// OutOfMemory, and AccuracyNotReached where they have cost all of them.
   Determinant<Scalar> determinant();
 
   /// Whether there is an analysis, and whether there are factors that solve can use.

@@ -58,9 +58,10 @@ template <class Scalar>
 KOKKOS_INLINE_FUNCTION double row_error_beyond(double most, const RowAccess<Scalar>& a, Offset i, double off,
                                                double size) {
   if (!(row_error(off, size) > most)) return most;
+  const double part = kFree<RealOf<Scalar>>;
   double free = 0;  // the sum of the entries may be beyond the range, and the modulus of a complex one
   for (Offset k = a.offsets[i]; k < a.offsets[i + 1]; ++k)
-    free += magnitude(kFree<RealOf<Scalar>> * widened(a.values[a.slots ? a.slots[k] : k]));
+    free += magnitude(part * widened(a.values[a.slots ? a.slots[k] : k]));
   const double error = row_error(off <= free ? 0 : off - free, size);  // NaN stays
   return error > most ? error : most;
 }

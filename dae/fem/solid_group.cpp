@@ -31,6 +31,25 @@ SolidInertia inertia_of(const SolidOptions& options) {
   return {options.mass == MassKind::lumped, options.damping_alpha, {g[0], g[1], g[2]}};
 }
 
+/// An element may be folded at a corner and nowhere else that is looked at. Corners that nodes share, as
+/// those of a collapsed hexahedron, leave nothing there but rounding.
+bool is_folded(ElementKind kind, const double* nodes) {
+  constexpr double kRounding = 1e-9;
+  double largest = 0;
+  for (const QuadratureRule* rule : {&stiffness_rule(kind), &mass_rule(kind)}) {
+    for (const Point3& point : rule->points) {
+      const double size = determinant(jacobian(kind, point, nodes));
+      if (!(size > 0)) return true;
+      largest = std::max(largest, size);
+    }
+  }
+  const std::vector<Point3>& corners = reference_nodes(kind);
+  const auto end = corners.begin() + (kind == ElementKind::tet10 ? 4 : 8);
+  return std::any_of(corners.begin(), end, [&](const Point3& corner) {
+    return !(determinant(jacobian(kind, corner, nodes)) >= -kRounding * largest);
+  });
+}
+
 }  // namespace
 
 void check_material(const Material& material, const std::string& body) {
@@ -68,12 +87,10 @@ void SolidGroup::check_elements() const {
   double nodes[3 * kMostNodes];
   for (int e = 0; e < size(); ++e) {
     gather_nodes(e, nodes);
-    for (const QuadratureRule* rule : {&stiffness_rule(mesh_->kind), &mass_rule(mesh_->kind)})
-      for (const Point3& point : rule->points)
-        if (!(determinant(jacobian(mesh_->kind, point, nodes)) > 0))
-          throw InvalidInput(
-              name(e) + ", shape",
-              "must have a positive Jacobian (is it turned inside out, or are its nodes in another order?)");
+    if (is_folded(mesh_->kind, nodes))
+      throw InvalidInput(name(e) + ", shape",
+                         "must have a positive Jacobian (is it turned inside out or folded, or are its nodes "
+                         "in another order?)");
   }
 }
 

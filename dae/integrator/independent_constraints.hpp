@@ -33,6 +33,8 @@ class IndependentConstraints : public ConstrainedSystem, public TurningBodies {
   double force_unit(int i) const override { return system_.force_unit(i); }
   bool is_measure(int i) const override { return system_.is_measure(i); }
   std::vector<PointRange> turning_bodies() const override { return turning_bodies_of(system_); }
+  bool is_length(int coordinate) const override { return is_length_of(system_, coordinate); }
+  double largest_body() const override { return largest_body_of(system_); }
 
  private:
   StateView with_all_multipliers(const StateView& state) const;

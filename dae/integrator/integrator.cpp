@@ -436,6 +436,7 @@ class Integrator::Impl {
     const double suited = formula_->accept(next_, weights_);
     // A step that was shortened to meet an output or the end says nothing against the one that was wanted.
     step_ = h < wanted && suited >= h ? std::max(wanted, suited) : suited;
+    if (options_.fixed_step > 0.0) step_ = back_to_fixed(options_, step_, wanted);
     last_step_ = h;
     last_order_ = order;
     past_.add(state_);

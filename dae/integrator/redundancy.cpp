@@ -9,6 +9,7 @@
 #include "dae/integrator/initial_conditions.hpp"
 #include "dae/integrator/jumps.hpp"
 #include "dae/mechanics/number_text.hpp"
+#include "dae/mechanics/turning_bodies.hpp"
 
 namespace mfs::dae {
 namespace {
@@ -374,12 +375,26 @@ std::vector<double> Redundancy::kept_multipliers(std::vector<double> all) const 
 State Redundancy::whole(State state) const {
   if (redundant().empty()) return state;
   state.lambda = all_multipliers(state.lambda);
-  // Least are the forces of the model, of which multipliers are multiples where it is seen in other units.
+  find(state.t, state.q).make_least(state.lambda, units_of_forces(state));
+  return state;
+}
+
+/// Least are the forces of the model, of which multipliers are multiples where it is seen in other units, and
+/// the forces at the arm of its largest body that make moments: so they are the same in all units of length.
+std::vector<double> Redundancy::units_of_forces(const State& state) const {
+  const Pattern& pattern = given_.tangent_pattern()[Block::position_q];
+  const std::vector<double> gradient = constraint_gradient(given_, state.t, state.q);
+  const auto moves_places = [&](int row) {
+    for (int k = pattern.row_start[row]; k < pattern.row_start[row + 1]; ++k)
+      if (gradient[k] != 0 && is_length_of(given_, pattern.column[k])) return true;
+    return false;
+  };
+  const double arm = largest_body_of(given_);
   std::vector<double> units;
   for (int row = 0; row < given_.constraints(); ++row)
-    units.push_back(normalizes_[row] != 0 ? 0.0 : 1.0 / given_.constraint_unit(row));
-  find(state.t, state.q).make_least(state.lambda, units);
-  return state;
+    units.push_back(
+        normalizes_[row] != 0 ? 0.0 : 1.0 / (given_.constraint_unit(row) * (moves_places(row) ? 1.0 : arm)));
+  return units;
 }
 
 std::optional<Redundancy::Violation> Redundancy::violation(const StateView& state,

@@ -85,6 +85,8 @@ class Redundancy {
   }
 
  private:
+  /// What multipliers in a state are multiplied by to be forces of the model; 0: of a normalization.
+  std::vector<double> units_of_forces(const State& state) const;
   /// What is left of a constraint, in parts of its largest entry, where it determines motions well.
   static constexpr double kNearlySingular = 1e-3;
   /// By what a constraint that is left out is violated.

@@ -54,6 +54,8 @@ class ScaledSystem final : public ConstrainedSystem, public TurningBodies {
   /// T.
   double time_unit() const { return time_; }
   std::vector<PointRange> turning_bodies() const override;
+  bool is_length(int coordinate) const override { return is_length_of(system_, coordinate); }
+  double largest_body() const override { return largest_body_of(system_); }
   std::vector<double> marks(const TimeSpan& span) const override;
   std::unique_ptr<ChangeWatch> change_watch() const override;
 

@@ -51,6 +51,22 @@ struct SpringFormulas : SpringLaw {
   }
 };
 
+/// Of no free length, whose force k d needs no direction: the ends may be together.
+struct ShortSpringFormulas {
+  FramePair sides;
+  double stiffness;
+
+  int count() const { return 3; }
+
+  template <class T>
+  void positions(double, const T* q, T* x) const {
+    const Triple<T> d = sides.b.place(q) - sides.a.place(q);
+    for (int k = 0; k < 3; ++k) x[k] = d[k];
+  }
+  Reaction reaction(double, int, double x, double) const { return {stiffness * x, stiffness, 0.0}; }
+  double energy(int, double x) const { return 0.5 * stiffness * x * x; }
+};
+
 void check_not_negative(double value, const std::string& owner, const char* what) {
   if (!(value >= 0) || !std::isfinite(value)) throw InvalidInput(owner, std::string(what) + " is negative");
 }
@@ -81,8 +97,15 @@ void add_spring_damper(MultibodyBuilder& builder, const SpringDamper& spring) {
   if (spring.force && spring.stiffness > 0)
     throw InvalidInput(owner, "it has both a stiffness and a function");
   const FramePair sides(spring.a, spring.b, owner);
+  if (spring.free_length == 0 && spring.damping == 0 && !spring.force) {
+    builder.add(make_pair_element<CompliantElement>(owner, spring.a, spring.b,
+                                                    ShortSpringFormulas{sides, spring.stiffness}));
+    return;
+  }
   if (initial_point(builder, spring.a) == initial_point(builder, spring.b))
-    throw InvalidInput(owner, "its ends are together");
+    throw InvalidInput(owner,
+                       "its ends are together, so that its force has no direction: that is only good "
+                       "for a stiffness alone, with a free length of 0");
   const Function force = spring.force ? spring.force : linear_function(0.0, spring.stiffness);
   builder.add(make_pair_element<CompliantElement>(
       owner, spring.a, spring.b,

@@ -38,7 +38,7 @@ struct SpringDamper {
 
 /// Throws InvalidInput("spring NAME") as add_joint, where a number is negative, both a stiffness and a
 /// function are given, or the points are together at the beginning; the same at any later time when they come
-/// together.
+/// together. A spring of a stiffness alone, of no free length, may have them together.
 void add_spring_damper(MultibodyBuilder& builder, const SpringDamper& spring);
 
 }  // namespace mfs::dae

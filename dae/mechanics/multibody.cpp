@@ -75,6 +75,12 @@ double MultibodyBuilder::length_unit() const {
   return std::abs(nearest) <= kOrdinary || size_.empty() ? 1.0 : std::exp2(std::round(nearest));
 }
 
+double MultibodyBuilder::largest_body() const {
+  double largest = 0.0;
+  for (const auto& [body, size] : size_) largest = std::max(largest, size);
+  return largest > 0.0 ? largest : 1.0;
+}
+
 void MultibodyBuilder::add(std::shared_ptr<const ElementGroup> group) {
   if (!group) throw InvalidInput("group", "null pointer");
   if (group->size() == 0) return;
@@ -87,7 +93,7 @@ std::unique_ptr<ConstrainedSystem> MultibodyBuilder::build(int threads, Backend 
   const int n = static_cast<int>(q_.size());
   if (n == 0) throw InvalidInput("bodies", "there are no coordinates");
   for (const auto& group : groups_) check_coordinates(*group, n);
-  return std::make_unique<Multibody>(groups_, bodies_, length_unit(), n,
+  return std::make_unique<Multibody>(groups_, bodies_, length_unit(), largest_body(), n,
                                      threads > 0 ? threads : omp_get_max_threads(), backend);
 }
 

@@ -54,6 +54,8 @@ class MultibodyBuilder {
   /// otherwise the power of two nearest to that size which is nearest to an ordinary one. So a mechanism in
   /// micrometres is to the integrator what it is in metres.
   double length_unit() const;
+  /// The largest size of a body; 1 where none has one.
+  double largest_body() const;
 
   const std::vector<std::shared_ptr<const ElementGroup>>& groups() const { return groups_; }
   /// Of all groups so far: the next one's first.

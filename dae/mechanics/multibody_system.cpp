@@ -52,11 +52,12 @@ BlockSet constant_blocks_of(const LocalStructure& structure) {
 
 }  // namespace
 
-Multibody::Multibody(Groups groups, std::vector<BodyCoordinates> bodies, double length_unit, int coordinates,
-                     int threads, Backend backend)
+Multibody::Multibody(Groups groups, std::vector<BodyCoordinates> bodies, double length_unit,
+                     double largest_body, int coordinates, int threads, Backend backend)
     : groups_(std::move(groups)),
       bodies_(std::move(bodies)),
       length_unit_(length_unit),
+      largest_body_(largest_body),
       n_(coordinates),
       threads_(threads) {
   const bool device = backend_info(backend).memory == MemorySpace::device;
@@ -434,8 +435,12 @@ double extent(const std::vector<double>& points) {
 }
 
 double Multibody::coordinate_scale(int coordinate) const {
+  return is_length(coordinate) ? length_unit_ : 1.0;
+}
+
+bool Multibody::is_length(int coordinate) const {
   const BodyCoordinates& body = body_of(coordinate);
-  return body.is_length(coordinate - body.range.first) ? length_unit_ : 1.0;
+  return body.is_length(coordinate - body.range.first);
 }
 
 std::vector<double> Multibody::ranges(const double* q) const {

@@ -24,8 +24,8 @@ double extent(const std::vector<double>& points);
 
 class Multibody final : public ConstrainedSystem, public TurningBodies {
  public:
-  Multibody(Groups groups, std::vector<BodyCoordinates> bodies, double length_unit, int coordinates,
-            int threads, Backend backend);
+  Multibody(Groups groups, std::vector<BodyCoordinates> bodies, double length_unit, double largest_body,
+            int coordinates, int threads, Backend backend);
 
   int coordinates() const override { return n_; }
   int constraints() const override { return m_; }
@@ -54,6 +54,8 @@ class Multibody final : public ConstrainedSystem, public TurningBodies {
   std::string most_pressed(const double* q) const override;
   bool is_measure(int coordinate) const override { return body_of(coordinate).is_measure; }
   std::vector<PointRange> turning_bodies() const override;
+  bool is_length(int coordinate) const override;
+  double largest_body() const override { return largest_body_; }
   std::vector<double> marks(const TimeSpan& span) const override;
   std::unique_ptr<ChangeWatch> change_watch() const override;
   std::vector<RemoteTangent*> remote_tangents() const override {
@@ -100,7 +102,7 @@ class Multibody final : public ConstrainedSystem, public TurningBodies {
   // first asked for.
   mutable std::array<std::vector<double>, kBlocks> constant_shares_;
   std::vector<BodyCoordinates> bodies_;
-  double length_unit_;
+  double length_unit_, largest_body_;
   int n_, m_ = 0, threads_;
   std::vector<int> constraint_start_;  // of each group, and m
   TangentPattern pattern_;

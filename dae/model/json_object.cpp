@@ -53,8 +53,20 @@ std::string JsonObject::place_of(const std::string& key) const {
   return place_.empty() ? key : place_ + "." + key;
 }
 
+/// With control characters as JSON writes them: a zero would end a message.
+static std::string shown(const std::string& place) {
+  constexpr char kDigits[] = "0123456789abcdef";
+  std::string text;
+  for (const char c : place)
+    if (const auto code = static_cast<unsigned char>(c); code < 0x20)
+      text += std::string("\\u00") + kDigits[code / 16] + kDigits[code % 16];
+    else
+      text += c;
+  return text;
+}
+
 void JsonObject::refuse(const std::string& key, const std::string& what) const {
-  throw InvalidInput(place_of(key), what);
+  throw InvalidInput(shown(place_of(key)), what);
 }
 
 const Json& JsonObject::at(const std::string& key) {

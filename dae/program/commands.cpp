@@ -71,11 +71,14 @@ void integrate(const MultibodyModel& model, const Command& command, program::Pro
   ResultFiles files(model, command.folder,
                     host_threads(command.threads, command.backend, omp_get_num_procs()));
   Recorder recorder(files, model.end, display);
+  recorder.ask_for(model.integrator.fixed_step);
   const auto take_report = [&] {
     result.report = integrator.report();
     result.time_output = recorder.time_busy();
     result.time_waiting = recorder.time_waited();
     result.notes.insert(result.notes.end(), files.notes().begin(), files.notes().end());
+    if (std::string note = recorder.short_steps_note(); !note.empty())
+      result.notes.push_back(std::move(note));
     result.bytes_peak = peak_memory();
     display.clear();
   };

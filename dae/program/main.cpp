@@ -46,10 +46,18 @@ void add_executor(CLI::App& app, Command& command, const std::string& of) {
   mfs::program::add_threads(app, command.threads);
 }
 
+/// An empty name would be the root of all folders.
+void add_folder(CLI::App& app, const char* option, const char* what, Command& command) {
+  const auto named = [](const std::string& name) {
+    return name.empty() ? std::string("the folder has no name") : std::string();
+  };
+  app.add_option(option, command.folder, what)->type_name("DIR")->check(CLI::Validator(named, ""));
+}
+
 CLI::App* add_about(CLI::App& app, Command& command, const char* name, const char* what) {
   CLI::App* about = app.add_subcommand(name, what);
   add_model(*about, command);
-  about->add_option("-o", command.folder, "folder of the results, made if need be")->type_name("DIR");
+  add_folder(*about, "-o", "folder of the results, made if need be", command);
   add_executor(*about, command, "of the linear solver");
   add_refine(*about, command);
   add_set(*about, command);
@@ -88,9 +96,8 @@ void add_statics(CLI::App& app, Command& command) {
 void add_run(CLI::App& app, Command& command) {
   CLI::App* run = app.add_subcommand("run", "Integrate a model; tables, ParaView files and plots go to DIR");
   add_model(*run, command);
-  run->add_option("-o", command.folder, "folder of the results, made if need be")
-      ->type_name("DIR")
-      ->required();
+  add_folder(*run, "-o", "folder of the results, made if need be", command);
+  run->get_option("-o")->required();
   add_executor(*run, command, "of the linear solver and of flexible bodies");
   add_refine(*run, command);
   add_set(*run, command);
@@ -104,11 +111,11 @@ void add_commands(CLI::App& app, Command& command) {
   add_statics(app, command);
   CLI::App* models =
       app.add_subcommand("models", "List the models that come with the program, or write them");
-  models->add_option("--write", command.folder, "write their files into DIR")->type_name("DIR");
+  add_folder(*models, "--write", "write their files into DIR", command);
   add_refine(*models, command);
-  app.add_subcommand("plot", "Draw plots of the results in DIR")
-      ->add_option("DIR", command.folder, "folder of a run")
-      ->required();
+  CLI::App* plot = app.add_subcommand("plot", "Draw plots of the results in DIR");
+  add_folder(*plot, "DIR", "folder of a run", command);
+  plot->get_option("DIR")->required();
   CLI::App* check = app.add_subcommand("check", "Read a model, put it together and say how large it is");
   add_model(*check, command);
   add_refine(*check, command);

@@ -1,9 +1,12 @@
 #include "dae/program/recorder.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <memory>
 #include <utility>
+
+#include <fmt/format.h>
 
 #include "parts/interrupt.hpp"
 
@@ -27,6 +30,7 @@ std::size_t bytes_of(const State& state) {
 Recorder::Recorder(ResultFiles& files, double end, program::ProgressDisplay& display)
     : files_(files),
       display_(display, end),
+      end_(end),
       threads_(kMostBytes, std::min(kMostThreads, files.worth_threads())) {}
 
 void Recorder::step(const StepReport& step, const std::function<const State&()>& state) {
@@ -34,8 +38,23 @@ void Recorder::step(const StepReport& step, const std::function<const State&()>&
   bytes_ += sizeof(Step) + bytes_of(steps_.back().state);
   if (bytes_ > kBytesAtOnce || since_given_.seconds() > kSecondsAtOnce) give_steps();
   steps_done_ = step.number;
+  if (step.h < asked_) ++shorter_;
   display_.tell(steps_done_, step.t);
   program::throw_if_interrupted();
+}
+
+void Recorder::ask_for(double fixed_step) {
+  constexpr double kMuchShorter = 0.9, kRounding = 1e-6;
+  if (fixed_step > 0.0)
+    asked_ = kMuchShorter * end_ / std::max(1.0, std::ceil(end_ / fixed_step * (1.0 - kRounding)));
+}
+
+std::string Recorder::short_steps_note() const {
+  if (shorter_ == 0) return {};
+  return fmt::format(
+      "{} of {} steps are more than a tenth shorter than the fixed step, as Newton's method did not converge "
+      "with longer ones",
+      shorter_, steps_done_);
 }
 
 void Recorder::output(const State& state) {

@@ -24,6 +24,10 @@ class Recorder final : public Observer {
 
   /// Waits until all is written. Throws what writing threw.
   void finish();
+  /// A fixed step that is asked for; steps that are shorter are counted, less what makes them meet the end.
+  void ask_for(double fixed_step);
+  /// What to know of them; empty: nothing.
+  std::string short_steps_note() const;
   double time_busy() const { return threads_.time_busy(); }      ///< s that writing took
   double time_waited() const { return threads_.time_waited(); }  ///< s that the integration waited for it
 
@@ -36,7 +40,9 @@ class Recorder final : public Observer {
 
   ResultFiles& files_;
   RunDisplay display_;
-  std::int64_t steps_done_ = 0;
+  const double end_;
+  double asked_ = 0.0;  // s
+  std::int64_t steps_done_ = 0, shorter_ = 0;
   bool has_looked_ = false;  // at the first output
   std::vector<Step> steps_;  // not yet given
   std::size_t bytes_ = 0;    // of their states

@@ -102,10 +102,14 @@ State state_after(const MultibodyModel& model, double t0, const std::vector<doub
   return first.taken;
 }
 
+/// Of a motion that tells at what rate all precesses: an error of that is one of the modes. So it is with
+/// accelerations where the motion begins.
+constexpr double kLaterRtol = 1e-8;
+
 /// Of the motion of the model at time t.
 State state_at(MultibodyModel& model, double t, std::vector<std::string>& notes) {
   if (model.starts_at_rest) model.q0 = equilibrium(model, notes).q;
-  model.integrator.rtol = std::min(model.integrator.rtol, kMotionRtol);
+  model.integrator.rtol = std::min(model.integrator.rtol, t > 0.0 ? kMotionRtol : kLaterRtol);
   return state_after(model, 0.0, model.q0, model.v0, std::max(t, model.end), t);
 }
 
@@ -114,16 +118,22 @@ State state_of(MultibodyModel& model, const Command& command, std::vector<std::s
   return command.at ? state_at(model, *command.at, notes) : equilibrium(model, notes);
 }
 
-/// To where the motion comes from `state` until t; where it ends before, as beside a dead point, that is as
-/// if it stood still at once, which no steady motion does.
-State state_later(const MultibodyModel& model, const State& state, double t) {
-  try {
-    return state_after(model, state.t, state.q, state.v, t, t);
-  } catch (const Error&) {
-    State still = state;
-    still.t = t;
-    return still;
+/// To where the motion comes from `state` until t, by a tighter tolerance if that succeeds; where it ends
+/// before, as beside a dead point, that is as if it stood still at once, which no steady motion does.
+State state_later(MultibodyModel& model, const State& state, double t) {
+  State later = state;
+  later.t = t;
+  const double given = model.integrator.rtol;
+  for (const double rtol : {std::min(given, kLaterRtol), given}) {
+    model.integrator.rtol = rtol;
+    try {
+      later = state_after(model, state.t, state.q, state.v, t, t);
+      break;
+    } catch (const Error&) {
+    }
   }
+  model.integrator.rtol = given;
+  return later;
 }
 
 /// In what sense modes about a state that moves are modes.
@@ -147,7 +157,7 @@ std::string motion_note(const ModesInMotion& found) {
 }
 
 /// Adds to the notes and to the report.
-std::vector<Mode> modes_of(const MultibodyModel& model, const State& state, const Command& command,
+std::vector<Mode> modes_of(MultibodyModel& model, const State& state, const Command& command,
                            std::vector<std::string>& notes, nlohmann::ordered_json& json) {
   const Damping damping = command.undamped ? Damping::left_out : Damping::as_it_is;
   if (!command.at || !TurningAxes(*model.system, state).moves())
@@ -159,6 +169,26 @@ std::vector<Mode> modes_of(const MultibodyModel& model, const State& state, cons
   notes.push_back(motion_note(found));
   json["steady"] = found.steady;
   return std::move(found.modes);
+}
+
+/// Of a frequency, in parts of it: less uncertainty is no matter, and with more a motion may be free.
+constexpr double kUncertain = 1e-6, kFree = 0.1;
+
+/// Names modes far slower than what is stiff, of which rounding of its stiffness leaves fewer digits.
+void note_rounding(const std::vector<Mode>& modes, std::vector<std::string>& notes) {
+  std::vector<std::size_t> numbers;
+  double most = 0.0;
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    if (!(modes[i].rounding > kUncertain && modes[i].rounding < kFree)) continue;
+    numbers.push_back(i + 1);
+    most = std::max(most, modes[i].rounding);
+  }
+  if (!numbers.empty())
+    notes.push_back(
+        fmt::format("stiff parts move along in slow modes, and rounding of their stiffness may change "
+                    "frequencies by up to "
+                    "{:.1g} of them: mode {}",
+                    most, fmt::join(numbers, ", ")));
 }
 
 std::string where(const Command& command) {
@@ -276,6 +306,7 @@ ExitCode list_modes(const Command& command) {
     std::vector<std::string> notes;
     const State state = state_of(model, command, notes);
     const std::vector<Mode> modes = modes_of(model, state, command, notes, json);
+    note_rounding(modes, notes);
     json["notes"] = notes;
     list(command, model, modes, json);
     tell_notes(command, notes);

@@ -14,6 +14,9 @@
 #include "dae/statics/block_vectors.hpp"
 #include "dae/statics/constrained_matrix.hpp"
 #include "dae/statics/independent_system.hpp"
+#include "dae/statics/motion_matrices.hpp"
+#include "dae/statics/polished_modes.hpp"
+#include "dae/statics/slow_modes.hpp"
 
 namespace mfs::dae {
 namespace {
@@ -33,95 +36,35 @@ constexpr double kWithoutInertia = 1e-10;
 /// c, in typical frequencies of the system: so small that modes are in the order of their distance from zero,
 /// so large that a free motion does not make the matrix singular.
 constexpr double kShift = 1e-4;
-/// c of the reduced system, in the same: that one whose response times c is least, and less than the last. It
-/// is the first where no motion is free, and then modes are exact that are far slower than the typical ones.
-/// Free motions, which go on and on, and in turning axes faster and faster, are all that counts beside it,
-/// and a growing motion may have one of the others.
-constexpr double kShiftsOfReduced[] = {kShift, 0.37, 0.61, 0.97}, kMostResponse = 1e12;
+/// c of the reduced system, in the same: that one whose response times c is least, and less than the last.
+/// Free motions, which go on and on, and in turning axes faster and faster, are all that counts beside the
+/// first, and a growing motion may have one of the others.
+const std::vector<double> kShiftsOfReduced{kShift, 0.37, 0.61, 0.97};
+constexpr double kMostResponse = 1e12;
+/// c for the slow ones, in parts of their rate.
+const std::vector<double> kShiftsOfSlow{0.37, 0.61, 0.97};
 /// Of the eigenpairs of the operator: asked for, and in the end.
 constexpr double kTolerance = 1e-11, kAccepted = 1e-6;
 constexpr int kMostRestarts = 100, kMostRounds = 50;
-/// Of B, 1/s: less is at rest.
-constexpr double kAtRest = 1e-9;
-/// Of the largest stiffness.
-constexpr double kRounding = 1e-14;
+/// Of the iteration that finds slow modes about their own rate.
+constexpr int kStepsOfSlow = 12;
 /// Powers of the response to inertia that are taken to tell the rate of the slowest modes.
 constexpr int kLooksAtRate = 3;
 
-/// M, D and K in a state, Phi_q, and what constraints on velocities, s A x + B x = 0, have of positions.
-class Matrices {
- public:
-  Matrices(const ConstrainedSystem& system, const State& state, Damping damping)
-      : pattern_(system.tangent_pattern()), tangent_(make_tangent(system)) {
-    system.evaluate(StateView{state.t, state.q.data(), state.v.data(), state.a.data(), state.lambda.data()},
-                    tangent_,
-                    {Block::force_a, Block::force_v, Block::force_q, Block::position_q, Block::velocity_q});
-    if (damping == Damping::left_out)
-      std::fill(tangent_[Block::force_v].begin(), tangent_[Block::force_v].end(), 0.0);
-    for (int j = 0; j < system.constraints(); ++j)
-      (system.is_nonholonomic(j) ? rolling_ : held_).push_back(j);
+/// Of eigenvalues 1 / (s - c) and vectors x, those that have inertia.
+Eigenpairs with_inertia(const VectorXcd& theta, const MatrixXcd& x, double c) {
+  const double largest = theta.size() > 0 ? theta.cwiseAbs().maxCoeff() : 0.0;
+  std::vector<Index> kept;
+  for (Index i = 0; i < theta.size(); ++i)
+    if (std::abs(theta[i]) > kWithoutInertia * largest) kept.push_back(i);
+  const auto count = static_cast<Index>(kept.size());
+  Eigenpairs pairs{VectorXcd(count), MatrixXcd(x.rows(), count)};
+  for (Index k = 0; k < count; ++k) {
+    pairs.s[k] = c + 1.0 / theta[kept[static_cast<std::size_t>(k)]];
+    pairs.x.col(k) = x.col(kept[static_cast<std::size_t>(k)]);
   }
-  /// Of constraints on velocities: the first that has B; -1: none, so that A x = 0 is all that they ask for.
-  int first_moving() const {
-    const Pattern& p = pattern_[Block::velocity_q];
-    for (const int j : rolling_)
-      for (int k = p.row_start[j]; k < p.row_start[j + 1]; ++k)
-        if (std::abs(tangent_[Block::velocity_q][k]) > kAtRest) return j;
-    return -1;
-  }
-  /// A and B.
-  std::pair<MatrixXd, MatrixXd> rolling() const {
-    return {dense(Block::position_q, rolling_), dense(Block::velocity_q, rolling_)};
-  }
-  /// Phi_q of the others.
-  MatrixXd held() const { return dense(Block::position_q, held_); }
-  const Tangent& tangent() const { return tangent_; }
-  VectorXd times(Block block, const VectorXd& x) const {
-    return product(pattern_[block], tangent_[block], x);
-  }
-  MatrixXd dense(Block block) const {
-    const Pattern& p = pattern_[block];
-    MatrixXd matrix = MatrixXd::Zero(p.rows, p.columns);
-    for (int i = 0; i < p.rows; ++i)
-      for (int k = p.row_start[i]; k < p.row_start[i + 1]; ++k) matrix(i, p.column[k]) = tangent_[block][k];
-    return matrix;
-  }
-  double shift() const { return kShift * typical_frequency(); }
-  /// 1/s: the median over coordinates that have both a mass and a stiffness that is no rounding, as the
-  /// stiffest and the heaviest have it where no coordinate has both; 1 where nothing is stiff.
-  double typical_frequency() const {
-    const VectorXd m = diagonal(Block::force_a), k = diagonal(Block::force_q);
-    const double least = m.size() > 0 ? kRounding * k.maxCoeff() : 0.0;
-    std::vector<double> all;
-    for (Index i = 0; i < m.size(); ++i)
-      if (m[i] > 0 && k[i] > least) all.push_back(std::sqrt(k[i] / m[i]));
-    if (all.empty()) {
-      const double stiffest = k.maxCoeff(), heaviest = m.maxCoeff();
-      return stiffest > 0 && heaviest > 0 ? std::sqrt(stiffest / heaviest) : 1.0;
-    }
-    return median(std::move(all));
-  }
-
- private:
-  VectorXd diagonal(Block block) const { return diagonal_sizes(pattern_[block], tangent_[block]); }
-  MatrixXd dense(Block block, const std::vector<int>& rows) const {
-    const MatrixXd whole = dense(block);
-    MatrixXd part(static_cast<Index>(rows.size()), whole.cols());
-    for (std::size_t i = 0; i < rows.size(); ++i) part.row(static_cast<Index>(i)) = whole.row(rows[i]);
-    return part;
-  }
-
-  const TangentPattern& pattern_;
-  Tangent tangent_;
-  std::vector<int> held_, rolling_;  // rows of constraints on positions, on velocities alone
-};
-
-/// Eigenvalues 1 / (s - c) and, as columns, the x of their vectors.
-struct Eigenpairs {
-  VectorXcd theta;
-  MatrixXcd x;
-  double c = 0.0;
-};
+  return pairs;
+}
 
 /// The rate of the slowest modes, 1/s, by which s x is divided beside x: without it one of the two is next to
 /// nothing where time is in hours or microseconds. `square`: of 1 / rate.
@@ -136,52 +79,86 @@ MatrixXd free_of(const MatrixXd& rows) {
   return MatrixXd(qr.householderQ()).rightCols(rows.cols() - rows.rows());
 }
 
-/// What `response_to(c)`, empty where that has none, is for the c that suits it, and that c.
+/// What `response_to(c)`, empty where that has none, is for the c that suits it of these parts of `rate`, and
+/// that c.
 template <class ResponseTo>
-std::pair<MatrixXd, double> best_response(const Matrices& matrices, const ResponseTo& response_to) {
+std::pair<MatrixXd, double> best_response(double rate, const std::vector<double>& parts,
+                                          const ResponseTo& response_to) {
   std::pair<MatrixXd, double> best;
   double least = kMostResponse;
-  const double typical = matrices.typical_frequency();
-  for (const double part : kShiftsOfReduced) {
-    const double c = part * typical;
+  for (const double part : parts) {
+    const double c = part * rate;
     MatrixXd response = response_to(c);
     if (response.size() == 0 || !(response.norm() * c < least)) continue;
     least = response.norm() * c;
     best = {std::move(response), c};
   }
-  if (best.first.size() == 0) throw Error("modes: a motion has neither stiffness nor inertia");
   return best;
+}
+
+void check_found(const MatrixXd& response) {
+  if (response.size() == 0) throw Error("modes: a motion has neither stiffness nor inertia");
 }
 
 Eigenpairs eigenpairs_of(const MatrixXd& response, const MatrixXd& basis, double c) {
   const Eigen::EigenSolver<MatrixXd> solver(response);
   if (solver.info() != Eigen::Success)
     throw Error("modes: the eigenvalues of the reduced system are not found");
-  return {solver.eigenvalues(), basis * solver.eigenvectors().topRows(basis.cols()), c};
+  return with_inertia(solver.eigenvalues(), basis * solver.eigenvectors().topRows(basis.cols()), c);
 }
 
-/// All of them: with x = N y, the columns of N a basis of what the constraints leave free.
-Eigenpairs solve_reduced(const Matrices& matrices) {
-  const MatrixXd basis = free_of(matrices.dense(Block::position_q));
+/// As columns, a basis of what independent rows leave free: each moves one of the coordinates that they leave
+/// open, and those that have to move with it. So what is light, or soft, has columns of its own, in which
+/// nothing heavy or stiff leaves a rounding.
+MatrixXd partition_of(const MatrixXd& rows) {
+  const Index m = rows.rows(), f = rows.cols() - m;
+  if (m == 0) return MatrixXd::Identity(f, f);
+  const Eigen::FullPivLU<MatrixXd> lu(rows);
+  MatrixXd basis(m + f, f);
+  basis.topRows(m) =
+      -lu.matrixLU().leftCols(m).triangularView<Eigen::Upper>().solve(lu.matrixLU().rightCols(f));
+  basis.bottomRows(f).setIdentity();
+  return lu.permutationQ() * basis;
+}
+
+ReducedMotion reduce(const MotionMatrices& matrices) {
+  const MatrixXd basis = partition_of(matrices.dense(Block::position_q));
   const auto reduced = [&](Block block) -> MatrixXd {
     return basis.transpose() * matrices.dense(block) * basis;
   };
-  const MatrixXd mass = reduced(Block::force_a), damping = reduced(Block::force_v),
-                 stiffness = reduced(Block::force_q);
+  return {basis, reduced(Block::force_a), reduced(Block::force_v), reduced(Block::force_q)};
+}
+
+/// The operator about c, empty where that is one of its rates.
+MatrixXd response_of(const ReducedMotion& reduced, double c) {
+  const auto& [basis, mass, damping, stiffness] = reduced;
   const Index f = basis.cols();
-  const auto [response, c] = best_response(matrices, [&](double shift) {
-    const Eigen::FullPivLU<MatrixXd> lu(stiffness + shift * damping + shift * shift * mass);
-    if (!lu.isInvertible()) return MatrixXd();
-    const MatrixXd by_inertia = lu.solve(mass);
-    const double rate = rate_of_slowest(by_inertia.norm());
-    MatrixXd answer(2 * f, 2 * f);
-    answer.topLeftCorner(f, f) = -lu.solve(damping + shift * mass);
-    answer.topRightCorner(f, f) = -rate * by_inertia;
-    answer.bottomRows(f) = shift / rate * answer.topRows(f);
-    answer.bottomLeftCorner(f, f) += MatrixXd::Identity(f, f) / rate;
-    return answer;
-  });
-  return eigenpairs_of(response, basis, c);
+  const Eigen::FullPivLU<MatrixXd> lu(stiffness + c * damping + c * c * mass);
+  if (!lu.isInvertible()) return {};
+  const MatrixXd by_inertia = lu.solve(mass);
+  const double rate = rate_of_slowest(by_inertia.norm());
+  MatrixXd answer(2 * f, 2 * f);
+  answer.topLeftCorner(f, f) = -lu.solve(damping + c * mass);
+  answer.topRightCorner(f, f) = -rate * by_inertia;
+  answer.bottomRows(f) = c / rate * answer.topRows(f);
+  answer.bottomLeftCorner(f, f) += MatrixXd::Identity(f, f) / rate;
+  return answer;
+}
+
+/// All of them: with x = N y, the columns of N a basis of what the constraints leave free. `count` of them
+/// are made exact.
+Eigenpairs solve_reduced(const MotionMatrices& matrices, int count) {
+  const ReducedMotion reduced = reduce(matrices);
+  const auto response_to = [&](double c) { return response_of(reduced, c); };
+  const auto [response, c] = best_response(matrices.typical_frequency(), kShiftsOfReduced, response_to);
+  check_found(response);
+  Eigenpairs pairs = with_slow_ones(
+      matrices, eigenpairs_of(response, reduced.basis, c), c, [&](double rate, const MatrixXd&) {
+        const auto [of_slow, about] = best_response(rate, kShiftsOfSlow, response_to);
+        return of_slow.size() == 0 ? Eigenpairs() : eigenpairs_of(of_slow, reduced.basis, about);
+      });
+  polish(matrices, reduced, pairs, 2 * Index{count} + 2);
+  return pairs;
 }
 
 /// All of them where something rolls: x = N y by the constraints on positions, and y' = G y + Z w by those on
@@ -191,7 +168,7 @@ Eigenpairs solve_reduced(const Matrices& matrices) {
 ///
 /// c is a rate of the motion and not next to zero: what rolls is free to be elsewhere, to go elsewhere and to
 /// do so faster and faster, three and more motions of s = 0 that beside it would be all that counts.
-Eigenpairs solve_rolling(const Matrices& matrices) {
+Eigenpairs solve_rolling(const MotionMatrices& matrices) {
   const MatrixXd basis = free_of(matrices.held());
   const auto [rows, change] = matrices.rolling();
   const MatrixXd by_rates = rows * basis, by_places = change * basis;
@@ -211,10 +188,12 @@ Eigenpairs solve_rolling(const Matrices& matrices) {
   left.topLeftCorner(f, f) = MatrixXd::Identity(f, f) / rate;
   left.bottomRightCorner(r, r) = rate / force * mass * z;
   right << g / rate, z, -stiffness / force, -rate / force * damping * z;
-  const auto [response, c] = best_response(matrices, [&](double shift) {
+  const auto response_to = [&](double shift) {
     const Eigen::FullPivLU<MatrixXd> lu(right - shift * left);
     return lu.isInvertible() ? MatrixXd(lu.solve(left)) : MatrixXd();
-  });
+  };
+  const auto [response, c] = best_response(matrices.typical_frequency(), kShiftsOfReduced, response_to);
+  check_found(response);
   return eigenpairs_of(response, basis, c);
 }
 
@@ -225,8 +204,8 @@ class Response {
 
   struct Stopped {};
 
-  Response(const ConstrainedSystem& system, const Matrices& matrices, double c, int threads, Backend backend,
-           std::function<bool()> go_on)
+  Response(const ConstrainedSystem& system, const MotionMatrices& matrices, double c, int threads,
+           Backend backend, std::function<bool()> go_on)
       : n_(system.coordinates()),
         m_(system.constraints()),
         c_(c),
@@ -259,6 +238,11 @@ class Response {
     answer.tail(n_) = (a + c_ * answer.head(n_)) / rate_;
     return answer;
   }
+  MatrixXd images(const MatrixXd& columns) const {
+    MatrixXd image(columns.rows(), columns.cols());
+    for (Index i = 0; i < columns.cols(); ++i) image.col(i) = apply(columns.col(i));
+    return image;
+  }
 
   /// An orthonormal basis of the space of the vectors found.
   const MatrixXd& found() const { return found_; }
@@ -287,7 +271,7 @@ class Response {
   const Index n_, m_;
   const double c_;
   double rate_ = 1.0;
-  const Matrices& matrices_;
+  const MotionMatrices& matrices_;
   const std::function<bool()> go_on_;
   mutable ConstrainedMatrix matrix_;
   MatrixXd found_;
@@ -326,34 +310,71 @@ void find_vectors(Response& response, Index wanted) {
   throw Error("modes: more of them have the same frequency than can be found");
 }
 
-Eigenpairs solve_large(const ConstrainedSystem& system, const Matrices& matrices, double c, int count,
+/// Those of the space of these columns. Throws where they are not the operator's.
+Eigenpairs eigenpairs_in(const MatrixXd& basis, const Response& response, double c, Index wanted) {
+  const Index n = response.rows() / 2;
+  const MatrixXd image = response.images(basis);
+  const Eigen::EigenSolver<MatrixXd> solver(basis.transpose() * image);
+  const MatrixXcd y = solver.eigenvectors();
+  const VectorXcd theta = solver.eigenvalues();
+  const MatrixXcd error = image * y - basis * y * theta.asDiagonal();
+  std::vector<double> sizes(static_cast<std::size_t>(theta.size()));
+  for (Index i = 0; i < theta.size(); ++i) sizes[static_cast<std::size_t>(i)] = std::abs(theta[i]);
+  std::sort(sizes.begin(), sizes.end(), std::greater<>());
+  const double least = wanted < theta.size() ? sizes[static_cast<std::size_t>(wanted)] : -1.0;
+  for (Index i = 0; i < theta.size(); ++i)
+    if (std::abs(theta[i]) > least &&
+        !(error.col(i).norm() <= kAccepted * std::abs(theta[i]) * y.col(i).norm()))
+      throw Error("modes: the eigenvalues that have been found are not accurate");
+  return with_inertia(theta, (basis * y).topRows(n), c);
+}
+
+MatrixXd orthonormal(const MatrixXd& columns) {
+  const Eigen::HouseholderQR<MatrixXd> qr(columns);
+  return qr.householderQ() * MatrixXd::Identity(columns.rows(), columns.cols());
+}
+
+/// Slow ones, by iteration with the whole space of their x and s x: beside them all others are so far from c
+/// that they leave it at once.
+Eigenpairs solve_slow(const Response& response, const MatrixXd& space, double c) {
+  const Index n = space.rows(), count = space.cols();
+  MatrixXd basis = MatrixXd::Zero(2 * n, 2 * count);
+  basis.topLeftCorner(n, count) = space;
+  basis.bottomRightCorner(n, count) = space;
+  for (int i = 0; i < kStepsOfSlow; ++i) basis = orthonormal(response.images(basis));
+  return eigenpairs_in(basis, response, c, count);
+}
+
+Eigenpairs solve_large(const ConstrainedSystem& system, const MotionMatrices& matrices, int count,
                        int threads, Backend backend, const std::function<bool()>& go_on) {
+  const double c = kShift * matrices.typical_frequency();
   Response response(system, matrices, c, threads, backend, go_on);
   try {
     find_vectors(response, 2 * Index{count} + 2);
   } catch (const Response::Stopped&) {
     if (response.found().cols() == 0) return {};
   }
-  const MatrixXd& basis = response.found();
-  MatrixXd image(basis.rows(), basis.cols());
-  for (Index i = 0; i < basis.cols(); ++i) image.col(i) = response.apply(basis.col(i));
-  const Eigen::EigenSolver<MatrixXd> solver(basis.transpose() * image);
-  const MatrixXcd y = solver.eigenvectors();
-  const MatrixXcd error = image * y - basis * y * solver.eigenvalues().asDiagonal();
-  for (Index i = 0; i < error.cols(); ++i)
-    if (!(error.col(i).norm() <= kAccepted * std::abs(solver.eigenvalues()[i]) * y.col(i).norm()))
-      throw Error("modes: the eigenvalues that have been found are not accurate");
-  return {solver.eigenvalues(), (basis * y).topRows(system.coordinates()), c};
+  const Index found = response.found().cols();
+  return with_slow_ones(matrices, eigenpairs_in(response.found(), response, c, found), c,
+                        [&](double rate, const MatrixXd& space) {
+                          try {
+                            return solve_slow(Response(system, matrices, rate, threads, backend, go_on),
+                                              space, rate);
+                          } catch (const SingularMatrix&) {  // beside free motions
+                            return Eigenpairs();
+                          }
+                        });
 }
 
 /// One of conjugate modes, the growing one of two real ones of opposite sign, nearest to zero first.
-std::vector<Mode> modes_of(const ConstrainedSystem& system, const Eigenpairs& pairs) {
+std::vector<Mode> modes_of(const ConstrainedSystem& system, const MotionMatrices& matrices,
+                           const Eigenpairs& pairs) {
   std::vector<Mode> modes;
-  const double largest = pairs.theta.size() > 0 ? pairs.theta.cwiseAbs().maxCoeff() : 0.0;
-  for (Index i = 0; i < pairs.theta.size(); ++i) {
-    if (!(std::abs(pairs.theta[i]) > kWithoutInertia * largest) || pairs.theta[i].imag() > 0) continue;
-    const Complex inverse = 1.0 / pairs.theta[i];
-    Mode mode{{pairs.c + inverse.real(), std::abs(inverse.imag())}, {}};  // no negative zero
+  for (Index i = 0; i < pairs.s.size(); ++i) {
+    if (pairs.s[i].imag() < 0) continue;
+    Mode mode{{pairs.s[i].real(), std::abs(pairs.s[i].imag())},
+              {},
+              rounding_of(matrices, pairs.s[i], pairs.x.col(i))};  // no negative zero
     Complex most = 0.0;
     for (Index k = 0; k < pairs.x.rows(); ++k) {
       mode.x.push_back(pairs.x(k, i) / system.coordinate_scale(static_cast<int>(k)));
@@ -378,18 +399,18 @@ std::vector<Mode> modes_of(const ConstrainedSystem& system, const Eigenpairs& pa
 }
 
 /// Of the system, by the way that suits its size.
-Eigenpairs solve(const ConstrainedSystem& system, const Matrices& matrices, int count, int threads,
+Eigenpairs solve(const ConstrainedSystem& system, const MotionMatrices& matrices, int count, int threads,
                  Backend backend, const std::function<bool()>& go_on) {
   const int n = system.coordinates(), m = system.constraints(), moving = matrices.first_moving();
   if (n - m <= kDenseFreedoms && n <= kDenseCoordinates)
-    return moving < 0 ? solve_reduced(matrices) : solve_rolling(matrices);
+    return moving < 0 ? solve_reduced(matrices, count) : solve_rolling(matrices);
   if (moving >= 0)
     throw InvalidInput(system.constraint_name(moving),
                        "modes about a motion in which it rolls are found for mechanisms of up to " +
                            std::to_string(kDenseFreedoms) + " degrees of freedom and " +
                            std::to_string(kDenseCoordinates) + " coordinates, not " + std::to_string(n - m) +
                            " and " + std::to_string(n));
-  return solve_large(system, matrices, matrices.shift(), count, threads, backend, go_on);
+  return solve_large(system, matrices, count, threads, backend, go_on);
 }
 
 /// What is less of a mode, in parts of it, than what moves with another phase is rounding, which leads along
@@ -442,8 +463,8 @@ std::vector<Mode> find_modes(const ConstrainedSystem& system, const State& state
   std::optional<TurnedSystem> turned;
   if (axes.moves()) turned.emplace(own, axes);
   const ConstrainedSystem& seen = turned ? *turned : own;
-  const Matrices matrices(seen, at, damping);
-  std::vector<Mode> modes = modes_of(own, solve(seen, matrices, count, threads, backend, go_on));
+  const MotionMatrices matrices(seen, at, damping);
+  std::vector<Mode> modes = modes_of(own, matrices, solve(seen, matrices, count, threads, backend, go_on));
   if (static_cast<int>(modes.size()) > count) modes.resize(static_cast<std::size_t>(count));
   check_regular(independent, system, state, modes);
   return modes;

@@ -11,14 +11,16 @@
 // those on positions have: what rolls in steady motion has modes as a rotor has (Neimark and Fufaev, Dynamics
 // of Nonholonomic Systems, 1972).
 //
-// Systems of few degrees of freedom are reduced to them and solved whole. For others Arnoldi's method
+// Systems of few degrees of freedom are reduced to them and solved whole, and each mode is made exact
+// (polished_modes.hpp). For others Arnoldi's method
 // (Spectra) finds the modes nearest to zero, of the operator that solves for the response of the state
 // (x, s x) to a disturbance:
 //
 //   (K + c D + c^2 M) x + Phi_q^T mu = -M b - D a - c M a,  Phi_q x = 0,  y = a + c x;     1 / (s - c)
 //
 // are its eigenvalues. What has been found is taken out and the method begins anew until nothing new comes,
-// so that modes of equal frequency, as those of a square beam, are all found.
+// so that modes of equal frequency, as those of a square beam, are all found. Those that are far slower than
+// c are found again about their own rate (slow_modes.hpp).
 #pragma once
 
 #include <complex>
@@ -34,6 +36,8 @@ namespace mfs::dae {
 struct Mode {
   std::complex<double> s;               ///< 1/s
   std::vector<std::complex<double>> x;  ///< n; the largest in the scales of coordinates is 1
+  /// Of s, in parts of it: what rounding of stiff parts may leave. About 1 and more where it may be free.
+  double rounding = 0.0;
 };
 
 /// Whether D is in it.

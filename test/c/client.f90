@@ -85,7 +85,8 @@ contains
     real(c_double) :: values(7) = [4, -1, -1, 4, -1, -1, 4], b(3) = [3, 2, 3], x(3) = 7, many(3, 2), apart(14) = -7, two(4, 2)
     real(c_float) :: short(7) = 1
     integer(c_int32_t) :: wrong(7)
-    call expect_error(mfs_factor(solver, offsets - 1, columns - 1, values), MFS_INVALID_INPUT, -1, -1, "another kind")
+    call expect_error(mfs_factor(solver, offsets - 1, columns - 1, values), MFS_INVALID_INPUT, -1, -1, "not been created")
+    call expect_error(mfs_solve(solver, b, x), MFS_INVALID_INPUT, -1, -1, "not been created")
     call expect_error(mfs_create(MFS_DOUBLE, 31, solver), MFS_INVALID_INPUT, -1, -1, "not 32 or 64")
     call expect(mfs_create(MFS_DOUBLE, 32, solver) == MFS_OK, "create")
     call expect_error(mfs_set_option(solver, "backend", "abacus"), MFS_INVALID_INPUT, -1, -1, "abacus")

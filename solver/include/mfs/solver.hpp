@@ -45,9 +45,8 @@ class MFS_API BasicSolver {
   void analyze(const CsrView<Scalar>& a);
 
   /// Factors the values of `a`. Analyses `a` first if nothing has been analysed, or only a pattern.
-  /// Throws PatternChanged if `a` does not have the entries that were analysed, in the order in which they
-  /// were (rows need not be sorted, but stay as they are from then on), InvalidInput (NaN or infinity),
-  /// OutOfMemory, BackendError, and what analyze throws.
+  /// Throws PatternChanged if its entries are not those analysed, in their order, InvalidInput (NaN or
+  /// infinity), OutOfMemory, BackendError, and what analyze throws.
   void factor(const CsrView<Scalar>& a);
 
   /// Factors the values of `a` in the memory and by the plan of the last factorization. Nothing is allocated,
@@ -85,9 +84,8 @@ class MFS_API BasicSolver {
   /// rarely below a third of it). The result is infinite if A is singular. Where the factors do not do,
   /// others are tried as solve does. Throws StateError, OutOfMemory, and AccuracyNotReached where none do.
   double condition_estimate();
-  /// The determinant of A from the pivots; six digits are right with Precision::single. Where perturbed
-  /// pivots have cost half of the digits, other factors are tried as solve does. Throws StateError,
-  /// OutOfMemory, and AccuracyNotReached where they have cost all of them.
+  /// The determinant of A from the pivots; six digits are right with Precision::single. Other factors are
+  /// tried as above. Throws StateError, OutOfMemory, AccuracyNotReached where pivots leave no digit of it.
   Determinant<Scalar> determinant();
 
   /// Whether there is an analysis, and whether there are factors that solve can use.

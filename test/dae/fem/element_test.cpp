@@ -88,5 +88,40 @@ INSTANTIATE_TEST_SUITE_P(All, Element,
                                   (std::get<3>(info.param) == MassKind::lumped ? "_lumped" : "_consistent");
                          });
 
+/// Four edges whose middle nodes are less than a quarter of their length from one end: there x' of xi is
+/// -0.1, and positive from -0.83 on, where all points of integration are.
+TEST(FoldedElement, IsNamed) {
+  Mesh mesh = distorted_box(ElementKind::hex20, {1, 1, 1}, {1, 1, 1}, 3);
+  straighten(mesh);
+  const auto& nodes = reference_nodes(ElementKind::hex20);
+  for (const double middle : {0.3, 0.2}) {
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+      for (std::size_t k = 0; k < 3; ++k) {
+        const double x = nodes[i][k];
+        mesh.nodes[static_cast<std::size_t>(mesh.elements[i])][k] = k == 0 && x == 0 ? middle : 0.5 * (1 + x);
+      }
+    const auto make = [&] { make_body(mesh, {MaterialLaw::st_venant_kirchhoff, 200.0, 0.3, 5.0}); };
+    if (middle > 0.25)
+      EXPECT_NO_THROW(make());
+    else
+      EXPECT_THAT(make, ::testing::Throws<InvalidInput>(::testing::Property(
+                            &InvalidInput::what, ::testing::HasSubstr("element 0, shape"))));
+  }
+}
+
+/// Two edges of no length make a wedge of it: at their ends there is no volume, and inside there is.
+TEST(FoldedElement, ACollapsedOneIsNone) {
+  for (const ElementKind kind : {ElementKind::hex8, ElementKind::hex20}) {
+    Mesh mesh = distorted_box(kind, {1, 1, 1}, {1, 1, 1}, 3);
+    const auto& nodes = reference_nodes(kind);
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+      const auto& [x, y, z] = nodes[i];
+      mesh.nodes[static_cast<std::size_t>(mesh.elements[i])] = {(1 - y) * (1 + x) / 4, (1 + y) / 2,
+                                                                (1 + z) / 2};
+    }
+    EXPECT_NO_THROW(make_body(mesh, {MaterialLaw::st_venant_kirchhoff, 200.0, 0.3, 5.0}));
+  }
+}
+
 }  // namespace
 }  // namespace mfs::dae::testing

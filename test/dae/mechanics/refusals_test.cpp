@@ -107,7 +107,9 @@ TEST_F(Refusals, Forces) {
   expect_refused("spring coil", "same body", [&] { spring(b, b, 1, 0, 0, nullptr); });
   Attachment on_ground;
   on_ground.point = initial_placement(builder_, first_).position;
-  expect_refused("spring coil", "together", [&] { spring(a, on_ground, 1, 0, 0, nullptr); });
+  expect_refused("spring coil", "together", [&] { spring(a, on_ground, 1, 0, 1, nullptr); });
+  expect_refused("spring coil", "together", [&] { spring(a, on_ground, 1, 1, 0, nullptr); });
+  expect_refused("spring coil", "together", [&] { spring(a, on_ground, 0, 0, 0, f_); });
   expect_refused("force load", "no function", [&] { add_point_force(builder_, "load", a, {}); });
   expect_refused("force load", "ground", [&] { add_point_force(builder_, "load", ground, {f_}); });
   const auto nodal = [&](const std::vector<int>& nodes, const std::vector<double>& fractions,
@@ -122,7 +124,7 @@ TEST_F(Refusals, Forces) {
 
 TEST_F(Refusals, SpringWhoseEndsComeTogether) {
   const Attachment a{first_}, b{second_};
-  add_spring_damper(builder_, {"coil", a, b, 1, 0, 0, nullptr});
+  add_spring_damper(builder_, {"coil", a, b, 1, 0, 1, nullptr});
   const auto system = builder_.build(1);
   std::vector<double> q = builder_.initial_q(), zero(q.size());
   std::copy_n(q.begin(), 3, q.begin() + 7);

@@ -284,11 +284,13 @@ TEST(Motions, WithoutBoundOfASlideAreNamedByTheirRate) {
 }
 
 // The hinges share the weight, and the moment of the weight: a pair of forces H at 0.8 m and two moments M
-// with 1.6 H + 2 M = g / 2 and the least sum of squares.
+// with 1.6 H + 2 M = g / 2 and the least sum of squares of H and M / l, l^2 = 0.5^2 + 0.8^2 of the longest
+// arm.
 TEST(Door, OnTwoHingesTurnsAndHangsOnBoth) {
   const MotionRun result = run(of_library("door"), 1e-7);
   EXPECT_THAT(result.report.redundant, AllOf(SizeIs(5), Each(HasSubstr("joint low"))));
-  const double moment = 0.5 * 9.81 / (2 * (1 + 0.64)), force = 0.8 * moment;
+  const double square = 0.89, share = 0.5 * 9.81 / (2 * (square + 0.64)), moment = square * share,
+               force = 0.8 * share;
   for (const State& state : result.outputs) {
     const Vector3d out(std::cos(state.t), 0, -std::sin(state.t));
     EXPECT_LT((result.position(state, "door") - Vector3d(0, 1, 0) - 0.5 * out).norm(), 1e-6);
@@ -307,7 +309,7 @@ TEST(Door, OnTwoHingesTurnsAndHangsOnBoth) {
 // The same with the lower hinge at the height of the centre: 0.8 H + 2 M = g / 2, and H less what turns the
 // door below. In slow motion the integrator has a unit of time and multipliers in units of their own.
 TEST(Door, SharesItsWeightAlikeInSlowMotion) {
-  const double force = (1 + 0.4 * 9.81) / 4.64;
+  const double force = (1 + 0.4 * 9.81 / 0.89) / (4 + 0.64 / 0.89);
   for (const double rate : {1.0, 1e-3}) {
     const double square = rate * rate;
     Json json = of_library("door");

@@ -221,6 +221,14 @@ TEST(Model, MustBeAnObject) {
   mfs::test::expect_refused("", "must be an object", [] { mfs::dae::make_model(Json::array(), "", 1); });
 }
 
+// In messages as what ends no text.
+TEST(Model, ANameWithAControlCharacterIsShown) {
+  Json json = small_model();
+  json["bodies"][std::string("a\0b\n", 4)] = Json::object();
+  mfs::test::expect_refused("bodies.a\\u0000b\\u000a", "a name is made of letters",
+                            [&] { mfs::dae::make_model(json, "", 1); });
+}
+
 TEST(RefineMeshes, NeedsAGenerator) {
   Json json = small_model();
   json["bodies"].erase("bar");

@@ -492,5 +492,39 @@ TEST(ClemensCoupling, TurnsBothShaftsAlike) {
   }
 }
 
+/// A weight that is let go where a spring of no length holds it: z = -(m g / k) (1 - cos(w t)).
+TEST(Spring, WhoseEndsAreTogether) {
+  Json json = mechanism(1.0, 8, {0, 0, -10});
+  json["bodies"]["p"] = {{"type", "rigid"}, {"mass", 1}, {"inertia", {1, 1, 1}}};
+  json["forces"]["f"] = {{"type", "spring_damper"}, {"a", "ground"},        {"b", "p"},
+                         {"point_a", {0, 0, 0}},    {"point_b", {0, 0, 0}}, {"stiffness", 100}};
+  for (const bool given : {false, true}) {
+    if (given) json["forces"]["f"]["free_length"] = 0;
+    const MotionRun result = run(json, 1e-8);
+    for (const State& state : result.outputs)
+      EXPECT_LE((result.position(state, "p") - Vector3d(0, 0, 0.1 * (std::cos(10 * state.t) - 1))).norm(),
+                1e-6);
+  }
+}
+
+/// A pendulum that falls too fast for steps of 0.5 s, of which Newton's method takes some 0.1: from the first
+/// ones, of 0.03 s, it came back to no longer ones.
+TEST(FixedStep, IsComeBackToAfterARejection) {
+  Json json = mechanism(1.0, 1, {0, -9.81, 0});
+  json["bodies"]["p"] = {
+      {"type", "rigid"}, {"mass", 1}, {"inertia", {0.1, 0.1, 0.1}}, {"position", {0.5, 0, 0}}};
+  json["joints"]["h"] = joint("revolute", "ground", "p", {0, 0, 0});
+  json["integrator"] = {{"fixed_step", 0.5}};
+  const MultibodyModel model = make_model(json, "", 1);
+  Integrator integrator(*model.system, model.integrator);
+  Recorder recorder;
+  integrator.run(0.0, model.q0, model.v0, model.end, {model.end}, recorder);
+  ASSERT_GT(integrator.report().newton_rejections, 0);
+  double longest = 0.0;
+  for (const StepReport& step : recorder.steps) longest = std::max(longest, step.h);
+  EXPECT_GT(longest, 0.1);
+  EXPECT_LE(longest, 0.5);
+}
+
 }  // namespace
 }  // namespace mfs::dae::test

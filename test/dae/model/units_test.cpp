@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "dae/model/measure.hpp"
 #include "dae/statics/equilibrium.hpp"
 #include "test/dae/model/units.hpp"
 
@@ -92,6 +93,32 @@ TEST(Units, MultipliersAreThoseOfTheModel) {
   const double force = here.multiplier(here.outputs.back(), "joint bearing", 1);
   EXPECT_GT(std::abs(force), 1.0);
   EXPECT_NEAR(there.multiplier(there.outputs.back(), "joint bearing", 1), 1e6 * force, 1e3 * std::abs(force));
+}
+
+/// Three joints that each hold the same body alone, its weight of 10 N beside them. Forces, and moments over
+/// 3.0886890423 m, the longest arm, have the least sum of squares: by NumPy's lstsq.
+TEST(Units, ReactionsOfRedundantJointsAreTheSame) {
+  Json model = mechanism(0.01, 1, {0, 0, -10});
+  model["bodies"]["block"] = {
+      {"type", "rigid"}, {"mass", 1}, {"inertia", {0.1, 0.1, 0.1}}, {"position", {0.5, 0, 0.7}}};
+  model["joints"] = {{"a", joint("fixed", "ground", "block", {0, 0, 0})},
+                     {"b", joint("fixed", "ground", "block", {0, 0, 1})},
+                     {"c", joint("spherical", "ground", "block", {1, 2, 3})}};
+  const Vector3d forces[] = {{0.0942893816, -0.3343595275, 3.4769407517},
+                             {0.007495787, -0.0755516027, 3.4769407517},
+                             {-0.1017851686, 0.4099111302, 3.0461184966}};
+  const Vector3d moment(-2.4690276027, -0.8280108922, -0.3067407337);
+  for (const Units& units : {Units{"m, kg, s", 1.0, 1.0, 1.0}, kMillimetres, kMicrometres, kKilometres}) {
+    const MotionRun there = run(converted(model, units));
+    const double force = units.length * units.mass / (units.time * units.time);
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Wrench on_b = reaction(there.model.joints[i], there.outputs.back());
+      EXPECT_LE((on_b.force / force - forces[i]).norm(), 1e-8) << units.name << " " << i;
+      if (i < 2) {
+        EXPECT_LE((on_b.moment / (force * units.length) - moment).norm(), 1e-8) << units.name << " " << i;
+      }
+    }
+  }
 }
 
 // A step of the search was at most 0.3 of a coordinate's unit long: in micrometres a pendulum did not hang

@@ -140,4 +140,20 @@ TEST_P(DaeModels, BackendsAgree) {
 INSTANTIATE_TEST_SUITE_P(OfTheLibrary, DaeModels,
                          testing::Values("crank_piston", "suspension", "bell_crank"));
 
+// Newton's method does not converge with a first step of 1 s.
+TEST(FixedStep, TellsOfStepsThatAreShorterThanAskedFor) {
+  TemporaryFolder folder;
+  ordered_json json =
+      ordered_json::parse(R"({"name": "pendulum", "end": 1, "outputs": 4, "gravity": [0, -9.81, 0],
+    "bodies": {"p": {"type": "rigid", "mass": 1, "inertia": [0.1, 0.1, 0.1], "position": [0.5, 0, 0]}},
+    "joints": {"h": {"type": "revolute", "a": "ground", "b": "p", "point": [0, 0, 0], "axis": [0, 0, 1]}}})");
+  for (const double step : {2.0, 0.01}) {
+    json["integrator"] = {{"fixed_step", step}};
+    const ProgramRun run = run_program(
+        {"run", folder.write("pendulum.json", json.dump()), "-o", folder.path("out"), "--no-plots"});
+    EXPECT_EQ(run.code, 0) << run.err;
+    EXPECT_EQ(run.out.find("than a tenth shorter than") != std::string::npos, step > 1) << run.out;
+  }
+}
+
 }  // namespace

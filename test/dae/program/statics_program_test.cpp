@@ -130,6 +130,34 @@ TEST_F(StaticsProgram, SaysWhatWasCorrectedBeforeTheSearch) {
   EXPECT_THAT(out(), AllOf(HasSubstr(note), Not(HasSubstr("velocities"))));
 }
 
+/// A top of A = 0.6, C = 0.05 about its foot whose centre is 0.5 m from there, at 0.8 rad from up. It
+/// precesses at 1.025 rad/s; seen from axes that turn along nutation is 2.42811 Hz, by the steady motion's
+/// closed form A^2 s^2 + A^2 p^2 sin^2 + (C w - 2 A p cos)^2 = 0, w the spin and p the precession.
+TEST_F(StaticsProgram, ListsModesOfATopAsExactlyAsItPrecesses) {
+  ordered_json json =
+      ordered_json::parse(R"({"name": "top", "end": 0.5, "outputs": 1, "gravity": [0, 0, -9.81],
+    "bodies": {"p": {"type": "rigid", "mass": 2, "inertia": [0.1, 0.1, 0.05],
+      "position": [0.35867804544976145, 0, 0.34835335467358275],
+      "angular_velocity": [142.95898117697737, 0, 139.8687608379949], "velocity": [0, 0.3676130831345077, 0],
+      "rotation": {"axis": [0, 1, 0], "angle": 0.8}}},
+    "joints": {"h": {"type": "spherical", "a": "ground", "b": "p", "point": [0, 0, 0]}}})");
+  const ProgramRun run =
+      run_program({"modes", folder_.write("top.json", json.dump()), "--at", "0", "--json", "-"});
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_NEAR(ordered_json::parse(run.out)["modes"][2]["frequency"], 2.4281105, 5e-6);
+}
+
+// It would be the root of all folders.
+TEST_F(StaticsProgram, RefusesAFolderWithoutAName) {
+  ASSERT_EQ(run_program({"models", "--write", folder_.path("models")}).code, 0);
+  const std::string model = folder_.path("models") + "/simple_pendulum.json";
+  for (const std::string command : {"run", "static", "modes", "linearize"}) {
+    const ProgramRun run = run_program({command, model, "-o", ""});
+    EXPECT_EQ(run.code, 2) << command;
+    EXPECT_THAT(run.err, HasSubstr("-o: the folder has no name")) << command;
+  }
+}
+
 // Flexible, so that the solver's own backend is asked. Without a card `cuda` says so.
 TEST_F(StaticsProgram, WorksByTheBackendThatIsAskedFor) {
   ASSERT_EQ(run_program({"models", "--write", folder_.path("models")}).code, 0);

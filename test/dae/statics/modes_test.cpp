@@ -194,6 +194,89 @@ TEST_F(Modes, OfALargeSystemAreThoseOfDenseMatrices) {
     EXPECT_LT(std::abs(modes_[i].s - expected[i]), 1e-6 * std::abs(expected[i])) << i << " " << expected[i];
 }
 
+/// Weights that slide along x, each on a spring to the one before, the first to the ground.
+Json slides(const std::vector<double>& stiffness, const std::vector<double>& mass) {
+  Json json{{"name", "slides"}, {"end", 1}, {"outputs", 1}};
+  for (std::size_t i = 0; i < mass.size(); ++i) {
+    const double x = static_cast<double>(i + 1);
+    const std::string number = std::to_string(i), body = "b" + number;
+    const std::string before = i == 0 ? "ground" : "b" + std::to_string(i - 1);
+    const double inertia = 0.1 * mass[i];
+    json["bodies"][body] = {{"type", "rigid"},
+                            {"mass", mass[i]},
+                            {"inertia", {inertia, inertia, inertia}},
+                            {"position", {x, 0, 0}}};
+    json["joints"]["j" + number] = {
+        {"type", "translational"}, {"a", "ground"}, {"b", body}, {"point", {x, 0, 0}}, {"axis", {1, 0, 0}}};
+    if (stiffness[i] == 0) continue;
+    json["forces"]["s" + number] = {
+        {"type", "spring_damper"},  {"a", before},          {"b", body},
+        {"point_a", {x - 1, 0, 0}}, {"point_b", {x, 0, 0}}, {"stiffness", stiffness[i]}};
+  }
+  return json;
+}
+
+/// What is soft beside what is stiff, light beside heavy. Frequencies are those of the matrices of springs
+/// and masses by mpmath 1.2, with 50 digits. K of the third case, as 1e9 + 1e-3, has 5 digits of 1e-3.
+TEST_F(Modes, OfSoftSpringsBesideStiffOnes) {
+  struct Case {
+    std::vector<double> stiffness, mass, hertz;
+    double tolerance;
+  };
+  for (const Case& c : std::vector<Case>{
+           {{1, 1e8}, {1, 1e-8}, {0.159154942296, 15915494.3888}, 1e-7},
+           {{1, 1e8}, {1, 1e-6}, {0.159154863514, 1591550.22669}, 1e-7},
+           {{1e-3, 1e9}, {10, 1e-3}, {0.00159146985942, 159162.90064}, 1e-5},
+           {{1, 1, 1}, {1e-6, 1, 1e6}, {9.18881288174e-05, 0.194924219259, 225.079107174}, 1e-8},
+           {{1, 1e8, 1, 1e8},
+            {1, 1e-6, 1e3, 1e-6},
+            {0.0035583678266, 0.22510710611, 1591549.43171, 1591550.23465},
+            1e-7}}) {
+    find(slides(c.stiffness, c.mass), 10);
+    ASSERT_EQ(modes_.size(), c.hertz.size());
+    for (std::size_t i = 0; i < c.hertz.size(); ++i) {
+      EXPECT_NEAR(natural_frequency(modes_[i]), c.hertz[i], c.tolerance * c.hertz[i]) << i;
+      EXPECT_LT(modes_[i].rounding, 100 * c.tolerance) << i;
+      EXPECT_LT(std::abs(natural_frequency(modes_[i]) / c.hertz[i] - 1), modes_[i].rounding + 1e-11) << i;
+    }
+  }
+}
+
+/// The same, not held to the ground: the one that is free is told from the others.
+TEST_F(Modes, OfSoftSpringsBesideStiffOnesOfAFreeChain) {
+  find(slides({0, 1, 1e8}, {1, 1, 1e-6}), 10);
+  ASSERT_EQ(modes_.size(), 3U);
+  EXPECT_GT(modes_[0].rounding, 0.1);
+  expect_frequency(1, 0.22507902277, 1e-7);
+  expect_frequency(2, 1591550.22669, 1e-8);
+}
+
+/// A block of steel on the ways of a heavy slide on a spring, whose first frequency is 27.6 kHz.
+TEST_F(Modes, OfAStiffBlockOnASoftSpring) {
+  for (const double mass : {1e8, 1e12}) {
+    Json json = test::cantilever(0.02, 0.02, 2);
+    json["bodies"]["beam"]["mesh"] = {{"generator", "box"},
+                                      {"element", "hex20"},
+                                      {"refine", 1},
+                                      {"size", {0.02, 0.02, 0.02}},
+                                      {"divisions", {2, 2, 2}}};
+    json.erase("motions");
+    json["bodies"]["slide"] = {{"type", "rigid"}, {"mass", mass}, {"inertia", {0.1, 0.1, 0.1}}};
+    json["joints"]["bolt"] = {{"type", "fixed"}, {"a", "slide"}, {"b", "beam:x0"}, {"point", {0, 0, 0}}};
+    json["joints"]["ways"] = {{"type", "translational"},
+                              {"a", "ground"},
+                              {"b", "slide"},
+                              {"point", {0, 0, 0}},
+                              {"axis", {1, 0, 0}}};
+    json["forces"]["spring"] = {{"type", "translational_spring"}, {"joint", "ways"}, {"stiffness", 1e4}};
+    find(json, 3);
+    ASSERT_EQ(modes_.size(), 3U);
+    ASSERT_GT(model_.system->coordinates() - model_.system->constraints(), 150);  // not the reduced way
+    expect_frequency(0, std::sqrt(1e4 / (mass + 8000 * 8e-6)) / (2 * kPi), 3e-8);
+    EXPECT_LT(modes_[0].rounding, 1e-6);
+  }
+}
+
 // Arnoldi's method is left in the middle: nothing has been found by then.
 TEST_F(Modes, AreGivenUpWhereThatIsAskedFor) {
   const MultibodyModel model = make_model(test::cantilever(0.1, 0.05, 20), "", 1);
